@@ -138,8 +138,7 @@ fn score(simulation: &Simulation) -> Result<String, Failure> {
     let receptions = || simulation.receptions().map(Ok);
     let points = evaluate::output(receptions(), config, Masks::default())?;
     let alone = InputsAlone::of(receptions(), config, Masks::default())?;
-    let receivers = config.sensors.iter().filter(|sensor| !sensor.kind.is_radar());
-    let labels = Labels::with_receivers(labels.clone(), &receivers.map(|sensor| sensor.id.clone()).collect());
+    let labels = Labels::of_site(labels.clone(), config);
     let settings = Scoring::of(config);
     Ok(verdict(&evaluate::evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &settings)))
 }

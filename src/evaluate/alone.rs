@@ -8,9 +8,10 @@ use crate::areas::Masks;
 use crate::capture::{ReadError, Reception};
 use crate::config::{Config, PictureKind, Profile};
 use crate::normalise::Normaliser;
-use crate::picture::PictureMaker;
+use crate::picture::{PictureMaker, PictureTrack, serial_text};
 use crate::pipeline::{Event, Output, Pipeline};
 use fusion::report::{Fix, Identity};
+use fusion::time::Time;
 use fusion::{Emission, Plot, Report};
 
 /// The points of each input alone.
@@ -70,7 +71,8 @@ pub fn output_at(
 
 impl InputsAlone {
     /// The inputs of a capture, by the same pipeline as the output, except that the engine receives no plots: it publishes
-    /// the transponders as the `reference` profile interpolates them.
+    /// the transponders as the `reference` profile interpolates them, those included that do not say their height if the
+    /// output is of a profile that has them.
     ///
     /// # Errors
     /// The capture cannot be read to its end.
@@ -79,10 +81,12 @@ impl InputsAlone {
         config: &Config,
         masks: Masks,
     ) -> Result<Self, ReadError> {
+        let needs_height = config.fusion.profile == Profile::Reference;
         let mut config = config.clone();
         config.fusion.profile = Profile::Reference;
         config.fusion.latency_slots = config.fusion.latency_slots.max(1);
-        let mut pipeline = Pipeline::new(&config, masks).without_plots();
+        let pipeline = Pipeline::new(&config, masks).without_plots();
+        let mut pipeline = if needs_height { pipeline } else { pipeline.with_heights_unsaid() };
         let maker = PictureMaker::new(&config, pipeline.normaliser());
         let (mut plots, mut fixes, mut emissions) = (Vec::new(), Vec::new(), Vec::<Emission>::new());
         for reception in receptions {
@@ -114,17 +118,53 @@ impl InputsAlone {
                 radar_track: Some(plot.track.number),
                 sensor: Some(maker.sensor(plot.track.sensor).to_owned()),
                 transponder: None,
+                identity: None,
                 covariance: None,
                 flags: Flags::default(),
             }
         };
         let reports = reports(&fixes, &emissions, normaliser);
+        let heights = Heights::of(&fixes);
         let tracks = emissions.into_iter().flat_map(|emission| maker.picture(emission).tracks);
+        // As in the output.
+        let tracks = tracks.filter(|track| !track.is_vehicle());
+        let interpolated = |track: PictureTrack| {
+            let mut point = OutputPoint::of_track(&track, &maker);
+            let identity = track.point.source.transponder().map(|part| part.identity);
+            if identity.is_some_and(|identity| !heights.are_said(identity, track.time)) {
+                point.place.altitude_amsl_m = None;
+            }
+            point
+        };
         Ok(Self {
             radar: plots.iter().map(radar).collect(),
-            transponder: tracks.map(|track| OutputPoint::of_track(&track, &maker)).collect(),
+            transponder: tracks.map(interpolated).collect(),
             reports,
         })
+    }
+}
+
+/// The reports of those identities that do not always say their height: by time, whether it is there.
+struct Heights(BTreeMap<Identity, BTreeMap<Time, bool>>);
+
+impl Heights {
+    fn of(fixes: &[Fix]) -> Self {
+        let unsaid =
+            fixes.iter().filter(|fix| !fix.height_measured).map(|fix| (fix.identity, BTreeMap::new()));
+        let mut heights: BTreeMap<Identity, BTreeMap<Time, bool>> = unsaid.collect();
+        for fix in fixes {
+            if let Some(reports) = heights.get_mut(&fix.identity) {
+                reports.insert(fix.time, fix.height_measured);
+            }
+        }
+        Self(heights)
+    }
+
+    /// Whether the reports before and after this time, or at it, have one.
+    fn are_said(&self, identity: Identity, time: Time) -> bool {
+        let Some(reports) = self.0.get(&identity) else { return true };
+        let beside = [reports.range(..=time).next_back(), reports.range(time..).next()];
+        beside.into_iter().flatten().all(|(_, is_said)| *is_said)
     }
 }
 
@@ -145,13 +185,14 @@ pub fn reports<'a>(
             place: Place {
                 latitude_deg: position.latitude_deg(),
                 longitude_deg: position.longitude_deg(),
-                altitude_amsl_m: Some(position.height_m - normaliser.undulation_m()),
+                altitude_amsl_m: fix.height_measured.then(|| position.height_m - normaliser.undulation_m()),
             },
             source: PointSource::Transponder,
             number,
             radar_track: None,
             sensor: None,
             transponder: Some(number),
+            identity: Some(serial_text(fix.identity)),
             covariance: None,
             flags: Flags::default(),
         })

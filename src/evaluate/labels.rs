@@ -1,8 +1,12 @@
 //! Labels: which drone each plot and each transponder really was.
 
+mod transponders;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{Range, RangeInclusive};
 
+use self::transponders::Transponders;
+use crate::config::{Config, SensorKind};
 use fusion::time::Time;
 
 /// A row of `labels.csv`: what one plot or one transponder report was.
@@ -12,12 +16,16 @@ pub struct Label {
     pub time: Time,
     /// The id of the sensor in the configuration.
     pub sensor: String,
-    /// The radar's track number (I048/161), or the service's number of the transponder.
+    /// The radar's track number (I048/161), or a number of the transponder: the service's, where `identity` is not stated or is
+    /// that number in decimal.
     pub number: u32,
     /// The drone's id in the truth; `None`: no drone (a bird, clutter).
     pub id: Option<String>,
     /// Whether the radar's track had walked off its target.
     pub seduced: bool,
+    /// The name of the transponder's identity as the service knows it: serial number, ICAO address in hexadecimal, ...; `None`
+    /// of a radar or a camera, and where it is not stated.
+    pub identity: Option<String>,
 }
 
 /// What labels say about a contributor of a point.
@@ -36,14 +44,14 @@ pub struct Labels {
     receivers: BTreeSet<String>,
     /// By track number and sensor of a radar: its rows by time, of equal times in the order of the file.
     radar: BTreeMap<u32, BTreeMap<String, Vec<usize>>>,
-    /// By number: the drones that carry a transponder of it.
-    transponders: BTreeMap<u32, BTreeSet<Option<String>>>,
+    transponders: Transponders,
 }
 
 impl Labels {
     /// Labels whose transponder receivers are inferred: a sensor is taken for a receiver if its numbers and drones are one
     /// to one over the whole file, since a transponder stays on its drone while a radar also numbers birds and new tracks.
     /// A radar that never does is taken for a receiver, too; where two sensors then disagree, the labels are silent.
+    /// Where rows state identities, the sensors that do are the receivers.
     pub fn new(rows: Vec<Label>) -> Self {
         let receivers = receivers(&rows);
         Self::with_receivers(rows, &receivers)
@@ -51,11 +59,34 @@ impl Labels {
 
     /// Labels with known transponder receivers, by sensor id; all other sensors are radars.
     pub fn with_receivers(rows: Vec<Label>, receivers: &BTreeSet<String>) -> Self {
+        Self::with(rows, receivers, |_| true, &BTreeMap::new())
+    }
+
+    /// Labels of a site: its configuration knows which sensors are receivers and which are cameras, whose track numbers no
+    /// point states, and to which serial numbers it gives a number.
+    pub fn of_site(rows: Vec<Label>, config: &Config) -> Self {
+        let of_kind = |is_wanted: fn(&SensorKind) -> bool| -> BTreeSet<String> {
+            let wanted = config.sensors.iter().filter(|sensor| is_wanted(&sensor.kind));
+            wanted.map(|sensor| sensor.id.clone()).collect()
+        };
+        let receivers = of_kind(|kind| kind.receiver().is_some());
+        let cameras = of_kind(|kind| matches!(kind, SensorKind::Camera(_)));
+        let is_radar = |sensor: &str| !cameras.contains(sensor);
+        Self::with(rows, &receivers, is_radar, &config.fusion.transponder_numbers)
+    }
+
+    /// `is_radar` is asked of sensors that are no receivers; `given`: the service's numbers by serial number.
+    fn with(
+        rows: Vec<Label>,
+        receivers: &BTreeSet<String>,
+        is_radar: impl Fn(&str) -> bool,
+        given: &BTreeMap<String, u32>,
+    ) -> Self {
         let mut labels = Self { rows, receivers: receivers.clone(), ..Self::default() };
         for (place, row) in labels.rows.iter().enumerate() {
             if receivers.contains(&row.sensor) {
-                labels.transponders.entry(row.number).or_default().insert(row.id.clone());
-            } else {
+                labels.transponders.insert(row, given);
+            } else if is_radar(&row.sensor) {
                 let of_number = labels.radar.entry(row.number).or_default();
                 of_number.entry(row.sensor.clone()).or_default().push(place);
             }
@@ -128,9 +159,10 @@ impl Labels {
         told
     }
 
-    /// Who carries the transponder with this number; `None` where labels are silent or receivers disagree.
-    pub fn transponder(&self, number: u32) -> Option<Attribution<'_>> {
-        let ids = self.transponders.get(&number)?;
+    /// Who carries the transponder of this identity, where that is known, and with this number of the service's; `None` where
+    /// labels are silent or receivers disagree.
+    pub fn transponder(&self, identity: Option<&str>, number: u32) -> Option<Attribution<'_>> {
+        let ids = self.transponders.carriers(identity, number)?;
         match (ids.first(), ids.len()) {
             (Some(id), 1) => Some(Attribution { id: id.as_deref(), seduced: false }),
             _ => None,
@@ -145,17 +177,23 @@ impl Labels {
 
     /// What the reports under this transponder number are labelled with, of every receiver.
     pub(super) fn reports_of(&self, number: u32) -> impl Iterator<Item = &Label> {
-        self.rows.iter().filter(move |row| row.number == number && self.receivers.contains(&row.sensor))
+        let is_of = move |row: &&Label| row.number == number && row.number_is_of_service();
+        self.rows.iter().filter(is_of).filter(|row| self.receivers.contains(&row.sensor))
     }
 
     /// Ids of the drones that carry a transponder.
     pub fn equipped(&self) -> BTreeSet<&str> {
-        self.transponders.values().flatten().flatten().map(String::as_str).collect()
+        self.transponders.carried().collect()
     }
 }
 
-/// The sensors whose numbers and drones are one to one.
+/// The sensors that state identities, else those whose numbers and drones are one to one.
 fn receivers(rows: &[Label]) -> BTreeSet<String> {
+    let named: BTreeSet<String> =
+        rows.iter().filter(|row| row.identity.is_some()).map(|row| row.sensor.clone()).collect();
+    if !named.is_empty() {
+        return named;
+    }
     let mut pairs: BTreeMap<&str, BTreeSet<(u32, Option<&str>)>> = BTreeMap::new();
     for row in rows {
         pairs.entry(&row.sensor).or_default().insert((row.number, row.id.as_deref()));
@@ -169,91 +207,4 @@ fn receivers(rows: &[Label]) -> BTreeSet<String> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn label(time: i64, sensor: &str, number: u32, id: &str, seduced: bool) -> Label {
-        let id = (!id.is_empty()).then(|| id.to_owned());
-        Label { time: Time::from_nanos(time), sensor: sensor.to_owned(), number, id, seduced }
-    }
-
-    fn span(from: i64, until: i64) -> Range<Time> {
-        Time::from_nanos(from)..Time::from_nanos(until)
-    }
-
-    fn told(id: Option<&str>, seduced: bool) -> Option<Attribution<'_>> {
-        Some(Attribution { id, seduced })
-    }
-
-    #[test]
-    fn the_latest_plot_in_the_span_tells() {
-        let labels = Labels::new(vec![
-            label(14, "radar", 5, "B", true),
-            label(10, "radar", 5, "A", false),
-            label(14, "radar", 5, "", false),
-            label(20, "radar", 5, "C", false),
-        ]);
-        assert_eq!(labels.radar_track(5, None, &span(10, 14)), told(Some("A"), false));
-        assert_eq!(labels.radar_track(5, None, &span(10, 20)), told(None, false), "of one time the last");
-        assert_eq!(labels.radar_track(5, Some("radar"), &span(20, 30)), told(Some("C"), false));
-        assert_eq!(labels.radar_track(5, Some("other"), &span(20, 30)), None);
-        assert_eq!(labels.radar_track(5, None, &span(15, 20)), None);
-        assert_eq!(labels.radar_track(6, None, &span(10, 30)), None);
-    }
-
-    #[test]
-    fn where_there_is_no_plot_those_beside_tell() {
-        let labels = Labels::new(vec![
-            label(10, "radar", 5, "A", false),
-            label(20, "radar", 5, "", false),
-            label(21, "radar", 6, "A", false),
-        ]);
-        let near = |time, before_ns, after_ns| {
-            let span = Time::from_nanos(time - before_ns)..=Time::from_nanos(time + after_ns);
-            labels.radar_track_near(5, None, Time::from_nanos(time), &span)
-        };
-        assert_eq!(near(8, 2, 2), told(Some("A"), false), "before it began");
-        assert_eq!(near(14, 5, 5), told(Some("A"), false));
-        assert_eq!(near(16, 5, 5), told(None, false));
-        assert_eq!(near(15, 5, 5), None, "of one that was another's");
-        assert_eq!(near(15, 5, 4), told(Some("A"), false), "who took part last");
-        assert_eq!(near(23, 3, 0), told(None, false), "after its end");
-        assert_eq!(near(24, 3, 9), None);
-        assert_eq!(near(7, 9, 2), None);
-    }
-
-    #[test]
-    fn radars_that_disagree_leave_it_open() {
-        let rows = vec![
-            label(1, "east", 5, "A", false),
-            label(1, "west", 5, "", false),
-            label(2, "east", 6, "A", false),
-            label(2, "west", 6, "A", false),
-        ];
-        let labels = Labels::with_receivers(rows, &BTreeSet::new());
-        assert_eq!(labels.radar_track(5, None, &span(0, 2)), None);
-        assert_eq!(labels.radar_track(5, Some("west"), &span(0, 2)), told(None, false));
-        assert_eq!(labels.radar_track(6, None, &span(2, 3)), told(Some("A"), false));
-    }
-
-    #[test]
-    fn a_receiver_is_the_sensor_whose_numbers_stay_on_their_drones() {
-        let labels = Labels::new(vec![
-            label(1, "squitter", 7, "A", false),
-            label(2, "squitter", 7, "A", false),
-            label(2, "squitter", 9, "B", false),
-            label(1, "radar", 7, "B", false),
-            label(2, "radar", 8, "B", false),
-        ]);
-        assert_eq!(labels.transponder(7), told(Some("A"), false));
-        assert_eq!(labels.transponder(8), None);
-        assert_eq!(labels.equipped(), BTreeSet::from(["A", "B"]));
-        assert_eq!(labels.radar_track(7, None, &span(1, 2)), told(Some("B"), false));
-    }
-
-    #[test]
-    fn receivers_that_disagree_leave_it_open() {
-        let rows = vec![label(1, "one", 7, "A", false), label(1, "two", 7, "B", false)];
-        assert_eq!(Labels::new(rows).transponder(7), None);
-    }
-}
+mod tests;

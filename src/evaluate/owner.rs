@@ -80,7 +80,8 @@ impl<'a> Owners<'a> {
             walked_off: false,
         };
         let Some(labels) = self.labels else { return nearest(self) };
-        let transponder = point.transponder.map(|number| labels.transponder(number));
+        let transponder =
+            point.transponder.map(|number| labels.transponder(point.identity.as_deref(), number));
         let span = self.span(point);
         let radar = point.radar_track.map(|track| labels.radar_track(track, point.sensor.as_deref(), &span));
         let paired = transponder.flatten().zip(radar.flatten()).and_then(|(transponder, radar)| {

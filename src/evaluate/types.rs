@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::place::{Offset, Place};
 use crate::config::{Config, Radar};
-use crate::picture::{PictureMaker, PictureTrack};
+use crate::picture::{PictureMaker, PictureTrack, serial_text};
 use fusion::Source;
 use fusion::integrity::{Reasons, State};
 use fusion::point::Estimate;
@@ -39,8 +39,11 @@ pub struct OutputPoint {
     pub radar_track: Option<u16>,
     /// The radar of that track, where the format names it.
     pub sensor: Option<String>,
-    /// The number of the contributing transponder.
+    /// The service's number of the contributing transponder.
     pub transponder: Option<u32>,
+    /// The name of that transponder's identity: serial number, ICAO address in hexadecimal, ...; `None` where the format does
+    /// not state it.
+    pub identity: Option<String>,
     /// Covariance of its position; `None` where the output has none, as in every file format.
     pub covariance: Option<Covariance>,
     /// What the output says of its transponder, or for want of one.
@@ -137,6 +140,7 @@ impl OutputPoint {
             radar_track: source.radar().map(|part| part.track.number),
             sensor: source.radar().map(|part| maker.sensor(part.track.sensor).to_owned()),
             transponder: source.transponder().map(|part| part.number),
+            identity: source.transponder().map(|part| serial_text(part.identity)),
             covariance: track.point.estimate.as_ref().map(Covariance::from),
             flags: Flags::of_track(track),
         }

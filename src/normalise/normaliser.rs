@@ -41,6 +41,8 @@ pub struct Normaliser {
     unsaid_height_m: f64,
     /// The `reference` profile's rules need a height.
     needs_height: bool,
+    /// They have no use for bearings.
+    uses_bearings: bool,
 }
 
 /// Where a report is.
@@ -155,6 +157,7 @@ impl Normaliser {
             cameras,
             unsaid_height_m: origin.height_m,
             needs_height: config.fusion.profile == Profile::Reference,
+            uses_bearings: config.fusion.profile != Profile::Reference,
         }
     }
 
@@ -189,6 +192,11 @@ impl Normaliser {
         self.editions.get(&source).copied()
     }
 
+    /// The same that takes ADS-B and Remote ID without a height under the rules of `reference`, too: at an assumed one.
+    pub fn with_heights_unsaid(self) -> Self {
+        Self { needs_height: false, ..self }
+    }
+
     /// Whether the site has a camera.
     pub fn has_cameras(&self) -> bool {
         !self.cameras.is_empty()
@@ -199,9 +207,9 @@ impl Normaliser {
         let source = record.data_source.ok_or((None, Refusal::NoDataSource))?;
         let unknown = (None, Refusal::UnknownSource { category: cat015::Record::CATEGORY, source });
         let camera = self.cameras.get(&source).ok_or(unknown)?;
-        let bearing = match self.needs_height {
-            true => Err(Refusal::NotUsed),
-            false => camera.bearing(record, self, received),
+        let bearing = match self.uses_bearings {
+            true => camera.bearing(record, self, received),
+            false => Err(Refusal::NotUsed),
         };
         bearing.map_err(|refusal| (Some(camera.index), refusal))
     }

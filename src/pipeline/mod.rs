@@ -132,6 +132,11 @@ impl Pipeline {
         Self { withholds_plots: true, ..self }
     }
 
+    /// The same where reports of ADS-B and Remote ID need no height, whatever the profile: they are at an assumed one.
+    pub fn with_heights_unsaid(self) -> Self {
+        Self { normaliser: self.normaliser.with_heights_unsaid(), ..self }
+    }
+
     /// Takes in what was received: outputs are the slots due before it, then what happened to it.
     pub fn receive(&mut self, reception: &Reception) {
         let Reception { payload, from, received, .. } = reception;

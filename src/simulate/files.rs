@@ -5,6 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use super::{Attacked, Flight, Identified, Simulation};
+use crate::config::{Sensor, SensorKind};
 use crate::evaluate::Label;
 use crate::formats::PcapWriter;
 use fusion::time::{SECOND, Time};
@@ -40,7 +41,7 @@ pub fn write(simulation: &Simulation, about: &str, directory: &Path) -> io::Resu
         }
     }
     file("truth.csv", &|out| truth(&simulation.flights, out))?;
-    file("labels.csv", &|out| labels(&simulation.labels, out))?;
+    file("labels.csv", &|out| labels(simulation, out))?;
     if !simulation.attacks.is_empty() {
         file("attacks.csv", &|out| attacks(&simulation.attacks, out))?;
     }
@@ -112,13 +113,21 @@ fn truth(flights: &[Flight], out: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// `time,sensor,number,id,seduced`, in order of time.
-fn labels(labels: &[Label], out: &mut impl Write) -> io::Result<()> {
-    writeln!(out, "time,sensor,number,id,seduced")?;
-    labels.iter().try_for_each(|label| {
+/// `time,sensor,number,id,seduced`, in order of time; and `identity` where there are transmitters that the service does not
+/// number by their serial number.
+fn labels(simulation: &Simulation, out: &mut impl Write) -> io::Result<()> {
+    let is_other = |sensor: &Sensor| matches!(sensor.kind, SensorKind::AdsB(_) | SensorKind::RemoteId(_));
+    let with_identity = simulation.config.sensors.iter().any(is_other);
+    writeln!(out, "time,sensor,number,id,seduced{}", if with_identity { ",identity" } else { "" })?;
+    simulation.labels.iter().try_for_each(|label| {
+        let Label { sensor, number, .. } = label;
         let id = label.id.as_deref().unwrap_or("");
         let seduced = u8::from(label.seduced);
-        writeln!(out, "{},{},{},{id},{seduced}", seconds(label.time), label.sensor, label.number)
+        write!(out, "{},{sensor},{number},{id},{seduced}", seconds(label.time))?;
+        if with_identity {
+            write!(out, ",{}", label.identity.as_deref().unwrap_or(""))?;
+        }
+        writeln!(out)
     })
 }
 

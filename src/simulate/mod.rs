@@ -303,6 +303,7 @@ fn plot_label(radar: &Radar, detection: &Detection, ids: &[Option<String>], star
         number: detection.number.into(),
         id: ids[detection.target].clone(),
         seduced: detection.seduced,
+        identity: None,
     }
 }
 
@@ -313,6 +314,7 @@ fn report_label(report: &TransponderReport, start: Time) -> Label {
         number: wire::transponder_number(report.identity),
         id: report.is_own.then(|| drone_id(report.drone)),
         seduced: false,
+        identity: Some(wire::serial_text(report.identity)),
     }
 }
 

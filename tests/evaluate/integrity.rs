@@ -61,7 +61,7 @@ impl Scene {
 
     fn label(&mut self, second: f64, sensor: &str, number: u32, id: Option<&str>, seduced: bool) {
         let (sensor, id) = (sensor.to_owned(), id.map(str::to_owned));
-        self.labels.push(Label { time: at(second), sensor, number, id, seduced });
+        self.labels.push(Label { time: at(second), sensor, number, id, seduced, identity: None });
     }
 
     /// Plots of radar track 11, which is ALPHA's.
@@ -123,6 +123,7 @@ fn point(second: f64, source: PointSource, number: u32, east_m: f64) -> OutputPo
         radar_track: None,
         sensor: None,
         transponder: None,
+        identity: None,
         covariance: None,
         flags: Flags::default(),
     }
@@ -147,6 +148,32 @@ fn drift() -> Scene {
 
 fn near(found: Option<f64>, expected: f64) {
     assert!((found.unwrap() - expected).abs() < 1e-3, "{found:?} is not {expected}");
+}
+
+/// Another identity had the number first that is the serial number of the transponder that lies.
+#[test]
+fn a_lie_is_looked_for_under_its_serial_number() {
+    let mut scene = Scene::new(AttackKind::Jump, |second| if second < 60.0 { 0.0 } else { 120.0 });
+    scene.flag(7, [300], State::Suspect, &[Reason::Jump]);
+    scene.flag(8, [280], State::Suspect, &[Reason::Radar]);
+    let expected = scene.scored();
+    assert_eq!((expected.attacks[0].delay_s.is_some(), expected.clean.flags.len()), (true, 1));
+    for point in scene.reports.iter_mut().chain(&mut scene.output) {
+        let (number, identity) = match point.transponder {
+            Some(7) => (429_496, "000000000007"),
+            _ => (7, "SMTR70000008"),
+        };
+        (point.transponder, point.identity) = (Some(number), Some(identity.to_owned()));
+    }
+    for row in &mut scene.labels {
+        let identity = if row.number == 7 { "000000000007" } else { "SMTR70000008" };
+        row.identity = Some(identity.to_owned()).filter(|_| row.sensor == "squitter");
+    }
+    let told = scene.scored();
+    assert_eq!(told.attacks, expected.attacks);
+    assert_eq!(told.clean.identity_h, expected.clean.identity_h);
+    assert_eq!(told.clean.flags.iter().map(|flag| flag.number).collect::<Vec<_>>(), [7]);
+    assert_eq!(told.clean.flags[0].from, expected.clean.flags[0].from);
 }
 
 #[test]

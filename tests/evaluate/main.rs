@@ -9,6 +9,7 @@ mod encounter;
 mod files;
 mod formats;
 mod gospa;
+mod identity;
 mod integrity;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]

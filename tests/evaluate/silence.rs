@@ -34,6 +34,7 @@ fn own(slot: i64, east_m: f64) -> OutputPoint {
         radar_track: None,
         sensor: None,
         transponder: Some(7),
+        identity: None,
         covariance: None,
         flags: Flags::default(),
     }
@@ -68,6 +69,7 @@ fn labels() -> Labels {
         number,
         id: id.map(str::to_owned),
         seduced: false,
+        identity: None,
     };
     let of_slot = |slot| {
         [
@@ -200,6 +202,7 @@ fn deviations_are_judged_by_what_drone_and_track_do() {
         number: 11,
         id: Some("ALPHA".to_owned()),
         seduced,
+        identity: None,
     };
     // The track walks off at 27.6 s, in slot 110, and is heard no more.
     let rows = (40..110).map(|slot| seduced(slot, false)).chain([seduced(110, true)]);

@@ -150,13 +150,13 @@ fn used(shown: &[String], sensor: &str) -> u64 {
     line.split(' ').next().unwrap().parse().unwrap()
 }
 
-/// Share of the time, percent, in which who is heard has a place.
-fn seen_percent(shown: &[String]) -> u64 {
+/// Of who is heard: its mean error, metres, and the share of the time in which it has a place, percent.
+fn while_heard(shown: &[String]) -> (f64, u64) {
     let row = "while its transponder spoke";
     let line = shown.iter().find(|line| line.starts_with(row)).unwrap();
-    let words: Vec<&str> = line.split_whitespace().collect();
-    let percent = words.iter().position(|word| *word == "%").unwrap();
-    words[percent - 1].parse().unwrap()
+    let words: Vec<&str> = line[row.len()..].split_whitespace().collect();
+    let [metres, "m", percent, "%", ..] = words[..] else { panic!("{line}") };
+    (metres.parse().unwrap(), percent.parse().unwrap())
 }
 
 /// Callsigns of the simulated aeroplanes and helicopters: a G, and four letters.
@@ -177,7 +177,8 @@ fn an_airfield_shows_aeroplanes_and_drones_without_a_radar() {
     assert!(rows.iter().filter(|(_, who, _)| is_callsign(who)).all(|(.., row)| row.contains(" m")));
     assert!(used(&shown, "adsb (adsb)") > 1000 && used(&shown, "remote-id (remote-id)") > 1000);
     assert!(shown.iter().any(|line| line.contains(" slots: 0 fused, 0 radar, ")));
-    assert!(seen_percent(&shown) >= 99, "{shown:#?}");
+    let (error_m, percent) = while_heard(&shown);
+    assert!(error_m < 15.0 && percent >= 99, "{shown:#?}");
 }
 
 #[test]
@@ -203,5 +204,6 @@ fn an_event_shows_what_every_kind_of_sensor_sees() {
     let output = shown.iter().find(|line| line.starts_with("output")).unwrap();
     let fused = output.split(" slots: ").nth(1).unwrap().split(' ').next().unwrap();
     assert!(fused.parse::<u64>().unwrap() > 1000, "{output}");
-    assert!(seen_percent(&shown) >= 95, "{shown:#?}");
+    let (error_m, percent) = while_heard(&shown);
+    assert!(error_m < 15.0 && percent >= 95, "{shown:#?}");
 }

@@ -105,6 +105,7 @@ fn relabelled(changed: Lied, labels: &mut Vec<Label>, kind: AttackKind, from: Ti
         number: NUMBER,
         id: None,
         seduced: false,
+        identity: None,
     }));
     changed.receptions
 }

@@ -66,9 +66,10 @@ pub(super) fn truth(paths: &[PathBuf]) -> Result<Truth, Failure> {
 /// The labels; a configuration knows which sensors are transponder receivers.
 pub(super) fn labels(path: &Path, config: Option<&Config>) -> Result<Labels, Failure> {
     let rows = read::labels(&name(path), &octets(path)?)?;
-    let Some(config) = config else { return Ok(Labels::new(rows)) };
-    let receivers = config.sensors.iter().filter(|sensor| !sensor.kind.is_radar());
-    Ok(Labels::with_receivers(rows, &receivers.map(|sensor| sensor.id.clone()).collect()))
+    Ok(match config {
+        Some(config) => Labels::of_site(rows, config),
+        None => Labels::new(rows),
+    })
 }
 
 /// Whether the labels name any drone of the truth.
@@ -110,6 +111,22 @@ pub(super) fn output(path: &Path, date: Option<Date>, truth: &Truth) -> Result<V
         );
     }
     Ok(file.points)
+}
+
+/// Warns where the output does not state identities, labels do, and the numbers of the output are not theirs.
+pub(super) fn warn_of_unnamed(path: &Path, output: &[OutputPoint], labels: &Labels) {
+    if labels.rows().iter().all(|row| row.identity.is_none()) {
+        return;
+    }
+    let transponders =
+        output.iter().filter(|point| point.identity.is_none()).filter_map(|point| point.transponder);
+    let unknown = transponders.filter(|&number| labels.transponder(None, number).is_none()).count();
+    if unknown > 0 {
+        warn!(
+            "{}: {unknown} points do not state the identity of their transponder, and its number is not in --labels: each belongs to the nearest drone; NDJSON and GeoJSON state it",
+            name(path)
+        );
+    }
 }
 
 /// Warns where all points are before or after the truth: another flight, or other times.

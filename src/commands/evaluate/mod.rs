@@ -42,7 +42,7 @@ pub struct Args {
     /// Where the drones were: CSV with time,id,lat,lon,alt_msl, or GPX; several files are one truth
     #[arg(long, required = true, value_name = "FILE")]
     pub truth: Vec<PathBuf>,
-    /// Which drone each plot and transponder was: CSV with time,sensor,number,id,seduced
+    /// Which drone each plot and transponder was: CSV with time,sensor,number,id,seduced,identity
     #[arg(long, value_name = "FILE")]
     pub labels: Option<PathBuf>,
     /// What the output was made from, to score each input alone; several are merged by reception time
@@ -190,6 +190,9 @@ fn read(args: &Args) -> Result<Inputs, Box<dyn std::error::Error + Send + Sync>>
     }
     let output = files::output(&args.output, args.date, &truth)?;
     files::warn_unless_at_one_time(&args.output, &output, &truth);
+    if let Some(labels) = &labels {
+        files::warn_of_unnamed(&args.output, &output, labels);
+    }
     let alone = match &config {
         Some(config) if !args.capture.is_empty() => {
             let receptions = files::receptions(&args.capture, args.date, &truth)?;

@@ -41,6 +41,7 @@ fn point(drone: usize, time_s: f64) -> OutputPoint {
         radar_track: None,
         sensor: None,
         transponder: Some(drone as u32 + 1),
+        identity: None,
         covariance: None,
         flags: Flags::default(),
     }
@@ -53,6 +54,7 @@ fn label(drone: usize, time_s: f64) -> Label {
         number: drone as u32 + 1,
         id: Some(IDS[drone].to_owned()),
         seduced: false,
+        identity: None,
     }
 }
 

@@ -6,8 +6,8 @@ use fusion::integrity::Reasons;
 use fusion::time::Time;
 use serde::{Serialize, Serializer};
 
-use super::attacks::Attack;
 use super::flags::{Flagged, stretches};
+use super::transponders::Transponder;
 use crate::evaluate::types::OutputPoint;
 use crate::picture::Rfc3339;
 
@@ -37,27 +37,25 @@ pub struct FalseFlag {
 }
 
 impl Clean {
-    /// `reports` and `flagged` by transponder number.
+    /// Each transponder's reports, and its flagged points; beside them, from when on it lies.
     pub(super) fn of(
-        reports: &BTreeMap<u32, Vec<&OutputPoint>>,
-        flagged: &BTreeMap<u32, Vec<Flagged>>,
-        attacks: &[Attack],
+        (reports, reports_lie): (
+            &BTreeMap<Transponder<'_>, Vec<&OutputPoint>>,
+            &BTreeMap<Transponder<'_>, Time>,
+        ),
+        (flagged, flagged_lie): (&BTreeMap<Transponder<'_>, Vec<Flagged>>, &BTreeMap<Transponder<'_>, Time>),
     ) -> Self {
-        let lies_from = |number: u32| {
-            let lies = attacks.iter().filter(|attack| attack.number == number && attack.kind.is_lie());
-            lies.map(|attack| attack.from).min()
-        };
         let mut clean = Self::default();
-        for (&number, reports) in reports {
+        for (transponder, reports) in reports {
             let (Some(first), Some(last)) = (reports.first(), reports.last()) else { continue };
-            let until = lies_from(number).map_or(last.time, |from| from.min(last.time));
+            let until = reports_lie.get(transponder).map_or(last.time, |from| *from.min(&last.time));
             clean.identity_h += until.seconds_since(first.time).max(0.0) / 3600.0;
         }
-        for (&number, points) in flagged {
-            let is_clean = |time: Time| lies_from(number).is_none_or(|from| time < from);
+        for (transponder, points) in flagged {
+            let is_clean = |time: Time| flagged_lie.get(transponder).is_none_or(|from| time < *from);
             let false_ones = stretches(points).into_iter().filter(|flag| is_clean(flag.first.published));
             clean.flags.extend(false_ones.map(|flag| FalseFlag {
-                number,
+                number: flag.first.number,
                 from: flag.first.published,
                 until: flag.last.published,
                 reasons: flag.reasons,

@@ -7,6 +7,7 @@ use fusion::slots::Slot;
 use fusion::time::Time;
 
 use super::course::later;
+use super::transponders::Transponder;
 use crate::evaluate::types::{OutputPoint, Scoring};
 
 /// Flags of one identity that are less than this apart are one, seconds.
@@ -15,6 +16,8 @@ const ONE_FLAG_S: f64 = 5.0;
 /// A point that says that its transponder is suspect or failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Flagged {
+    /// The service's number of the transponder.
+    pub(super) number: u32,
     pub(super) slot: Slot,
     /// What it is of.
     pub(super) time: Time,
@@ -32,15 +35,20 @@ pub(super) struct Stretch {
     pub(super) reasons: Reasons,
 }
 
-/// The flagged points of each transponder number, by slot.
-pub(super) fn by_number(output: &[OutputPoint], settings: &Scoring) -> BTreeMap<u32, Vec<Flagged>> {
-    let mut flagged: BTreeMap<u32, Vec<Flagged>> = BTreeMap::new();
+/// The flagged points of each transponder, by slot.
+pub(super) fn by_transponder<'a>(
+    output: &'a [OutputPoint],
+    settings: &Scoring,
+) -> BTreeMap<Transponder<'a>, Vec<Flagged>> {
+    let mut flagged: BTreeMap<Transponder<'a>, Vec<Flagged>> = BTreeMap::new();
     for point in output {
         let Some((number, (state, reasons))) = point.transponder.zip(point.flags.integrity) else { continue };
+        let Some(transponder) = Transponder::of(point) else { continue };
         if state.is_flagged() {
             let slot = settings.grid.of(point.time);
             let published = settings.grid.open(slot) + settings.latency;
-            flagged.entry(number).or_default().push(Flagged { slot, time: point.time, published, reasons });
+            let flag = Flagged { number, slot, time: point.time, published, reasons };
+            flagged.entry(transponder).or_default().push(flag);
         }
     }
     flagged.values_mut().for_each(|points| points.sort_by_key(|point| point.slot)); // stable

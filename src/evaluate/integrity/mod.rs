@@ -7,6 +7,7 @@ mod detection;
 mod flags;
 mod jamming;
 mod shown;
+mod transponders;
 mod uncooperative;
 
 use std::collections::BTreeMap;
@@ -27,6 +28,7 @@ use super::owner::PointKind;
 use super::truth::Truth;
 use super::types::{OutputPoint, Scoring};
 use course::Course;
+use transponders::{Transponder, Transponders};
 
 /// What a flight's flags are scored by.
 #[derive(Clone, Copy, Debug)]
@@ -64,27 +66,33 @@ pub struct Integrity {
 /// Scores the flags of an output.
 pub fn integrity(flight: &Flight<'_>) -> Integrity {
     let Flight { truth, labels, attacks, output, settings, .. } = *flight;
-    let mut reports: BTreeMap<u32, Vec<&OutputPoint>> = BTreeMap::new();
+    let mut reports: BTreeMap<Transponder<'_>, Vec<&OutputPoint>> = BTreeMap::new();
     for report in flight.reports {
-        reports.entry(report.number).or_default().push(report);
+        if let Some(transponder) = Transponder::of(report) {
+            reports.entry(transponder).or_default().push(report);
+        }
     }
     reports.values_mut().for_each(|reports| reports.sort_by_key(|report| report.time)); // stable
-    let flagged = flags::by_number(output, settings);
+    let flagged = flags::by_transponder(output, settings);
+    let (reporting, published) = (Transponders::of(flight.reports), Transponders::of(output));
     let counted = Counted::new(truth, settings.grid);
     let reference = Reference { truth, labels: Some(labels), counted: &counted, grid: settings.grid };
     let points = judge(output, PointKind::Output, reference);
-    let of_number = |number: u32| reports.get(&number).map_or(&[][..], Vec::as_slice);
     let detection = |attack: &Attack| {
         let index = truth.index_of(&attack.id)?;
         let drone = &truth.tracks()[index];
-        let flagged = flagged.get(&attack.number).map_or(&[][..], Vec::as_slice);
-        let course = Course::of(attack, of_number(attack.number), drone, flight);
-        let shown = Shown::of(attack, flagged, (index, drone), &points, flight);
+        let published = published.attacked(attack);
+        let flagged = published.and_then(|of| flagged.get(&of)).map_or(&[][..], Vec::as_slice);
+        let reports =
+            reporting.attacked(attack).and_then(|of| reports.get(&of)).map_or(&[][..], Vec::as_slice);
+        let course = Course::of(attack, reports, drone, flight);
+        let own = output.iter().filter(|point| published.is_some() && Transponder::of(point) == published);
+        let shown = Shown::of(attack, (flagged, own), (index, drone), &points, flight);
         Some(Detection::new(attack, &course, flagged, shown))
     };
     Integrity {
         attacks: attacks.iter().filter(|attack| attack.kind.is_lie()).filter_map(detection).collect(),
-        clean: Clean::of(&reports, &flagged, attacks),
+        clean: Clean::of((&reports, &reporting.lies(attacks)), (&flagged, &published.lies(attacks))),
         uncooperative: Uncooperative::of(&points, attacks, truth, labels, settings.grid.slot_s()),
         jamming: flight.alerts.map(|alerts| Jamming::of(alerts, attacks, settings)),
     }

@@ -30,10 +30,11 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// `points`: those of the output that count, of all drones.
-    pub(super) fn of(
+    /// Of an attack: the flagged points of its transponder, and all of them; `points`: those of the output that count, of all
+    /// drones.
+    pub(super) fn of<'a>(
         attack: &Attack,
-        flagged: &[Flagged],
+        (flagged, own): (&[Flagged], impl Iterator<Item = &'a OutputPoint>),
         drone: (usize, &TrueTrack),
         points: &[Judged<'_>],
         flight: &Flight<'_>,
@@ -54,7 +55,7 @@ impl Shown {
         let near: BTreeSet<Slot> = near.map(|judged| judged.slot).collect();
         let mut shown =
             Self { seen_slots: seen.len() as u64, near_slots: near.len() as u64, ..Self::default() };
-        for point in flight.output.iter().filter(|point| is_lie(point, attack)) {
+        for point in own.filter(|point| is_lie(point, attack)) {
             let Some((truth, covariance)) = truth.at(point.time).zip(point.covariance) else { continue };
             if let Some(square) = nees::of_plane(&point.place.offset_from(&truth), &covariance) {
                 shown.points += 1;
@@ -86,9 +87,8 @@ impl Shown {
     }
 }
 
-/// Whether it is a point of the attacked transponder that is flagged, while it is attacked.
+/// Whether a point of the attacked transponder is flagged, while it is attacked.
 fn is_lie(point: &OutputPoint, attack: &Attack) -> bool {
-    point.transponder == Some(attack.number)
-        && point.flags.integrity.is_some_and(|(state, _)| state.is_flagged())
+    point.flags.integrity.is_some_and(|(state, _)| state.is_flagged())
         && (attack.from..attack.until).contains(&point.time)
 }

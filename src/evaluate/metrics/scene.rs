@@ -109,6 +109,7 @@ mod tests {
             radar_track: Some(1),
             sensor: Some(sensor.to_owned()),
             transponder: None,
+            identity: None,
             covariance: None,
             flags: Flags::default(),
         };

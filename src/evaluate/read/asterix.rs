@@ -15,6 +15,8 @@ use crate::capture::{Capture, Contents, Datagram, OpenError};
 use crate::evaluate::place::Place;
 use crate::evaluate::types::{Flags, OutputPoint, PointSource};
 use crate::normalise::nearest_day;
+use crate::picture::serial_text;
+use fusion::Identity;
 use fusion::integrity::{Reasons, State};
 use fusion::time::Time;
 
@@ -70,6 +72,14 @@ fn flags(flags: asterix::cat129::fusion_report::Flags) -> Flags {
         integrity: state.map(|state| (state, Reasons::default())),
         is_uncooperative: flags.contains(Bits::UNCOOPERATIVE),
     }
+}
+
+/// The name that the record's serial number (I129/040) gives its transponder; `None` where it is the number of the track,
+/// as `[output] serial` may have it, or blank, as that of an aircraft without one.
+fn identity(record: &Record, report: &FusionReport) -> Option<String> {
+    report.transponder?;
+    let name = serial_text(Identity::new(&record.serial_number?, None)?);
+    (name.parse() != Ok(report.track_number)).then_some(name)
 }
 
 struct Reader<'a> {
@@ -144,6 +154,7 @@ impl Reader<'_> {
             radar_track: report.as_ref().and_then(|report| report.radar_track),
             sensor: None,
             transponder: report.as_ref().and_then(|report| report.transponder),
+            identity: report.as_ref().and_then(|report| identity(record, report)),
             covariance: None,
             flags: report.as_ref().map_or_else(Flags::default, |report| flags(report.flags)),
         };

@@ -38,7 +38,8 @@ pub(super) fn truth(name: &str, text: &str) -> Result<Tracks, FileError> {
     Ok(tracks.into_iter().collect())
 }
 
-/// `time,sensor,number,id,seduced`; an empty id is no drone, `seduced` may be empty or missing (no).
+/// `time,sensor,number,id,seduced,identity`; an empty id is no drone, `seduced` (no) and `identity` (not stated) may be empty or
+/// missing.
 pub(super) fn labels(name: &str, text: &str) -> Result<Vec<Label>, FileError> {
     let columns = Columns::of(name, text, &["time", "sensor", "number", "id"])?;
     columns.rows(text).map(|row| label(&row?)).collect()
@@ -54,8 +55,9 @@ fn label(row: &Row<'_>) -> Result<Label, FileError> {
         time: row.time("time")?,
         sensor: row.text("sensor").to_owned(),
         number: row.integer("number")?,
-        id: Some(row.text("id")).filter(|id| !id.is_empty()).map(str::to_owned),
+        id: row.filled("id"),
         seduced,
+        identity: row.filled("identity"),
     })
 }
 
@@ -101,6 +103,7 @@ fn point(row: &Row<'_>, source: &str, number: &str) -> Result<OutputPoint, FileE
         radar_track: row.optional("radar_track")?,
         sensor: sensor(row.text("id")).map(str::to_owned),
         transponder: row.optional("transponder")?,
+        identity: row.filled("identity"),
         covariance: None,
         flags: flags(row)?,
     })
@@ -205,6 +208,11 @@ impl Row<'_> {
     fn text(&self, column: &str) -> &str {
         let place = self.columns.names.iter().position(|name| name == column);
         place.and_then(|place| self.cells.get(place)).unwrap_or_default()
+    }
+
+    /// The same, if it is not empty.
+    fn filled(&self, column: &str) -> Option<String> {
+        Some(self.text(column)).filter(|text| !text.is_empty()).map(str::to_owned)
     }
 
     fn time(&self, column: &str) -> Result<Time, FileError> {

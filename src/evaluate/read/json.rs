@@ -19,6 +19,8 @@ struct TrackRow {
     lat: f64,
     lng: f64,
     alt_msl: Option<f64>,
+    uas_id: Option<UasId>,
+    aircraft: Option<Aircraft>,
     #[serde(default)]
     contributors: Vec<Contributor>,
     integrity: Option<String>,
@@ -26,6 +28,31 @@ struct TrackRow {
     reasons: Vec<String>,
     #[serde(default)]
     uncooperative: bool,
+}
+
+/// Of a drone's identity one name is there.
+#[derive(Deserialize)]
+struct UasId {
+    serial_number: Option<String>,
+    registration_id: Option<String>,
+    utm_id: Option<String>,
+    specific_session_id: Option<String>,
+}
+
+#[derive(Deserialize)]
+struct Aircraft {
+    icao24: Option<String>,
+}
+
+impl TrackRow {
+    /// The name of its transponder's identity.
+    fn identity(&mut self) -> Option<String> {
+        let of_drone = self
+            .uas_id
+            .take()
+            .and_then(|id| id.serial_number.or(id.registration_id).or(id.utm_id).or(id.specific_session_id));
+        of_drone.or_else(|| self.aircraft.take()?.icao24)
+    }
 }
 
 #[derive(Deserialize)]
@@ -166,7 +193,7 @@ pub(super) fn output(name: &str, text: &str) -> Result<Vec<OutputPoint>, FileErr
         .collect()
 }
 
-fn point(name: &str, line: u64, track: TrackRow) -> Result<OutputPoint, FileError> {
+fn point(name: &str, line: u64, mut track: TrackRow) -> Result<OutputPoint, FileError> {
     let time = cells::time(&track.time)
         .ok_or_else(|| FileError::at(name, line, format!("time: {:?} is no time in RFC 3339", track.time)))?;
     if !(-90.0..=90.0).contains(&track.lat) || !(-180.0..=180.0).contains(&track.lng) {
@@ -184,16 +211,21 @@ fn point(name: &str, line: u64, track: TrackRow) -> Result<OutputPoint, FileErro
         radar_track: None,
         sensor: None,
         transponder: None,
+        identity: None,
         covariance: None,
         flags: Flags { integrity, is_uncooperative: track.uncooperative },
     };
+    let mut identity = track.identity();
     for contributor in track.contributors {
         match contributor {
             Contributor::Radar { sensor, track_number } => {
                 point.radar_track = Some(track_number);
                 point.sensor = sensor;
             }
-            Contributor::Transponder { track_number } => point.transponder = Some(track_number),
+            Contributor::Transponder { track_number } => {
+                point.transponder = Some(track_number);
+                point.identity = identity.take();
+            }
             Contributor::Camera => {}
         }
     }

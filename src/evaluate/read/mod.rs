@@ -48,7 +48,8 @@ pub fn output(name: &str, octets: Vec<u8>, days: Days) -> Result<OutputFile, Fil
     Ok(OutputFile { points, ..OutputFile::default() })
 }
 
-/// Labels: CSV with `time,sensor,number,id,seduced`; an empty id is no drone, `seduced` may be empty or missing (no).
+/// Labels: CSV with `time,sensor,number,id,seduced,identity`; an empty id is no drone, `seduced` (no) and `identity` (not
+/// stated) may be empty or missing.
 ///
 /// # Errors
 /// A column is missing, or a line cannot be read.

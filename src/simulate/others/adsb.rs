@@ -187,6 +187,7 @@ fn of_aircraft(
                     number: aircraft.address,
                     id: Some(aircraft.id()),
                     seduced: false,
+                    identity: Some(format!("{:06X}", aircraft.address)),
                 });
             }
         }

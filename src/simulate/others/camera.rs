@@ -74,6 +74,7 @@ pub fn seen(scene: &Scene<'_>, index: usize, model: &Camera, others: &mut Others
                     number: bearing.number.into(),
                     id: id(scene, target),
                     seduced: false,
+                    identity: None,
                 });
                 bearings.push(bearing);
             }

@@ -223,6 +223,7 @@ fn broadcast(scene: &Scene<'_>, model: &RemoteId, beacon: Beacon<'_>, sensor: us
                     number: beacon.number,
                     id: beacon.id.clone(),
                     seduced: false,
+                    identity: Some(beacon.serial.clone()),
                 });
             }
             let octets: Option<Vec<u8>> = match &messages[..] {
