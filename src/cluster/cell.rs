@@ -232,6 +232,10 @@ impl<E: Fusing> Cell<E> {
         let sequence = last.map_or(0, |last| last.0);
         match &mut self.role {
             Role::Follows => {}
+            // The lease has come late: it was given to somebody else since.
+            Role::Claims { epoch, .. } if last.is_some_and(|(_, _, by)| by > *epoch) => {
+                return Err(Lost::Fenced);
+            }
             Role::Claims { until, .. } => *until = Some(sequence),
             Role::Owns { epoch } => {
                 let is_own =
