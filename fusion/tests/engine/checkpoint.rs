@@ -7,10 +7,14 @@ use std::path::Path;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
-use utm_fusion_engine::settings::OperationalRules;
-use utm_fusion_engine::{CheckpointError, Emission, Engine, Profile, Settings};
+use utm_fusion_engine::report::{Bearing, CameraTrackKey};
+use utm_fusion_engine::settings::{Camera, OperationalRules};
+use utm_fusion_engine::{CheckpointError, Emission, Engine, Enu, Profile, Report, Settings};
 
 use crate::scenario::{self, Arrival, Scenario, run, settings};
+
+/// Where the camera stands.
+const NOWHERE: Enu = Enu::new(0.0, 0.0, 0.0);
 
 /// The same settings in both profiles.
 fn profiles(scenario: &Scenario) -> [Settings; 2] {
@@ -98,11 +102,15 @@ fn the_number_of_the_layout_is_that_of_its_types() {
     let mut number = 0;
     for _ in 0..20 {
         let scenario = scenario::any().new_tree(&mut runner).unwrap().current();
-        for settings in profiles(&scenario) {
+        for mut settings in profiles(&scenario) {
+            let sensor = settings.add_camera(Camera { position: NOWHERE, azimuth: 0.01, elevation: 0.01 });
             let mut engine = Engine::new(settings).unwrap();
             for arrival in &scenario.arrivals {
                 drop(engine.advance(arrival.received));
                 let _ = engine.handle(arrival.report);
+                let track = CameraTrackKey { sensor, number: 1 };
+                let (time, azimuth) = (arrival.received, 0.3);
+                let _ = engine.handle(Report::Bearing(Bearing { track, time, azimuth, elevation: None }));
             }
             note_fields(&format!("{engine:#?}"), &mut fields);
             let written = engine.checkpoint();
