@@ -764,8 +764,15 @@ export type RIDFlight = {
 
 export type RIDFlightDetails = {
   id: string;
+  /** One of them. */
   uas_id: {
     serial_number: string;
+  } | {
+    registration_id: string;
+  } | {
+    utm_id: string;
+  } | {
+    specific_session_id: string;
   };
 };
 

@@ -753,10 +753,31 @@ RIDFlight = TypedDict(
     },
 )
 
-RIDFlightDetailsUasId = TypedDict(
-    "RIDFlightDetailsUasId",
+RIDFlightDetailsUasId1 = TypedDict(
+    "RIDFlightDetailsUasId1",
     {
         "serial_number": str,
+    },
+)
+
+RIDFlightDetailsUasId2 = TypedDict(
+    "RIDFlightDetailsUasId2",
+    {
+        "registration_id": str,
+    },
+)
+
+RIDFlightDetailsUasId3 = TypedDict(
+    "RIDFlightDetailsUasId3",
+    {
+        "utm_id": str,
+    },
+)
+
+RIDFlightDetailsUasId4 = TypedDict(
+    "RIDFlightDetailsUasId4",
+    {
+        "specific_session_id": str,
     },
 )
 
@@ -764,7 +785,7 @@ RIDFlightDetails = TypedDict(
     "RIDFlightDetails",
     {
         "id": str,
-        "uas_id": "RIDFlightDetailsUasId",
+        "uas_id": Union["RIDFlightDetailsUasId1", "RIDFlightDetailsUasId2", "RIDFlightDetailsUasId3", "RIDFlightDetailsUasId4"],
     },
 )
 
