@@ -92,8 +92,6 @@ pub struct Cell<E> {
     /// Sequences of the last input that was read, and of the last that was handled.
     read: u64,
     handled: u64,
-    /// When the last slot was due that is made.
-    made_until: Option<Time>,
     watermarks: Watermarks,
     /// What others published and this node has not made yet.
     outputs: VecDeque<(u64, Output)>,
@@ -118,7 +116,6 @@ impl<E: Fusing> Cell<E> {
             inputs: VecDeque::new(),
             read: handled,
             handled,
-            made_until: None,
             watermarks: Watermarks::default(),
             outputs: VecDeque::new(),
             published,
@@ -314,9 +311,13 @@ impl<E: Fusing> Cell<E> {
     /// Handles the next input; whether there was one.
     fn handle(&mut self) -> bool {
         let Some((sequence, input)) = self.inputs.pop_front() else { return false };
+        let slot = self.grid.slot();
         for heard in &input.heard {
-            let earliest = self.made_until.map_or(heard.received, |made| heard.received.max(made + APART));
-            let at = self.engine.next_due().map_or(earliest, |due| earliest.min(due + -APART));
+            // Between the slot that was made last and the next, by what the engine knows: so on every node.
+            let at = self
+                .engine
+                .next_due()
+                .map_or(heard.received, |due| heard.received.clamp(due + -slot + APART, due + -APART));
             self.engine.receive(heard, at);
         }
         if input.is_last {
@@ -327,7 +328,6 @@ impl<E: Fusing> Cell<E> {
     }
 
     fn make(&mut self, due: Time) -> Option<(Slot, Vec<u8>)> {
-        self.made_until = Some(due);
         self.engine.tick(due);
         self.engine.poll()
     }
