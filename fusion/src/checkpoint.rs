@@ -19,7 +19,7 @@ use crate::settings::{Profile, Settings};
 const MAGIC: &[u8; 8] = b"utmckpt\0";
 
 /// The layout of the state: one more whenever a type that belongs to it has changed, or what its numbers mean. A kept test
-/// holds it to the types (`tests/checkpoint.rs`).
+/// holds it to the types (`tests/engine/checkpoint.rs`).
 const LAYOUT: u16 = 2;
 
 /// Octets in front of the state.

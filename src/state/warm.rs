@@ -24,8 +24,6 @@ const NAME: &str = "engine.warm";
 const PART: &str = "engine.warm.part";
 /// Frames that may wait for the disk: some seconds of the busiest site.
 const QUEUE: usize = 16_384;
-/// Longest frame that is believed, octets.
-const LONGEST: usize = 1 << 30;
 
 /// A frame of the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -143,8 +141,7 @@ fn hash_of(contents: &[u8]) -> [u8; 8] {
 
 fn write_frame(file: &mut impl Write, frame: &Frame) -> io::Result<()> {
     let contents = postcard::to_stdvec(frame).map_err(io::Error::other)?;
-    let length = u32::try_from(contents.len()).ok().filter(|&length| length as usize <= LONGEST);
-    let length = length.ok_or_else(|| io::Error::other("a state of more than 1 GiB"))?;
+    let length = u32::try_from(contents.len()).map_err(|_| io::Error::other("a state of more than 4 GiB"))?;
     file.write_all(&length.to_le_bytes())?;
     file.write_all(&hash_of(&contents))?;
     file.write_all(&contents)

@@ -46,9 +46,12 @@ impl Engine {
 
     /// The state as it is before the window is emptied.
     pub(super) fn end_checkpoint(&mut self) {
-        if self.driver.next_made().is_some() && self.warm().is_some() {
-            let checkpoint = self.checkpoint(self.clock.now(), self.driver.checkpoint(&self.config));
-            self.warm().into_iter().for_each(|warm| warm.end(checkpoint.clone()));
+        if self.driver.next_made().is_none() || self.warm().is_none() {
+            return;
+        }
+        let checkpoint = self.checkpoint(self.clock.now(), self.driver.checkpoint(&self.config));
+        if let Some(warm) = self.warm() {
+            warm.end(checkpoint);
         }
     }
 
