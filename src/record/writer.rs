@@ -192,6 +192,8 @@ impl Writer {
             }
             // A new segment says from where on a replay is exact again.
             Recorded::Gap(until) => {
+                // A state of before it is not that of what follows.
+                self.checkpoint = None;
                 self.latest = self.latest.max(Some(until));
                 Some(self.end())
             }

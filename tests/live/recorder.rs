@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::net::{Ipv4Addr, SocketAddrV4};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use fusion::Identity;
@@ -12,7 +13,7 @@ use utm_fusion::config::{Config, Record};
 use utm_fusion::record::{Recorded, Recorder, RecorderQueue};
 use utm_fusion::state::read_numbers;
 
-use crate::common::{Scratch, datagrams, files, only, read};
+use crate::common::{Scratch, beside, datagrams, files, only, read};
 
 fn config() -> Config {
     Config::load(concat!(env!("CARGO_MANIFEST_DIR"), "/config/example.toml")).unwrap()
@@ -63,6 +64,45 @@ fn files_rotate_and_the_oldest_own_ones_go() {
     foreign.iter().for_each(|name| assert!(dir.join(name).exists(), "{name}"));
 }
 
+/// What a file begins with was the state just before its first datagram, or the file begins with none.
+#[test]
+fn a_state_of_before_something_was_lost_begins_no_file() {
+    let scratch = Scratch::new();
+    let dir = scratch.path("recordings");
+    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 9 };
+    let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    let state = |state: &str| assert!(queue.wait(Recorded::Checkpoint(state.as_bytes().into())));
+    let hours = SignedDuration::from_hours;
+    send(&queue, hours(0), vec![1]);
+    // Full after an hour, and there is a state.
+    state("two");
+    send(&queue, hours(2), vec![2]);
+    state("old");
+    assert!(queue.wait(Recorded::Gap(START + hours(3))));
+    send(&queue, hours(3) + millis(1), vec![3]);
+    // Full, and waiting for the next state, for a minute at most.
+    send(&queue, hours(5), vec![4]);
+    state("five");
+    send(&queue, hours(5) + millis(1), vec![5]);
+    send(&queue, hours(7), vec![6]);
+    send(&queue, hours(7) + millis(60_001), vec![7]);
+    drop(queue);
+    recorder.join();
+    let begun = |input: &PathBuf| fs::read_to_string(beside(input, "engine")).ok();
+    let inputs: Vec<_> = files(&dir, "input-", ".pcap")
+        .iter()
+        .map(|input| (begun(input), datagrams(input).into_iter().map(|(_, payload)| payload[0]).collect()))
+        .collect();
+    let expected = [
+        (None, vec![1]),
+        (Some("two".to_owned()), vec![2]),
+        (None, vec![3, 4]),
+        (Some("five".to_owned()), vec![5, 6]),
+        (None, vec![7]),
+    ];
+    assert_eq!(inputs, expected);
+}
+
 #[test]
 fn a_later_file_begins_with_the_decisions_that_are_in_force() {
     let scratch = Scratch::new();
@@ -87,7 +127,7 @@ fn a_later_file_begins_with_the_decisions_that_are_in_force() {
     let inputs = files(&dir, "input-", ".pcap");
     assert_eq!(inputs.len(), 2);
     let second = only(&dir, "input-", ".decisions.jsonl");
-    assert_eq!(second, crate::common::beside(&inputs[0], "decisions.jsonl"));
+    assert_eq!(second, beside(&inputs[0], "decisions.jsonl"));
     assert_eq!(read(&second), "two\nthree\n");
 }
 
