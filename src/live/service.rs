@@ -3,20 +3,20 @@
 mod foresight;
 mod keepers;
 mod publication;
+mod troubles;
 mod warm;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use tracing::{info, warn};
 
-use super::alerts::{Severity, Trouble};
 use super::clock::Clock;
 use super::condition::Level;
 use super::driver::{Driver, Made};
@@ -27,7 +27,7 @@ use super::losses::Losses;
 use super::published::{PublishedPicture, Status};
 use super::quiet::Quiet;
 use crate::capture::{Ending, Endpoints, Reception, ReceptionKind, TrailerRules, Trailers};
-use crate::config::{Config, Feed, Profile};
+use crate::config::{Config, Feed};
 use crate::conflicts::ConflictWatch;
 use crate::formats::Encoders;
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
@@ -36,7 +36,7 @@ use crate::pipeline::Event;
 use crate::record::{Recorded, RecorderQueue};
 use crate::state::WarmQueue;
 use fusion::SensorIndex;
-use fusion::numbering::{LARGEST_TRANSPONDER_NUMBER, NumberChange};
+use fusion::numbering::NumberChange;
 use fusion::registration::Misalignment;
 use fusion::report::TransponderType;
 use fusion::time::{SECOND, Time};
@@ -49,9 +49,6 @@ const LOOK_UP: Duration = Duration::from_millis(100);
 const STATUS_AHEAD: jiff::SignedDuration = jiff::SignedDuration::from_millis(1100);
 /// A datagram that waited longer than this for the engine counts as delayed: as a rule none waits for a millisecond.
 const WAITED: jiff::SignedDuration = jiff::SignedDuration::from_millis(500);
-
-/// Share of the transponder numbers in use from which an alert is raised.
-const NUMBERS_LOW: f64 = 0.9;
 
 /// What was learnt of the sensors, as far as it shows that there is more of it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -436,65 +433,6 @@ impl Engine {
         }
         self.outlets.hub.tell(status);
     }
-
-    /// What is wrong with the service itself, since it was told last.
-    fn troubles(&mut self, at: Time) -> Vec<Trouble> {
-        let mut troubles = Vec::new();
-        let mut find = |about: &'static str, severity, text: String| {
-            troubles.push(Trouble { about: about.into(), severity, text });
-        };
-        let behind_ns = self.driver.pipeline().engine().behind(at).as_nanos() as i64;
-        if behind_ns > SECOND {
-            let behind_s = behind_ns / SECOND;
-            let text = format!(
-                "the clock of this machine was set back: nothing is published for {behind_s} s, until it is caught up"
-            );
-            find(Trouble::CLOCK, Severity::Critical, text);
-        }
-        let count = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
-        let lost = |(_, line): &(_, Arc<LineCounters>)| count(&line.queue_full) + count(&line.kernel_dropped);
-        if let Some(lost) = self.input_losses.going_on(self.lines.iter().map(lost).sum(), at) {
-            let text = format!("{lost} datagrams of sensors were lost before the engine could handle them");
-            find(Trouble::INPUT, Severity::Critical, text);
-        }
-        let failed = self.failed_sends - std::mem::replace(&mut self.failed_told, self.failed_sends);
-        if failed > 0 {
-            find(
-                Trouble::OUTPUT,
-                Severity::Critical,
-                format!("{failed} datagrams could not be sent in a second"),
-            );
-        }
-        if let Some(counts) = self.outlets.recorder.as_ref().map(RecorderQueue::counts) {
-            let missing = self.recorder_losses.going_on(counts.lost + counts.unwritten, at);
-            let text = match missing {
-                _ if counts.failing => Some("nothing is recorded: the disk cannot be written".to_owned()),
-                Some(missing) => Some(format!("{missing} datagrams are missing in the recording")),
-                None => None,
-            };
-            text.into_iter().for_each(|text| find(Trouble::RECORDER, Severity::Warning, text));
-        }
-        if let Some(seconds) = self.conflict_losses.going_on(self.outlets.hub.outlooks.dropped(), at) {
-            let text = format!("the conflicts of {seconds} seconds came too late to be shown");
-            find(Trouble::CONFLICTS, Severity::Warning, text);
-        }
-        let used = self.driver.pipeline().engine().numbers().used();
-        if let Some(text) = numbers_low(used, self.config.fusion.profile) {
-            find("numbers", Severity::Warning, text);
-        }
-        troubles
-    }
-}
-
-/// The text of the alert where few transponder numbers are left.
-fn numbers_low(used: usize, profile: Profile) -> Option<String> {
-    let then = match profile {
-        Profile::Operational => "a new transponder takes that of the one heard longest ago",
-        Profile::Reference => "new transponders are left out",
-    };
-    (used as f64 >= NUMBERS_LOW * f64::from(LARGEST_TRANSPONDER_NUMBER)).then(|| {
-        format!("{used} of {LARGEST_TRANSPONDER_NUMBER} transponder numbers are in use; when all are, {then}")
-    })
 }
 
 /// Median, 95th and 99th percentile, seconds.

@@ -5,8 +5,11 @@ use std::sync::mpsc::sync_channel;
 
 use jiff::SignedDuration;
 
+use super::troubles::numbers_low;
 use super::*;
 use crate::areas::Masks;
+use crate::config::Profile;
+use crate::live::alerts::{Severity, Trouble};
 use crate::live::{Hub, Level, SensorState, now};
 use crate::simulate::{Scenario, simulate};
 

@@ -1,0 +1,76 @@
+//! What is wrong with the service itself, as alerts tell it.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::Engine;
+use crate::config::Profile;
+use crate::live::alerts::{Severity, Trouble};
+use crate::net::listen::LineCounters;
+use crate::record::RecorderQueue;
+use fusion::numbering::LARGEST_TRANSPONDER_NUMBER;
+use fusion::time::{SECOND, Time};
+
+/// Share of the transponder numbers in use from which an alert is raised.
+const NUMBERS_LOW: f64 = 0.9;
+
+impl Engine {
+    /// What is wrong with the service itself, since it was told last.
+    pub(super) fn troubles(&mut self, at: Time) -> Vec<Trouble> {
+        let mut troubles = Vec::new();
+        let mut find = |about: &'static str, severity, text: String| {
+            troubles.push(Trouble { about: about.into(), severity, text });
+        };
+        let behind_ns = self.driver.pipeline().engine().behind(at).as_nanos() as i64;
+        if behind_ns > SECOND {
+            let behind_s = behind_ns / SECOND;
+            let text = format!(
+                "the clock of this machine was set back: nothing is published for {behind_s} s, until it is caught up"
+            );
+            find(Trouble::CLOCK, Severity::Critical, text);
+        }
+        let count = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        let lost = |(_, line): &(_, Arc<LineCounters>)| count(&line.queue_full) + count(&line.kernel_dropped);
+        if let Some(lost) = self.input_losses.going_on(self.lines.iter().map(lost).sum(), at) {
+            let text = format!("{lost} datagrams of sensors were lost before the engine could handle them");
+            find(Trouble::INPUT, Severity::Critical, text);
+        }
+        let failed = self.failed_sends - std::mem::replace(&mut self.failed_told, self.failed_sends);
+        if failed > 0 {
+            find(
+                Trouble::OUTPUT,
+                Severity::Critical,
+                format!("{failed} datagrams could not be sent in a second"),
+            );
+        }
+        if let Some(counts) = self.outlets.recorder.as_ref().map(RecorderQueue::counts) {
+            let missing = self.recorder_losses.going_on(counts.lost + counts.unwritten, at);
+            let text = match missing {
+                _ if counts.failing => Some("nothing is recorded: the disk cannot be written".to_owned()),
+                Some(missing) => Some(format!("{missing} datagrams are missing in the recording")),
+                None => None,
+            };
+            text.into_iter().for_each(|text| find(Trouble::RECORDER, Severity::Warning, text));
+        }
+        if let Some(seconds) = self.conflict_losses.going_on(self.outlets.hub.outlooks.dropped(), at) {
+            let text = format!("the conflicts of {seconds} seconds came too late to be shown");
+            find(Trouble::CONFLICTS, Severity::Warning, text);
+        }
+        let used = self.driver.pipeline().engine().numbers().used();
+        if let Some(text) = numbers_low(used, self.config.fusion.profile) {
+            find("numbers", Severity::Warning, text);
+        }
+        troubles
+    }
+}
+
+/// The text of the alert where few transponder numbers are left.
+pub(super) fn numbers_low(used: usize, profile: Profile) -> Option<String> {
+    let then = match profile {
+        Profile::Operational => "a new transponder takes that of the one heard longest ago",
+        Profile::Reference => "new transponders are left out",
+    };
+    (used as f64 >= NUMBERS_LOW * f64::from(LARGEST_TRANSPONDER_NUMBER)).then(|| {
+        format!("{used} of {LARGEST_TRANSPONDER_NUMBER} transponder numbers are in use; when all are, {then}")
+    })
+}
