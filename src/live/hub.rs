@@ -52,6 +52,8 @@ pub struct Hub {
 /// The one writer's side.
 #[derive(Debug)]
 pub struct HubWriter {
+    /// Makes JSON of tracks.
+    pub maker: Arc<PictureMaker>,
     /// Keeps the latest reports for readers.
     pub inputs: Arc<Inputs>,
     /// Operators' decisions.
@@ -132,6 +134,7 @@ impl Hub {
         let (alert_records, alert_desk) = alert_desk();
         let known = Arc::new(Known::new(config.fusion.slot.unsigned_abs()));
         let writer = HubWriter {
+            maker: maker.clone(),
             inputs: inputs.clone(),
             correlations,
             integrity: integrity_requests,

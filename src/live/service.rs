@@ -4,6 +4,7 @@ mod foresight;
 mod keepers;
 mod publication;
 mod troubles;
+mod viewer;
 mod warm;
 
 use std::collections::{BTreeMap, VecDeque};
@@ -18,17 +19,15 @@ use std::time::Duration;
 use tracing::{info, warn};
 
 use super::clock::Clock;
-use super::condition::Level;
 use super::driver::{Driver, Made};
-use super::health::{LineStatus, SensorStatus};
+use super::health::LineStatus;
 use super::hub::HubWriter;
 use super::lines::{Listening, Readers, listen};
 use super::losses::Losses;
-use super::published::{PublishedPicture, Status};
+use super::published::Status;
 use super::quiet::Quiet;
 use crate::capture::{Ending, Endpoints, Reception, ReceptionKind, TrailerRules, Trailers};
-use crate::config::{Config, Feed};
-use crate::conflicts::ConflictWatch;
+use crate::config::Config;
 use crate::formats::Encoders;
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 use crate::net::send::Sinks;
@@ -41,7 +40,9 @@ use fusion::registration::Misalignment;
 use fusion::report::TransponderType;
 use fusion::time::{SECOND, Time};
 use keepers::InForce;
-use publication::ReadySlot;
+use publication::Publisher;
+
+pub use viewer::{Seen, SeenCounts, Viewer};
 
 /// Longest time between two looks at whether to stop or to publish a status.
 const LOOK_UP: Duration = Duration::from_millis(100);
@@ -159,26 +160,16 @@ struct Handled {
 struct Engine {
     config: Arc<Config>,
     driver: Driver,
-    /// In order.
-    ready: VecDeque<ReadySlot>,
-    outlets: Outlets,
-    /// Who looks for conflicts, and the published slots in which they were not looked for yet.
-    watch: Option<ConflictWatch>,
-    unseen: VecDeque<Arc<PublishedPicture>>,
+    publisher: Publisher,
     lines: Vec<(Arc<Line>, Arc<LineCounters>)>,
     /// What stands behind the blocks of datagrams.
     trailers: Trailers,
-    lateness_us: VecDeque<u32>,
-    /// Sends that failed, and those of them that have been told.
-    failed_sends: u64,
+    /// Sends that failed and have been told.
     failed_told: u64,
     /// Datagrams of sensors that the engine never saw, datagrams that were not recorded, seconds whose conflicts came too late.
     input_losses: Losses,
     recorder_losses: Losses,
     conflict_losses: Losses,
-    /// Delayed datagrams since the last slot.
-    waited: usize,
-    clock: Clock,
     next_status: Time,
     quiet: Quiet,
     /// Changes of transponder numbers that their keeper, and the recorder, have not got yet: the latest of each number.
@@ -206,23 +197,16 @@ impl Engine {
         clock: Clock,
     ) -> Self {
         Self {
-            watch: ConflictWatch::of(&config),
-            unseen: VecDeque::new(),
+            next_status: clock.now(),
+            publisher: Publisher::new(&config, outlets, clock),
             trailers: Trailers::new(TrailerRules::of(&config)),
             config,
             driver,
-            ready: VecDeque::new(),
-            outlets,
             lines,
-            lateness_us: VecDeque::new(),
-            failed_sends: 0,
             failed_told: 0,
             input_losses: Losses::default(),
             recorder_losses: Losses::default(),
             conflict_losses: Losses::default(),
-            waited: 0,
-            next_status: clock.now(),
-            clock,
             quiet: Quiet::default(),
             unkept: BTreeMap::new(),
             unrecorded_numbers: BTreeMap::new(),
@@ -244,9 +228,9 @@ impl Engine {
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             self.decide();
-            let at = self.clock.now();
+            let at = self.publisher.clock.now();
             self.publish_due(at);
-            self.look_ahead();
+            self.publisher.look_ahead();
             let slot_is_due = self.driver.next_made().is_some_and(|made| made <= at);
             // Also where the clock has stepped back, of which the driver must be told.
             let status_is_due = at >= self.next_status || self.next_status - at > STATUS_AHEAD;
@@ -269,11 +253,11 @@ impl Engine {
             self.driver.finish();
             self.hand_out(true);
         }
-        self.publish_owed();
+        self.publisher.publish_owed();
         self.end_published();
-        self.tell(self.clock.now());
+        self.tell(self.publisher.clock.now());
         // This time there is time to wait.
-        if let Some(keepers) = self.outlets.keepers.take() {
+        if let Some(keepers) = self.publisher.outlets.keepers.take() {
             std::mem::take(&mut self.unkept)
                 .into_values()
                 .for_each(|change| _ = keepers.numbers.send(change));
@@ -284,20 +268,24 @@ impl Engine {
         self.driver
     }
 
+    fn publish_due(&mut self, now: Time) {
+        self.publisher.publish_due(now, self.driver.lead());
+    }
+
     /// How long nothing is due: no slot is to be made or published.
     fn until_due(&self) -> Duration {
-        let published = self.ready.front().map(ReadySlot::due);
+        let published = self.publisher.next_due();
         let next = self.driver.next_made().into_iter().chain(published).min();
-        let wait = next.map(|due| Duration::try_from(due - self.clock.now()).unwrap_or_default());
+        let wait = next.map(|due| Duration::try_from(due - self.publisher.clock.now()).unwrap_or_default());
         wait.map_or(LOOK_UP, |wait| wait.min(LOOK_UP))
     }
 
     /// Handles what waits, which came before the slots that are due by now. Where that is more than can be handled until the
     /// engine looks up, it is not all: then the clock may publish no slot, because what belongs into it still waits.
     fn catch_up(&mut self, arrivals: &Receiver<Arrival>) -> Handled {
-        let began = self.clock.now();
+        let began = self.publisher.clock.now();
         loop {
-            let now = self.clock.now();
+            let now = self.publisher.clock.now();
             let Ok(arrival) = arrivals.try_recv() else { return Handled { until: now, is_all: true } };
             let until = arrival.received;
             self.receive(arrival);
@@ -308,9 +296,9 @@ impl Engine {
     }
 
     fn receive(&mut self, arrival: Arrival) {
-        self.waited += usize::from(self.clock.now() - arrival.received > WAITED);
+        self.publisher.waited += usize::from(self.publisher.clock.now() - arrival.received > WAITED);
         let received = self.driver.reception(arrival.received);
-        self.record(|| Recorded::Input {
+        self.publisher.record(|| Recorded::Input {
             received,
             line: arrival.line,
             from: arrival.from,
@@ -359,39 +347,31 @@ impl Engine {
     fn hand_out(&mut self, are_owed: bool) {
         while let Some(made) = self.driver.poll() {
             match made {
-                Made::Slot(frame) => {
-                    let max_accuracy_m = self.config.output.max_accuracy_m;
-                    let Outlets { sinks, encoders, .. } = &mut self.outlets;
-                    self.ready.push_back(ReadySlot::new(frame, sinks, encoders, max_accuracy_m));
-                }
+                Made::Slot(frame) => self.publisher.take(frame),
                 Made::Number(change) => self.note_number(change),
                 Made::Event(event) if event.is_warning() => {
-                    if self.quiet.may_tell(event.kind(), self.clock.now()) {
+                    if self.quiet.may_tell(event.kind(), self.publisher.clock.now()) {
                         event.log();
                     }
                 }
-                Made::Event(Event::Accepted { report, .. }) => self.outlets.hub.inputs.note(&report),
+                Made::Event(Event::Accepted { report, .. }) => {
+                    self.publisher.outlets.hub.inputs.note(&report);
+                }
                 Made::Event(_) => {}
             }
         }
         match are_owed {
-            true => self.publish_owed(),
-            false => self.publish_due(self.clock.now()),
+            true => self.publisher.publish_owed(),
+            false => self.publish_due(self.publisher.clock.now()),
         }
         self.tell_numbers();
         self.tell_decisions();
     }
 
-    fn record(&mut self, what: impl FnOnce() -> Recorded) {
-        if let Some(recorder) = &mut self.outlets.recorder {
-            recorder.offer(what());
-        }
-    }
-
     /// Publishes the status, once a second, to readers and to the sinks. What was received is handled until `handled`: a
     /// sensor whose reports still wait has not fallen silent.
     fn tell(&mut self, handled: Time) {
-        let at = self.clock.now();
+        let at = self.publisher.clock.now();
         self.next_status = Time::from_nanos((at.nanos() / SECOND + 1) * SECOND);
         for (kind, count) in self.quiet.suppressed(at) {
             warn!(kind, count, "more warnings of this kind");
@@ -410,28 +390,17 @@ impl Engine {
         let sensors = self.driver.sensors(handled, lines);
         self.tell_registration(at);
         self.keep_decisions();
-        let mut status = Status {
+        let status = Status {
             at,
             sensors,
             unknown: self.driver.health().unknown(),
             tally: self.driver.pipeline().tally().clone(),
             numbers_used: self.driver.pipeline().engine().numbers().used(),
-            lateness_s: percentiles(&self.lateness_us),
-            failed_sends: self.failed_sends,
+            lateness_s: None,
+            failed_sends: 0,
             troubles: self.troubles(at),
         };
-        if self.config.output.status {
-            let degraded = self.outlets.hub.condition(&status).level() > Level::Ok;
-            self.failed_sends += self.outlets.sinks.send(&self.outlets.encoders.status(at, degraded));
-            for feed in Feed::ALL.into_iter().filter(|&feed| self.outlets.sinks.want(feed)) {
-                let sensors = status.sensors.iter().map(SensorStatus::item);
-                for datagram in self.outlets.encoders.sensors(feed, at, sensors) {
-                    self.failed_sends += self.outlets.sinks.send_of(feed, &datagram);
-                }
-            }
-            status.failed_sends = self.failed_sends;
-        }
-        self.outlets.hub.tell(status);
+        self.publisher.tell(status);
     }
 }
 

@@ -3,16 +3,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::Engine;
+use super::publication::Publisher;
 use crate::live::published::PublishedPicture;
 
 /// An outlook that comes later than this after its picture was due is not shown.
 const LATE: Duration = Duration::from_millis(250);
 
-impl Engine {
+impl Publisher {
     /// Notes a published slot whose conflicts are to be looked for.
     pub(super) fn look_later(&mut self, frame: Arc<PublishedPicture>) {
-        if self.watch.as_ref().is_some_and(|watch| frame.is_due(watch, self.driver.maker())) {
+        if self.watch.as_ref().is_some_and(|watch| frame.is_due(watch, &self.outlets.hub.maker)) {
             self.unseen.push_back(frame);
         }
     }
@@ -22,7 +22,7 @@ impl Engine {
     pub(super) fn look_ahead(&mut self) {
         let Some((frame, watch)) = self.unseen.pop_front().zip(self.watch.as_mut()) else { return };
         let began = self.clock.now();
-        let Some(outlook) = frame.conflicts(watch, self.driver.maker()) else { return };
+        let Some(outlook) = frame.conflicts(watch, &self.outlets.hub.maker) else { return };
         let ended = self.clock.now();
         let outlooks = &self.outlets.hub.outlooks;
         outlooks.note_spent(Duration::try_from(ended - began).unwrap_or_default());

@@ -45,15 +45,15 @@ impl InForce {
 impl Engine {
     /// Carries out operators' decisions.
     pub(super) fn decide(&mut self) {
-        for (slot, correlation) in self.outlets.hub.correlations.obey(&mut self.driver) {
+        for (slot, correlation) in self.publisher.outlets.hub.correlations.obey(&mut self.driver) {
             let line = correlation_line(slot, &correlation, &self.config).into();
             self.unrecorded.push_back(Recorded::Decided(line));
         }
-        for (slot, word) in self.outlets.hub.integrity.obey(&mut self.driver) {
+        for (slot, word) in self.publisher.outlets.hub.integrity.obey(&mut self.driver) {
             let line = word_line(slot, &word, &self.config).into();
             self.unrecorded.push_back(Recorded::Decided(line));
         }
-        self.unrecorded.extend(self.outlets.hub.alerts.lines().map(Recorded::Decided));
+        self.unrecorded.extend(self.publisher.outlets.hub.alerts.lines().map(Recorded::Decided));
         self.tell_decisions();
     }
 
@@ -72,18 +72,22 @@ impl Engine {
                 }
             });
         }
-        let held = InForce::of(self.driver.pipeline().engine(), self.outlets.hub.alerts.shelves());
+        let held = InForce::of(self.driver.pipeline().engine(), self.publisher.outlets.hub.alerts.shelves());
         if held != self.held {
             self.unrecorded.push_back(Recorded::Correlations(held.lines(&self.config).into()));
-            self.outlets.hub.correlations.tell(&held.correlations);
+            self.publisher.outlets.hub.correlations.tell(&held.correlations);
             self.held = held;
             // No restart forgets what an operator has decided.
             self.next_checkpoint = Time::default();
         }
-        self.outlets.hub.integrity.tell(&self.driver);
+        self.publisher.outlets.hub.integrity.tell(&self.driver);
         while let Some(next) = self.unrecorded.front() {
-            let has_room =
-                self.outlets.recorder.as_ref().is_none_or(|recorder| recorder.has_room_for(next.clone()));
+            let has_room = self
+                .publisher
+                .outlets
+                .recorder
+                .as_ref()
+                .is_none_or(|recorder| recorder.has_room_for(next.clone()));
             if !has_room && self.unrecorded.len() <= UNRECORDED {
                 break;
             }
@@ -93,7 +97,7 @@ impl Engine {
 
     /// Hands the decisions to their keeper; where there is no room, the next time.
     pub(super) fn keep_decisions(&mut self) {
-        let Some(keepers) = &self.outlets.keepers else { return };
+        let Some(keepers) = &self.publisher.outlets.keepers else { return };
         if let Some(text) = self.new_decisions()
             && keepers.decisions.try_send(text.clone()).is_ok()
         {
@@ -108,7 +112,7 @@ impl Engine {
 
     /// The text of the file of shelved alerts, where it has changed.
     pub(super) fn new_shelves(&self) -> Option<Arc<str>> {
-        let text = self.outlets.hub.alerts.shelves();
+        let text = self.publisher.outlets.hub.alerts.shelves();
         (*text != *self.kept_shelves).then_some(text)
     }
 
@@ -124,17 +128,17 @@ impl Engine {
     /// Notes a transponder number that was used or went back, for its keeper and the recorder.
     pub(super) fn note_number(&mut self, change: NumberChange) {
         let number = change.given().number;
-        if self.outlets.keepers.is_some() {
+        if self.publisher.outlets.keepers.is_some() {
             self.unkept.insert(number, change);
         }
-        if self.outlets.recorder.is_some() {
+        if self.publisher.outlets.recorder.is_some() {
             self.unrecorded_numbers.insert(number, change);
         }
     }
 
     /// Hands on the changes of transponder numbers; what does not fit the queues waits for the next time.
     pub(super) fn tell_numbers(&mut self) {
-        if let Some(keepers) = &self.outlets.keepers {
+        if let Some(keepers) = &self.publisher.outlets.keepers {
             while let Some((&number, &change)) = self.unkept.first_key_value() {
                 // A keeper that has ended has said so.
                 if let Err(TrySendError::Full(_)) = keepers.numbers.try_send(change) {
@@ -143,7 +147,7 @@ impl Engine {
                 self.unkept.remove(&number);
             }
         }
-        if let Some(recorder) = &self.outlets.recorder {
+        if let Some(recorder) = &self.publisher.outlets.recorder {
             while let Some((&number, &change)) = self.unrecorded_numbers.first_key_value() {
                 // One that went back is no matter of the recording: a file begins with those in flight.
                 if let NumberChange::Heard(given) = change
@@ -164,9 +168,9 @@ impl Engine {
         }
         self.next_registration = at + REGISTRATION;
         let Some((registered, text)) = self.new_registration() else { return };
-        let keepers = self.outlets.keepers.as_ref();
+        let keepers = self.publisher.outlets.keepers.as_ref();
         let kept = keepers.is_none_or(|keepers| keepers.registration.try_send(text.clone()).is_ok());
-        let recorder = self.outlets.recorder.as_ref();
+        let recorder = self.publisher.outlets.recorder.as_ref();
         if kept && recorder.is_none_or(|recorder| recorder.has_room_for(Recorded::Registered(text))) {
             self.registered = registered;
         }

@@ -1,15 +1,42 @@
 //! Slots between their making and their publication: the deadline finds them ready.
 
-use super::Engine;
-use crate::config::{Feed, PictureKind};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use jiff::SignedDuration;
+
+use super::{Outlets, percentiles};
+use crate::config::{Config, Feed, PictureKind};
+use crate::conflicts::ConflictWatch;
 use crate::formats::Encoders;
-use crate::live::published::PublishedPicture;
+use crate::live::clock::Clock;
+use crate::live::condition::Level;
+use crate::live::health::SensorStatus;
+use crate::live::published::{PublishedPicture, Status};
 use crate::net::send::Sinks;
 use crate::record::Recorded;
 use fusion::time::Time;
 
 /// Slots over which lateness is taken: ten minutes.
 const LATENESS: usize = 2400;
+
+/// Sends slots when they are due, and shows them.
+pub(super) struct Publisher {
+    pub(super) outlets: Outlets,
+    pub(super) clock: Clock,
+    /// In order.
+    ready: VecDeque<ReadySlot>,
+    /// Who looks for conflicts, and the published slots in which they were not looked for yet.
+    pub(super) watch: Option<ConflictWatch>,
+    pub(super) unseen: VecDeque<Arc<PublishedPicture>>,
+    lateness_us: VecDeque<u32>,
+    /// Sends that failed.
+    pub(super) failed_sends: u64,
+    /// Delayed datagrams since the last slot.
+    pub(super) waited: usize,
+    max_accuracy_m: f64,
+    tells_status: bool,
+}
 
 /// A slot that is made, and published when it is due.
 pub(super) struct ReadySlot {
@@ -44,10 +71,36 @@ impl ReadySlot {
     }
 }
 
-impl Engine {
-    /// Publishes the slots that are due by now, and those that are not because the clock has stepped back.
-    pub(super) fn publish_due(&mut self, now: Time) {
-        let lead = self.driver.lead();
+impl Publisher {
+    pub(super) fn new(config: &Config, outlets: Outlets, clock: Clock) -> Self {
+        Self {
+            watch: ConflictWatch::of(config),
+            unseen: VecDeque::new(),
+            ready: VecDeque::new(),
+            lateness_us: VecDeque::new(),
+            failed_sends: 0,
+            waited: 0,
+            max_accuracy_m: config.output.max_accuracy_m,
+            tells_status: config.output.status,
+            outlets,
+            clock,
+        }
+    }
+
+    /// Takes a slot that is to be published when it is due.
+    pub(super) fn take(&mut self, frame: PublishedPicture) {
+        let Outlets { sinks, encoders, .. } = &mut self.outlets;
+        self.ready.push_back(ReadySlot::new(frame, sinks, encoders, self.max_accuracy_m));
+    }
+
+    /// When the next slot is to be published.
+    pub(super) fn next_due(&self) -> Option<Time> {
+        self.ready.front().map(ReadySlot::due)
+    }
+
+    /// Publishes the slots that are due by now, and those that are not because the clock has stepped back: none is due later
+    /// than `lead` after it was made.
+    pub(super) fn publish_due(&mut self, now: Time, lead: SignedDuration) {
         while let Some(ready) = self.ready.pop_front() {
             if ready.frame.due > now && ready.frame.due - now <= lead {
                 return self.ready.push_front(ready);
@@ -90,5 +143,28 @@ impl Engine {
         }
         frame.published_at = self.clock.now();
         frame
+    }
+    pub(super) fn record(&mut self, what: impl FnOnce() -> Recorded) {
+        if let Some(recorder) = &mut self.outlets.recorder {
+            recorder.offer(what());
+        }
+    }
+
+    /// Publishes the status, to readers and to the sinks.
+    pub(super) fn tell(&mut self, mut status: Status) {
+        status.lateness_s = percentiles(&self.lateness_us);
+        status.failed_sends = self.failed_sends;
+        if self.tells_status {
+            let degraded = self.outlets.hub.condition(&status).level() > Level::Ok;
+            self.failed_sends += self.outlets.sinks.send(&self.outlets.encoders.status(status.at, degraded));
+            for feed in Feed::ALL.into_iter().filter(|&feed| self.outlets.sinks.want(feed)) {
+                let sensors = status.sensors.iter().map(SensorStatus::item);
+                for datagram in self.outlets.encoders.sensors(feed, status.at, sensors) {
+                    self.failed_sends += self.outlets.sinks.send_of(feed, &datagram);
+                }
+            }
+            status.failed_sends = self.failed_sends;
+        }
+        self.outlets.hub.tell(status);
     }
 }

@@ -35,7 +35,8 @@ impl Engine {
             let text = format!("{lost} datagrams of sensors were lost before the engine could handle them");
             find(Trouble::INPUT, Severity::Critical, text);
         }
-        let failed = self.failed_sends - std::mem::replace(&mut self.failed_told, self.failed_sends);
+        let failed = self.publisher.failed_sends
+            - std::mem::replace(&mut self.failed_told, self.publisher.failed_sends);
         if failed > 0 {
             find(
                 Trouble::OUTPUT,
@@ -43,7 +44,7 @@ impl Engine {
                 format!("{failed} datagrams could not be sent in a second"),
             );
         }
-        if let Some(counts) = self.outlets.recorder.as_ref().map(RecorderQueue::counts) {
+        if let Some(counts) = self.publisher.outlets.recorder.as_ref().map(RecorderQueue::counts) {
             let missing = self.recorder_losses.going_on(counts.lost + counts.unwritten, at);
             let text = match missing {
                 _ if counts.failing => Some("nothing is recorded: the disk cannot be written".to_owned()),
@@ -52,7 +53,9 @@ impl Engine {
             };
             text.into_iter().for_each(|text| find(Trouble::RECORDER, Severity::Warning, text));
         }
-        if let Some(seconds) = self.conflict_losses.going_on(self.outlets.hub.outlooks.dropped(), at) {
+        if let Some(seconds) =
+            self.conflict_losses.going_on(self.publisher.outlets.hub.outlooks.dropped(), at)
+        {
             let text = format!("the conflicts of {seconds} seconds came too late to be shown");
             find(Trouble::CONFLICTS, Severity::Warning, text);
         }

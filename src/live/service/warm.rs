@@ -26,7 +26,7 @@ impl Engine {
 
     /// Hands on a checkpoint, where it is time for one.
     pub(super) fn keep_checkpoint(&mut self) {
-        let now = self.clock.now();
+        let now = self.publisher.clock.now();
         let period = SignedDuration::try_from_secs_f64(self.config.state.checkpoint_s).unwrap_or_default();
         // Also where the clock has stepped back.
         let is_due = now >= self.next_checkpoint || self.next_checkpoint - now > period;
@@ -35,7 +35,7 @@ impl Engine {
         }
         let engine = self.driver.checkpoint(&self.config);
         // A recording may begin a file here.
-        if let Some(recorder) = &self.outlets.recorder {
+        if let Some(recorder) = &self.publisher.outlets.recorder {
             recorder.has_room_for(Recorded::Checkpoint(engine.clone().into()));
         }
         let checkpoint = self.checkpoint(now, engine);
@@ -49,7 +49,7 @@ impl Engine {
         if self.driver.next_made().is_none() || self.warm().is_none() {
             return;
         }
-        let checkpoint = self.checkpoint(self.clock.now(), self.driver.checkpoint(&self.config));
+        let checkpoint = self.checkpoint(self.publisher.clock.now(), self.driver.checkpoint(&self.config));
         if let Some(warm) = self.warm() {
             warm.end(checkpoint);
         }
@@ -63,10 +63,10 @@ impl Engine {
     }
 
     fn checkpoint(&self, at: Time, engine: Vec<u8>) -> Frame {
-        Frame::Checkpoint { at, engine, encoders: self.outlets.encoders.checkpoint() }
+        Frame::Checkpoint { at, engine, encoders: self.publisher.outlets.encoders.checkpoint() }
     }
 
     fn warm(&mut self) -> Option<&mut WarmQueue> {
-        self.outlets.keepers.as_mut()?.warm.as_mut()
+        self.publisher.outlets.keepers.as_mut()?.warm.as_mut()
     }
 }
