@@ -19,6 +19,7 @@ pub mod history;
 pub mod integrity;
 pub mod json;
 pub mod live;
+mod names;
 pub mod net;
 pub mod normalise;
 pub mod notices;

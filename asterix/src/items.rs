@@ -50,6 +50,21 @@ impl TimeOfDay {
     }
 }
 
+/// As SAC and SIC.
+#[cfg(feature = "serde")]
+impl serde::Serialize for DataSource {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (self.sac, self.sic).serialize(serializer)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<'de> serde::Deserialize<'de> for DataSource {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        <(u8, u8)>::deserialize(deserializer).map(|(sac, sic)| Self { sac, sic })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -53,7 +53,7 @@ impl State {
 }
 
 /// What speaks against an identity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Reason {
     /// Radar tracks that are its own see it elsewhere.
     Radar,

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use jiff::SignedDuration;
+use serde::{Deserialize, Serialize};
 
 use super::kinds::{any_text, flag, inline, list, named, seconds, tables};
 use super::names::{names, written_by_name};
@@ -70,7 +71,7 @@ names! {
 
 names! {
     /// How bad an alert is.
-    #[derive(Copy, Eq, PartialOrd, Ord, Hash)]
+    #[derive(Copy, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
     Severity, "severity" {
         /// To look at.
         Warning = "warning",

@@ -1,9 +1,10 @@
 //! `[[sensors]]`.
 
-use super::error::Faults;
 use asterix::cat021::Edition;
+use serde::{Deserialize, Serialize};
 
 use super::connections::Connection;
+use super::error::Faults;
 use super::kinds::{
     Kind, Toml, checked_tables, flag, inline, is_plain, named, number, parsed, tables, text, whole,
 };
@@ -178,7 +179,7 @@ pub(super) fn height_amsl() -> Kind<f64> {
 
 names! {
     /// What is done about misalignment of a radar.
-    #[derive(Copy, Eq)]
+    #[derive(Copy, Eq, Serialize, Deserialize)]
     Registration, "mode of registration" {
         /// Plots are corrected by the estimated misalignment.
         Apply = "apply",

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
 
+use serde::{Deserialize, Serialize};
+
 use super::health::{SensorState, SensorStatus};
 use crate::pipeline::Contest;
 use fusion::Identity;
@@ -11,7 +13,7 @@ use fusion::Identity;
 const NAMED: usize = 3;
 
 /// A sender that is refused because another one speaks for its sensor.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Contested {
     /// The sender that was heard first and counts.
     pub counts: SocketAddr,

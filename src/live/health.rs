@@ -5,10 +5,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use asterix::DataSource;
 use asterix::cat063::{self, Connection};
+use serde::{Deserialize, Serialize};
 
 use super::contests::Contested;
 use super::registration::RegistrationStatus;
 use crate::config::Config;
+use crate::names::known;
 use crate::net::listen::LineCounters;
 use crate::normalise::{Refusal, Service};
 use crate::pipeline::Event;
@@ -36,7 +38,7 @@ const DISPLACED_M: u32 = 30;
 const UNKNOWN_KEPT: usize = 64;
 
 /// State of a sensor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum SensorState {
     /// It works.
     Operational,
@@ -58,7 +60,7 @@ impl SensorState {
 }
 
 /// Status of a sensor.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorStatus {
     /// Its id.
     pub id: String,
@@ -75,6 +77,7 @@ pub struct SensorStatus {
     /// Offset of its clock, seconds: the least delay of its latest reports, from their own time to their reception.
     pub clock_offset_s: Option<f64>,
     /// Refused records, by reason.
+    #[serde(deserialize_with = "known")]
     pub refused: BTreeMap<&'static str, u64>,
     /// Senders that are refused because another one speaks for it.
     pub contested: Vec<Contested>,
@@ -107,7 +110,7 @@ impl SensorStatus {
 }
 
 /// Status of a line.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LineStatus {
     /// Group or address, port and interface.
     pub name: String,
@@ -126,11 +129,12 @@ pub struct LineStatus {
     /// The last datagram.
     pub last_received: Option<Time>,
     /// What a translator at the door has dropped, by reason; empty where there is none.
+    #[serde(deserialize_with = "known")]
     pub untranslated: Vec<(&'static str, u64)>,
 }
 
 /// A source that is heard and not configured.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Unknown {
     /// Category of its records.
     pub category: u8,

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::correlations::Named;
 use super::driver::Driver;
 use super::requests::{Denied, Operators, Requests, requests};
@@ -21,7 +23,7 @@ pub struct Saying {
 }
 
 /// What is known of transponders; published once a second, and at once where a state has changed.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Integrities {
     /// Of the latest slot; `None` before the first.
     pub at: Option<Time>,
@@ -53,6 +55,16 @@ impl IntegrityRequests {
         self.0.obey(|saying| Ok((say(saying, driver)?, Integrities::of(driver, at))))
     }
 
+    /// Denies what was asked for: the engine is elsewhere.
+    pub fn deny(&self) {
+        self.0.deny();
+    }
+
+    /// Publishes what is known where the engine is.
+    pub fn show(&self, known: &Integrities) {
+        self.0.tell(|before| before != known, || known.clone());
+    }
+
     /// Publishes what is known as of the driver's latest slot, where a second has passed or a state has changed.
     pub fn tell(&self, driver: &Driver) -> bool {
         let Some(at) = driver.latest() else { return false };
@@ -66,7 +78,8 @@ impl Integrities {
         self.words.iter().find(|held| held.word.identity == identity)
     }
 
-    fn of(driver: &Driver, at: Option<Time>) -> Self {
+    /// As of the driver's latest slot.
+    pub(crate) fn of(driver: &Driver, at: Option<Time>) -> Self {
         let engine = driver.pipeline().engine();
         Self {
             at,

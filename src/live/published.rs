@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, PoisonError, RwLock};
 
+use serde::{Deserialize, Serialize};
+
 use super::alerts::{Alert, Change, Trouble};
 use super::health::{SensorStatus, Unknown};
 use crate::config::PictureKind;
@@ -80,7 +82,7 @@ impl PartialEq for Fleeting {
 }
 
 /// How the service is; published once a second.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
     /// When.
     pub at: Time,

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
 use tracing::info;
 
 use super::learning::{velocity_errors, verdict_name};
@@ -16,7 +17,7 @@ use fusion::time::{SECOND, Time};
 const STEP_NS: u64 = 3600 * SECOND as u64;
 
 /// A radar's registration.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RegistrationStatus {
     /// What is done with it.
     pub mode: Mode,

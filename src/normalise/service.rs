@@ -1,7 +1,7 @@
 //! What a radar says of itself.
 
 /// What a service message (CAT034) tells about its radar; `None`: the message does not say.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Service {
     /// NOGO (I034/050): not released for operational use.
     pub nogo: Option<bool>,

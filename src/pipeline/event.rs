@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 
 use asterix::{DataSource, Fault};
+use serde::{Deserialize, Serialize};
 use tracing::warn;
 
 use super::remote_id::LineFault;
 use super::senders::Contest;
+use crate::names::known;
 use crate::normalise::{Refusal, Service};
 use fusion::point::Newcomers;
 use fusion::{Report, SensorIndex};
@@ -124,7 +126,7 @@ impl Event {
 }
 
 /// Counts of events. Everything dropped is in here by reason.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
     /// Datagrams (or records of files without reception times).
     pub received: u64,
@@ -133,6 +135,7 @@ pub struct Tally {
     /// Repeated datagrams.
     pub duplicates: u64,
     /// Unreadable blocks and records, by category and reason.
+    #[serde(deserialize_with = "known")]
     pub faults: BTreeMap<(Option<u8>, &'static str), u64>,
     /// Blocks skipped by their LEN, by category.
     pub skipped: BTreeMap<u8, u64>,
@@ -143,10 +146,12 @@ pub struct Tally {
     /// Service messages (CAT034) and Basic IDs (Remote ID), by sensor.
     pub service: BTreeMap<SensorIndex, u64>,
     /// Records without a report, by sensor and reason.
+    #[serde(deserialize_with = "known")]
     pub refused: BTreeMap<(Option<SensorIndex>, &'static str), u64>,
     /// Records of no configured sensor, by category and source; these are not in `refused`.
     pub unknown_sources: BTreeMap<(u8, DataSource), u64>,
     /// New identities by transponder receiver and fate ([`Newcomers::fates`]).
+    #[serde(deserialize_with = "known")]
     pub newcomers: BTreeMap<(SensorIndex, &'static str), u64>,
     /// Fresh starts after a silence longer than the window.
     pub restarts: u64,

@@ -27,7 +27,7 @@ pub(crate) struct TypeLearning {
 }
 
 /// The transponders of one type, as they have shown themselves.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LearntType {
     /// Sigma of the white noise, each axis over ground, metres.
     pub horizontal_m: LearntValue,

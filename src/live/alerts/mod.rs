@@ -15,6 +15,8 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::health::{SensorState, SensorStatus};
 use crate::current::Current;
 use operators::{Basis, Operators};
@@ -65,7 +67,7 @@ pub struct Alert {
 }
 
 /// Something that is wrong with the service itself.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Trouble {
     /// Which part of it.
     pub about: Cow<'static, str>,
@@ -88,6 +90,8 @@ impl Trouble {
     pub const CONFLICTS: &str = "conflicts";
     /// Something is missing in the recording.
     pub const RECORDER: &str = "recorder";
+    /// Those of a cluster who make the picture, or the log between them.
+    pub const CLUSTER: &str = "cluster";
 }
 
 /// What has become of an alert.

@@ -1,0 +1,75 @@
+//! Names that the program knows, read from outside: as the same static texts.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Mutex, PoisonError};
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Deserializer};
+
+/// Most names that are kept; there are some dozens. What is beyond is [`OTHER`].
+const MOST: usize = 1024;
+const OTHER: &str = "other";
+
+static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+
+fn name(text: String) -> &'static str {
+    let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+    match names.get(&*text) {
+        Some(known) => known,
+        None if names.len() >= MOST => OTHER,
+        None => {
+            let kept: &'static str = text.leak();
+            names.insert(kept);
+            kept
+        }
+    }
+}
+
+/// What holds such names.
+pub trait Known {
+    /// The same with names of its own.
+    type Owned: DeserializeOwned;
+
+    /// With those that are known.
+    fn known(owned: Self::Owned) -> Self;
+}
+
+impl Known for &'static str {
+    type Owned = String;
+
+    fn known(owned: String) -> Self {
+        name(owned)
+    }
+}
+
+impl<K: DeserializeOwned> Known for (K, &'static str) {
+    type Owned = (K, String);
+
+    fn known((key, owned): (K, String)) -> Self {
+        (key, name(owned))
+    }
+}
+
+impl<K: Known + Ord> Known for BTreeMap<K, u64> {
+    type Owned = Vec<(K::Owned, u64)>;
+
+    fn known(owned: Self::Owned) -> Self {
+        owned.into_iter().map(|(key, count)| (K::known(key), count)).collect()
+    }
+}
+
+impl Known for Vec<(&'static str, u64)> {
+    type Owned = Vec<(String, u64)>;
+
+    fn known(owned: Self::Owned) -> Self {
+        owned.into_iter().map(|(text, count)| (name(text), count)).collect()
+    }
+}
+
+/// Reads what holds names. Maps are read as postcard writes them, which is as a list of pairs.
+///
+/// # Errors
+/// Those of the format.
+pub fn known<'de, D: Deserializer<'de>, T: Known>(deserializer: D) -> Result<T, D::Error> {
+    T::Owned::deserialize(deserializer).map(T::known)
+}
