@@ -8,7 +8,7 @@
 //! and `[[areas]]` are set in the file only.
 //!
 //! Each key is stated once, in the `section!` of its table (`site`, `sensors`, `network`, `fusion`, `integrity`,
-//! `conflicts`, `alerts`, `areas`, `output`, `http`), with
+//! `conflicts`, `alerts`, `areas`, `output`, `http`, `cluster`), with
 //! its field, default, check, meaning, and whether SIGHUP reloads it; `docs/CONFIGURATION.md` follows from there.
 //!
 //! On the way in: text → `tree` (values that know their line) → `overrides` → the tables, which ask for their keys and refuse
@@ -18,6 +18,7 @@ mod alerts;
 mod areas;
 mod changes;
 mod cidr;
+mod cluster;
 mod conflicts;
 mod connections;
 pub(crate) mod error;
@@ -50,6 +51,7 @@ pub use alerts::{AlertKind, AlertRule, Alerts, Severity};
 pub use areas::{AlertArea, Area, AreaKind, AreaSeverity};
 pub use changes::{Change, changes};
 pub use cidr::{Network, NotANetwork};
+pub use cluster::{Cluster, Role};
 pub use conflicts::{Advisory, ConflictVolume, Conflicts, VolumePreset, VolumeSide, Warning};
 pub use connections::{BrokerAddress, Connection, ConnectionFormat, MavlinkSystem};
 pub use error::{ConfigError, ConfigErrors, Place};
@@ -100,6 +102,8 @@ pub struct Config {
     pub map: Map,
     /// What outlives a restart.
     pub state: Persistence,
+    /// Several machines.
+    pub cluster: Option<Cluster>,
 }
 
 /// TOML that reads back to the same value. What is absent and has no default is a comment that says what that means.
@@ -115,7 +119,8 @@ impl Display for Config {
         show(f, "\n[output]", &self.output)?;
         show(f, "\n[http]", &self.http)?;
         show(f, "\n[map]", &self.map)?;
-        show(f, "\n[state]", &self.state)
+        show(f, "\n[state]", &self.state)?;
+        self.cluster.iter().try_for_each(|cluster| show(f, "\n[cluster]", cluster))
     }
 }
 
@@ -184,10 +189,24 @@ impl Config {
         let http = Http::read(top.section("http"));
         let map = Map::read(top.section("map"));
         let state = Persistence::read(top.section("state"));
+        let cluster = top.item("cluster").and_then(|item| item.section()).map(Cluster::read);
         top.finish();
         // What was refused or is missing is blank: it never leaves.
         faults.check()?;
-        Ok(Self { site, sensors, fusion, integrity, conflicts, alerts, areas, output, http, map, state })
+        Ok(Self {
+            site,
+            sensors,
+            fusion,
+            integrity,
+            conflicts,
+            alerts,
+            areas,
+            output,
+            http,
+            map,
+            state,
+            cluster,
+        })
     }
 
     /// Takes the keys that SIGHUP reloads from `wanted`; areas are reloaded by whoever has read their files.
@@ -201,6 +220,7 @@ impl Config {
         self.http.reload(&wanted.http);
         self.map.reload(&wanted.map);
         self.state.reload(&wanted.state);
+        self.cluster.iter_mut().zip(&wanted.cluster).for_each(|(own, wanted)| own.reload(wanted));
     }
 
     /// Whether it is found out if transponders are what they say they are.

@@ -2,8 +2,8 @@
 
 use super::table::{Row, Table};
 use super::{
-    AdsB, AlertArea, Alerts, Area, Camera, Conflicts, Fusion, Http, Integrity, Map, Output, Persistence,
-    Radar, Sensor, Site, Transponder,
+    AdsB, AlertArea, Alerts, Area, Camera, Cluster, Conflicts, Fusion, Http, Integrity, Map, Output,
+    Persistence, Radar, Sensor, Site, Transponder,
 };
 
 /// What the page begins with.
@@ -21,7 +21,7 @@ The file is TOML. The name of a key states its unit, and an unknown key is refus
 ";
 
 /// The tables of the file: how they are named on the page, their path, what they are, and their keys.
-fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 16] {
+fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 17] {
     fn table<T: Table>(
         name: &'static str,
         path: &'static str,
@@ -45,6 +45,7 @@ fn tables() -> [(&'static str, &'static str, &'static str, Vec<Row>); 16] {
         table::<Http>("[http]", "http"),
         table::<Map>("[map]", "map"),
         table::<Persistence>("[state]", "state"),
+        table::<Cluster>("[cluster]", "cluster"),
     ]
 }
 

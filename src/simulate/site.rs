@@ -61,6 +61,7 @@ pub fn site(scenario: &Scenario, ground: &Ground) -> Config {
         http: Http::default(),
         map: Map::default(),
         state: Persistence::default(),
+        cluster: None,
     }
 }
 
