@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::io;
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender};
 
 use futures_util::future::join;
 use tokio::net::TcpListener;
@@ -17,7 +18,8 @@ use crate::formats::Encoders;
 use crate::history::{Historian, Limits, Store};
 use crate::integrity::Lookout;
 use crate::live::{
-    AlertSettings, Alerts, Archive, Clock, Driver, Followers, Hub, KeeperQueues, Outlets, Service, now,
+    AlertSettings, Alerts, Archive, Clock, Driver, Followers, Hub, KeeperQueues, Outlets, Seen, Service,
+    Viewer, now,
 };
 use crate::net::listen::lines;
 use crate::net::send::Sinks;
@@ -49,7 +51,10 @@ pub struct LiveBuilder {
     shelved: Vec<AlertDecision>,
     encoders: Encoders,
     keepers: Option<KeeperQueues>,
-    kept_by: Option<([Keeper; 4], Option<WarmKeeper>)>,
+    kept_by: Option<(Vec<Keeper>, Option<WarmKeeper>)>,
+    /// Where the picture comes from that is made elsewhere, and who keeps the alerts that are shelved.
+    seen: Option<Receiver<Seen>>,
+    shelves: Option<SyncSender<Arc<str>>>,
     recorder: Option<(RecorderQueue, Recorder)>,
     history: Option<Store>,
 }
@@ -67,12 +72,34 @@ pub struct Live {
     pub alert_settings: Current<AlertSettings>,
     /// Its history, where one is kept.
     pub history: Option<Store>,
-    service: Service,
+    source: Source,
     keepers: Vec<Keeper>,
     warm: Option<WarmKeeper>,
     recorder: Option<Recorder>,
     /// Of alerts, and of the picture.
     deliveries: [Deliveries; 2],
+}
+
+/// Who makes the picture, or shows that of others.
+enum Source {
+    Engine(Service),
+    Viewer(Viewer),
+}
+
+impl Source {
+    fn has_ended(&self) -> bool {
+        match self {
+            Self::Engine(service) => service.has_ended(),
+            Self::Viewer(viewer) => viewer.has_ended(),
+        }
+    }
+
+    fn stop(self) -> Result<Tally, String> {
+        match self {
+            Self::Engine(service) => service.stop().map(|driver| driver.pipeline().tally().clone()),
+            Self::Viewer(viewer) => viewer.stop(),
+        }
+    }
 }
 
 impl LiveBuilder {
@@ -92,9 +119,25 @@ impl LiveBuilder {
             shelved: Vec::new(),
             keepers: None,
             kept_by: None,
+            seen: None,
+            shelves: None,
             recorder: None,
             history: None,
         }
+    }
+
+    /// Shows what comes from elsewhere, and has no engine of its own. Of the state it keeps the alerts that are shelved.
+    ///
+    /// # Errors
+    /// No thread could be started.
+    pub fn view(mut self, seen: Receiver<Seen>) -> io::Result<Self> {
+        let directory = &self.config.state.dir;
+        self.shelved =
+            StateFile::SHELVED.load(directory, self.started, read_correlations).plan(&self.config).alerts;
+        let (shelves, keeper) = StateFile::SHELVED.keep(directory, Arc::<str>::from(""))?;
+        self.kept_by = Some((vec![keeper], None));
+        (self.seen, self.shelves) = (Some(seen), Some(shelves));
+        Ok(self)
     }
 
     /// Goes on with what the state directory holds, and keeps it up to date.
@@ -132,7 +175,7 @@ impl LiveBuilder {
             shelved: of_shelved,
             warm: of_engine,
         };
-        let keepers = [numbers_keeper, registration_keeper, decisions_keeper, shelved_keeper];
+        let keepers = vec![numbers_keeper, registration_keeper, decisions_keeper, shelved_keeper];
         self.keepers = Some(queues);
         self.kept_by = Some((keepers, warm));
         self.shelved = shelved;
@@ -237,6 +280,7 @@ impl LiveBuilder {
     pub fn start(self) -> Result<Live, Failure> {
         let Self { config, areas, listener, started, driver, encoders, shelved, recorder, history, .. } =
             self;
+        let shelves = self.shelves;
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
         let alert_settings = Current::from(AlertSettings::new(&config.alerts, &areas)?);
         let mut alerts = Alerts::new(alert_settings.clone(), started);
@@ -270,19 +314,26 @@ impl LiveBuilder {
             recorder: recorder_queue,
             keepers: self.keepers,
         };
-        let runtime = tokio::runtime::Handle::current();
-        let service = Service::start(config, driver, outlets, Clock::default(), &runtime)?;
-        let keepers = keepers.into_iter().flatten().collect();
+        let source = match self.seen {
+            Some(seen) => {
+                Source::Viewer(Viewer::start(&config, &driver, outlets, &Clock::default(), seen, shelves)?)
+            }
+            None => {
+                let runtime = tokio::runtime::Handle::current();
+                Source::Engine(Service::start(config, driver, outlets, Clock::default(), &runtime)?)
+            }
+        };
+        let keepers = keepers.unwrap_or_default();
         let deliveries = [deliveries, picture_deliveries];
         let warm = warm.flatten();
-        Ok(Live { served, sinks, alert_settings, history, service, keepers, warm, recorder, deliveries })
+        Ok(Live { served, sinks, alert_settings, history, source, keepers, warm, recorder, deliveries })
     }
 }
 
 impl Live {
     /// Whether the engine's thread has ended, which it does by itself only when it panics.
     pub fn has_ended(&self) -> bool {
-        self.service.has_ended()
+        self.source.has_ended()
     }
 
     /// Stops the inputs, publishes what is owed, writes what waits, and ends the API; what was counted.
@@ -290,23 +341,23 @@ impl Live {
     /// # Errors
     /// A thread panicked, or a further signal came: it does not wait for what is owed.
     pub async fn stop(self, signals: &mut Signals) -> Result<Tally, Failure> {
-        let Self { mut served, service, keepers, warm, recorder, deliveries, .. } = self;
+        let Self { mut served, source, keepers, warm, recorder, deliveries, .. } = self;
         let stopped = tokio::task::spawn_blocking(move || {
-            let driver = service.stop();
+            let tally = source.stop();
             // The engine is gone, and with it what fed these.
             keepers.into_iter().for_each(Keeper::join);
             warm.into_iter().for_each(WarmKeeper::join);
             recorder.map(Recorder::join);
-            driver
+            tally
         });
-        let driver = tokio::select! {
-            driver = stopped => driver??,
+        let tally = tokio::select! {
+            tally = stopped => tally??,
             () = signals.stop() => return Err("stopped at once; what the window held was not published".into()),
         };
         served.settle().await;
         let [alerts, pictures] = deliveries;
         join(alerts.close(), pictures.close()).await;
         served.close().await?;
-        Ok(driver.pipeline().tally().clone())
+        Ok(tally)
     }
 }

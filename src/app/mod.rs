@@ -2,6 +2,8 @@
 //! [`Live`] service, `replay --serve` serves its hub alone ([`Served`]).
 
 mod live;
+#[cfg(feature = "cluster")]
+mod parts;
 mod served;
 mod signals;
 
@@ -16,6 +18,8 @@ use crate::config::{Auth, Config};
 use crate::net::send::Sinks;
 
 pub use live::{Live, LiveBuilder};
+#[cfg(feature = "cluster")]
+pub use parts::{CELL, Parts};
 pub use served::Served;
 pub use signals::{Signals, Stop};
 

@@ -99,6 +99,8 @@ pub struct Cell<E> {
     published: u64,
     /// Own slots that are not in the log yet.
     made: VecDeque<Output>,
+    /// Slots up to this one are not this node's to publish.
+    silent_until: Option<Slot>,
     is_lease_free: bool,
     /// An answer is awaited; whether the fate of the output in front is in doubt.
     is_asking: bool,
@@ -120,15 +122,34 @@ impl<E: Fusing> Cell<E> {
             outputs: VecDeque::new(),
             published,
             made: VecDeque::new(),
+            silent_until: None,
             is_lease_free: false,
             is_asking: false,
             is_in_doubt: false,
         }
     }
 
+    /// The same, which publishes no slot up to this one: whoever knew what was in them is gone.
+    pub fn silent_until(self, slot: Slot) -> Self {
+        Self { silent_until: Some(slot), ..self }
+    }
+
     /// Whether this node publishes.
     pub const fn owns(&self) -> bool {
         matches!(self.role, Role::Owns { .. })
+    }
+
+    /// The number under which it does.
+    pub const fn epoch(&self) -> Option<u64> {
+        match self.role {
+            Role::Owns { epoch } => Some(epoch),
+            Role::Follows | Role::Claims { .. } => None,
+        }
+    }
+
+    /// Slots that others have published and this node has not made yet.
+    pub fn behind(&self) -> u64 {
+        self.outputs.len() as u64
     }
 
     /// Sequences of the last input handled and the last output made, where the engine's state is that of just these.
@@ -139,6 +160,11 @@ impl<E: Fusing> Cell<E> {
     /// The engine, to write it down.
     pub const fn engine(&self) -> &E {
         &self.engine
+    }
+
+    /// The engine, to ask it how it is.
+    pub const fn engine_mut(&mut self) -> &mut E {
+        &mut self.engine
     }
 
     /// A message of the input, in order of its sequence; again is as good as once.
@@ -292,6 +318,9 @@ impl<E: Fusing> Cell<E> {
                 && self.is_time_for(due, now)
             {
                 while let Some((slot, picture)) = self.make(due) {
+                    if self.silent_until.is_some_and(|until| slot <= until) {
+                        continue;
+                    }
                     self.made.push_back(Output { slot, epoch, behind: self.handled, picture });
                 }
             } else if !self.handle() {

@@ -8,13 +8,15 @@ use fusion::time::Time;
 
 use super::cell::Fusing;
 use super::message::Heard;
+use super::report::CellReport;
 use crate::areas::Masks;
 use crate::capture::{Reception, ReceptionKind};
 use crate::config::Config;
-use crate::live::{Driver, Made, PublishedPicture};
+use crate::live::{Driver, Integrities, Made, PublishedPicture, Status};
 use crate::net::listen::lines;
 use crate::picture::Picture;
 use crate::pipeline::NotRestored;
+use crate::state::Registrations;
 
 /// A site's driver as a cell's engine.
 #[derive(Debug)]
@@ -50,6 +52,40 @@ impl SiteEngine {
     pub fn restored(mut self, masks: Masks, checkpoint: &[u8]) -> Result<Self, NotRestored> {
         self.driver.restore(&self.config, masks, checkpoint)?;
         Ok(self)
+    }
+
+    /// Takes what outlives a gap from a state that is too old to go on with: numbers, registration, decisions.
+    pub fn remember(&mut self, masks: Masks, checkpoint: &[u8], now: Time) {
+        let mut before = Driver::new(&self.config, masks.clone(), now, self.lines.len());
+        if before.restore(&self.config, masks, checkpoint).is_err() {
+            return;
+        }
+        let engine = before.pipeline().engine();
+        let mut numbers = engine.numbers().given().collect();
+        self.driver.remember(&mut numbers);
+        Registrations::of(&self.config, engine).restore(&self.config, Some(now), self.driver.engine_mut());
+        self.driver.engine_mut().resume(engine.kept());
+        self.driver
+            .engine_mut()
+            .plan_words(engine.words().iter().map(|held| (held.since, held.word)).collect());
+    }
+
+    /// How the cell is, as its owner says it.
+    pub fn report(&mut self, node: &str, epoch: u64, at: Time) -> CellReport {
+        let sensors = self.driver.sensors(at, |_| Vec::new());
+        let engine = self.driver.pipeline().engine();
+        let status = Status {
+            at,
+            sensors,
+            unknown: self.driver.health().unknown(),
+            tally: self.driver.pipeline().tally().clone(),
+            numbers_used: engine.numbers().used(),
+            lateness_s: None,
+            failed_sends: 0,
+            troubles: Vec::new(),
+        };
+        let integrities = Integrities::of(&self.driver, self.driver.latest());
+        CellReport { node: node.to_owned(), epoch, status, integrities, correlations: engine.correlations() }
     }
 
     fn gather(&mut self) {

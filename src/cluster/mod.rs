@@ -7,14 +7,36 @@
 //! Of the log four operations are used: append where the last message of a subject is the expected one, read from a sequence on,
 //! create what is not there yet, watch. No clock takes part in who publishes: a node that was away is refused by the sequence.
 
+mod batches;
 mod cell;
 mod engine;
+#[cfg(feature = "cluster")]
+mod gateway;
+#[cfg(feature = "cluster")]
+mod log;
 mod message;
+#[cfg(feature = "cluster")]
+mod node;
+mod report;
+#[cfg(feature = "cluster")]
+mod seat;
 mod watermarks;
+#[cfg(feature = "cluster")]
+mod window;
 
+pub use batches::Batches;
 pub use cell::{Appended, Cell, Fusing, Lost, Wish};
 pub use engine::{SiteEngine, pictures};
+#[cfg(feature = "cluster")]
+pub use gateway::{Gateway, GatewayCounts, GatewayReport};
+#[cfg(feature = "cluster")]
+pub use log::{Checkpoint, Held, Holder, Log, LogError, Reading};
 pub use message::{Heard, Input, Malformed, Output};
+#[cfg(feature = "cluster")]
+pub use node::{CellCounts, Node, NodeReport, Part, run_number};
+pub use report::CellReport;
+#[cfg(feature = "cluster")]
+pub use window::Window;
 
 #[cfg(test)]
 mod tests;

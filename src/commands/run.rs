@@ -1,5 +1,8 @@
 //! `run`: the live service.
 
+#[cfg(feature = "cluster")]
+mod cluster;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -13,7 +16,7 @@ use super::{CommandResult, Outcome, load_live};
 use crate::api;
 use crate::app::{Failure, Live, LiveBuilder, Signals, runtime};
 use crate::areas::Areas;
-use crate::config::Config;
+use crate::config::{Config, ConfigError, ConfigErrors, Place};
 use crate::live::now;
 
 /// Runs the live service: listens to the sensors, sends the fused picture, serves it over HTTP.
@@ -46,6 +49,18 @@ const WATCH: Duration = Duration::from_millis(500);
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
     let config = Arc::new(load_live(&args.config)?);
+    if config.cluster.is_some() && cfg!(not(feature = "cluster")) {
+        return Err(ConfigErrors::from(ConfigError {
+            file: args.config.display().to_string(),
+            place: Place::File,
+            key: "cluster".to_owned(),
+            value: None,
+            message: "this program was built without `cluster`; build it with --features cluster, or remove [cluster] for one \
+                      machine"
+                .to_owned(),
+        })
+        .into());
+    }
     let areas = Areas::load(&config.areas)?;
     areas.warnings(now()).iter().for_each(|warning| warn!("{warning}"));
     runtime(2)?.block_on(serve(args, config, areas))
@@ -53,20 +68,12 @@ pub fn run(args: &Args) -> CommandResult {
 
 async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult {
     let (mut signals, mut hangup) = (Signals::listen()?, signal(SignalKind::hangup())?);
-    let listen = config.http.listen;
-    let listener =
-        api::listen(listen).map_err(|error| format!("cannot listen on {listen} (http.listen): {error}"))?;
-    let builder = LiveBuilder::new(config.clone(), areas.clone(), listener);
-    let live = builder.keep_state()?.record()?.keep_history().start()?;
-    let mut reload = Reload {
-        file: args.config.clone(),
-        config: Config::clone(&config),
-        areas,
-        api: live.served.api.clone(),
-        sinks: live.sinks.clone(),
-        alerts: live.alert_settings.clone(),
-        history: live.history.clone(),
-    };
+    #[cfg(feature = "cluster")]
+    if let Some(cluster) = &config.cluster {
+        return cluster::serve(args, (config.clone(), cluster), areas, (signals, hangup)).await;
+    }
+    let live = begin(&config, &areas)?.keep_state()?.record()?.keep_history().start()?;
+    let mut reload = reload_of(args, &config, areas, &live);
     info!(site = config.site.name, url = %live.served.url, "running; Ctrl-C ends it");
     let notifier = Notifier::from_env();
     notifier.tell("READY=1");
@@ -78,6 +85,26 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
     ended?;
     info!(received = tally.received, dropped = tally.dropped(), "stopped");
     Ok(Outcome::Done)
+}
+
+/// A service whose API listens.
+fn begin(config: &Arc<Config>, areas: &Areas) -> Result<LiveBuilder, Failure> {
+    let listen = config.http.listen;
+    let listener =
+        api::listen(listen).map_err(|error| format!("cannot listen on {listen} (http.listen): {error}"))?;
+    Ok(LiveBuilder::new(config.clone(), areas.clone(), listener))
+}
+
+fn reload_of(args: &Args, config: &Config, areas: Areas, live: &Live) -> Reload {
+    Reload {
+        file: args.config.clone(),
+        config: config.clone(),
+        areas,
+        api: live.served.api.clone(),
+        sinks: live.sinks.clone(),
+        alerts: live.alert_settings.clone(),
+        history: live.history.clone(),
+    }
 }
 
 /// Waits for the end; an error where the engine has ended by itself.

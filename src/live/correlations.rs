@@ -46,6 +46,11 @@ impl Correlations {
         self.0.obey(|wish| Ok((correlate(wish, driver)?, driver.pipeline().engine().correlations())))
     }
 
+    /// Denies what was asked for: the engine is elsewhere.
+    pub fn deny(&self) {
+        self.0.deny();
+    }
+
     /// Publishes the decisions in force; whether they have changed.
     pub fn tell(&self, held: &[HeldCorrelation]) -> bool {
         self.0.tell(|known| *known != held, || held.to_vec())

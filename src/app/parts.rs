@@ -1,0 +1,87 @@
+//! What a process of a cluster does: gateway, node, picture, as its roles say.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+
+use tokio::runtime::Handle;
+use tracing::info;
+
+use super::{Failure, Signals};
+use crate::areas::Areas;
+use crate::cluster::{Gateway, Holder, Log, Node, Window, run_number};
+use crate::config::{Cluster, Config, Role};
+use crate::live::Seen;
+
+/// The one cell of a region.
+pub const CELL: &str = "all";
+
+/// The running parts.
+pub struct Parts {
+    gateway: Option<Gateway>,
+    node: Option<Node>,
+    window: Option<Window>,
+    /// What the window shows, until somebody takes it.
+    pub seen: Option<Receiver<Seen>>,
+}
+
+impl Parts {
+    /// Joins the cluster, as soon as its log answers. `None`: a signal came first.
+    ///
+    /// # Errors
+    /// The log cannot be used as it is, or the system gives no thread.
+    pub async fn join(
+        config: &Arc<Config>,
+        cluster: &Cluster,
+        areas: &Areas,
+        signals: &mut Signals,
+    ) -> Result<Option<Self>, Failure> {
+        let log = tokio::select! {
+            log = Log::open(cluster) => log?,
+            () = signals.stop() => return Ok(None),
+        };
+        info!(region = cluster.region, "joined the log");
+        let gateway = || -> io::Result<Gateway> {
+            Gateway::start(config, &cluster.node, log.clone(), &Handle::current())
+        };
+        let node = || {
+            let me = Holder {
+                node: cluster.node.clone(),
+                machine: cluster.machine().to_owned(),
+                run: run_number(),
+            };
+            Node::start(config.clone(), cluster, areas.clone(), CELL, me, log.clone())
+        };
+        let (window, seen) = cluster
+            .does(Role::Picture)
+            .then(|| {
+                let (sender, seen) = channel();
+                (Window::open(&log, cluster, CELL, sender), seen)
+            })
+            .unzip();
+        Ok(Some(Self {
+            gateway: cluster.does(Role::Gateway).then(gateway).transpose()?,
+            node: cluster.does(Role::Node).then(node),
+            window,
+            seen,
+        }))
+    }
+
+    /// Whether one of them has ended by itself, which is a bug.
+    pub fn has_ended(&self) -> bool {
+        self.gateway.as_ref().is_some_and(Gateway::has_ended)
+            || self.node.as_ref().is_some_and(Node::has_ended)
+    }
+
+    /// Ends them: cells are given up first, so that whoever stands by goes on at once.
+    pub async fn leave(self) {
+        let Self { gateway, node, window, .. } = self;
+        if let Some(node) = node {
+            node.stop().await;
+        }
+        if let Some(gateway) = gateway {
+            gateway.stop().await;
+        }
+        drop(window);
+    }
+}

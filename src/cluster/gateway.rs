@@ -1,0 +1,244 @@
+//! A gateway: what comes on the lines goes into the log.
+
+use std::collections::VecDeque;
+use std::io;
+use std::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use asterix::DataSource;
+use futures_util::future::join_all;
+use serde::{Deserialize, Serialize};
+use tokio::runtime::Handle;
+use tokio::sync::Notify;
+use tracing::warn;
+
+use super::batches::Batches;
+use super::log::Log;
+use super::message::Input;
+use crate::config::Config;
+use crate::live::{Clock, LineStatus, Listening, listen};
+use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
+use fusion::slots::SlotGrid;
+
+/// Most octets that wait while the log is away: about a minute of a busy gateway. Then the oldest are dropped.
+const WAITING: usize = 64 << 20;
+/// Most messages that are sent before the log has acknowledged them.
+const UNACKNOWLEDGED: usize = 256;
+/// Pause before what was not acknowledged is sent again.
+const AGAIN: Duration = Duration::from_millis(100);
+/// Longest time between two looks at whether to stop.
+const LOOK_UP: Duration = Duration::from_millis(100);
+/// How often it says how it is.
+const SAYS: Duration = Duration::from_secs(1);
+
+/// What a gateway counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GatewayCounts {
+    /// Messages in the log.
+    pub written: u64,
+    /// Messages that wait for it.
+    pub waiting: u64,
+    /// Datagrams that were dropped because the log was away for too long.
+    pub dropped: u64,
+}
+
+/// What a gateway says of itself, each second.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GatewayReport {
+    /// Its name.
+    pub node: String,
+    /// What it counts.
+    pub counts: GatewayCounts,
+    /// Each of its lines, with the sensors on it, by their place in the configuration.
+    pub lines: Vec<(Vec<usize>, LineStatus)>,
+}
+
+/// What waits for the log.
+#[derive(Debug, Default)]
+struct Waiting {
+    inputs: Mutex<Inputs>,
+    more: Notify,
+    written: AtomicU64,
+}
+
+#[derive(Debug, Default)]
+struct Inputs {
+    queue: VecDeque<Input>,
+    octets: usize,
+    dropped: u64,
+}
+
+/// A running gateway.
+#[derive(Debug)]
+pub struct Gateway {
+    stop: Arc<AtomicBool>,
+    thread: JoinHandle<()>,
+    tasks: [tokio::task::JoinHandle<()>; 2],
+    waiting: Arc<Waiting>,
+}
+
+impl Gateway {
+    /// Listens to the sensors, and writes what they send into the log.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn start(config: &Config, node: &str, log: Log, runtime: &Handle) -> io::Result<Self> {
+        let clock = Clock::default();
+        let Listening { arrivals, lines, readers, .. } = listen(config, &clock, runtime);
+        let feed = |(line, _): &(Arc<Line>, _)| {
+            let sensor = &config.sensors[line.sensors[0]];
+            (DataSource { sac: sensor.sac, sic: sensor.sic }, SocketAddr::from(line.destination()))
+        };
+        let mut batches =
+            Batches::new(SlotGrid::new(config.fusion.slot), lines.iter().map(feed), clock.now());
+        let stop = Arc::new(AtomicBool::new(false));
+        let waiting = Arc::new(Waiting::default());
+        let (stopped, queue) = (stop.clone(), waiting.clone());
+        let thread = std::thread::Builder::new().name("gateway".to_owned()).spawn(move || {
+            gather(&mut batches, &arrivals, &clock, &queue, &stopped);
+            readers.stop();
+        })?;
+        let writing = runtime.spawn(write(log.clone(), waiting.clone()));
+        let saying = runtime.spawn(say(log, node.to_owned(), lines, waiting.clone()));
+        Ok(Self { stop, thread, tasks: [writing, saying], waiting })
+    }
+
+    /// Whether one of its threads has ended by itself, which is a bug.
+    pub fn has_ended(&self) -> bool {
+        self.thread.is_finished() || self.tasks.iter().any(tokio::task::JoinHandle::is_finished)
+    }
+
+    /// Stops to listen, and waits until what was heard is in the log, for at most a second.
+    pub async fn stop(self) {
+        self.stop.store(true, Ordering::Relaxed);
+        let Self { thread, tasks, waiting, .. } = self;
+        drop(tokio::task::spawn_blocking(move || thread.join()).await);
+        let written = async {
+            while waiting.counts().waiting > 0 {
+                tokio::time::sleep(AGAIN / 10).await;
+            }
+        };
+        drop(tokio::time::timeout(Duration::from_secs(1), written).await);
+        tasks.iter().for_each(tokio::task::JoinHandle::abort);
+    }
+}
+
+/// Hands on each slot when it is over.
+fn gather(
+    batches: &mut Batches,
+    arrivals: &Receiver<Arrival>,
+    clock: &Clock,
+    waiting: &Waiting,
+    stop: &AtomicBool,
+) {
+    while !stop.load(Ordering::Relaxed) {
+        let wait = Duration::try_from(batches.ends() - clock.now()).unwrap_or_default();
+        match arrivals.recv_timeout(wait.min(LOOK_UP)) {
+            Ok(Arrival { line, received, from, payload }) => {
+                waiting.add(batches.hear(line, received, from.into(), payload));
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return,
+        }
+        waiting.add(batches.end(clock.now()));
+    }
+}
+
+impl Waiting {
+    fn inputs(&self) -> std::sync::MutexGuard<'_, Inputs> {
+        self.inputs.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn add(&self, inputs: impl IntoIterator<Item = Input>) {
+        let mut waiting = self.inputs();
+        let mut is_more = false;
+        for input in inputs {
+            waiting.octets += octets(&input);
+            waiting.queue.push_back(input);
+            is_more = true;
+        }
+        while waiting.octets > WAITING {
+            let Some(oldest) = waiting.queue.pop_front() else { break };
+            waiting.octets -= octets(&oldest);
+            waiting.dropped += oldest.heard.len() as u64;
+        }
+        if is_more {
+            self.more.notify_one();
+        }
+    }
+
+    fn counts(&self) -> GatewayCounts {
+        let inputs = self.inputs();
+        GatewayCounts {
+            written: self.written.load(Ordering::Relaxed),
+            waiting: inputs.queue.len() as u64,
+            dropped: inputs.dropped,
+        }
+    }
+}
+
+fn octets(input: &Input) -> usize {
+    const OF_EACH: usize = 96;
+    OF_EACH + input.heard.iter().map(|heard| OF_EACH + heard.payload.len()).sum::<usize>()
+}
+
+/// Writes what waits, in order. What was not acknowledged is written again, with what came after it: the log knows copies.
+async fn write(log: Log, waiting: Arc<Waiting>) {
+    loop {
+        let next: Vec<Input> = waiting.inputs().queue.iter().take(UNACKNOWLEDGED).cloned().collect();
+        if next.is_empty() {
+            waiting.more.notified().await;
+            continue;
+        }
+        let written = join_all(next.iter().map(|input| log.publish(input))).await;
+        let stored = written.iter().take_while(|written| written.is_ok()).count();
+        {
+            let mut inputs = waiting.inputs();
+            for input in &next[..stored] {
+                // What was dropped meanwhile is in the log all the same.
+                if inputs.queue.front() == Some(input) {
+                    inputs.queue.pop_front();
+                    inputs.octets -= octets(input);
+                }
+            }
+        }
+        waiting.written.fetch_add(stored as u64, Ordering::Relaxed);
+        if let Some(Err(error)) = written.get(stored) {
+            tracing::debug!(%error, "not written: tried again");
+            tokio::time::sleep(AGAIN).await;
+        }
+    }
+}
+
+/// Says each second how it is.
+async fn say(log: Log, node: String, lines: Vec<(Arc<Line>, Arc<LineCounters>)>, waiting: Arc<Waiting>) {
+    let mut seconds = tokio::time::interval(SAYS);
+    let (mut dropped, mut was_away) = (0, false);
+    loop {
+        seconds.tick().await;
+        let table = udp::kernel_table();
+        lines.iter().for_each(|(_, counters)| counters.note_kernel_drops(&table));
+        let counts = waiting.counts();
+        if counts.dropped > dropped {
+            warn!(datagrams = counts.dropped - dropped, "dropped: the log is away for too long");
+            dropped = counts.dropped;
+        }
+        let status = |(line, counters): &(Arc<Line>, Arc<LineCounters>)| {
+            (line.sensors.clone(), LineStatus::of(line.name(), counters, 0))
+        };
+        let report = GatewayReport { node: node.clone(), counts, lines: lines.iter().map(status).collect() };
+        let octets = postcard::to_stdvec(&report).expect("it can be written");
+        let is_away = log.say(&format!("gateway.{node}"), octets).await.is_err();
+        if is_away != was_away {
+            match is_away {
+                true => warn!("the log does not answer: what is heard waits"),
+                false => tracing::info!("the log answers"),
+            }
+            was_away = is_away;
+        }
+    }
+}

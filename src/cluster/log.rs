@@ -1,0 +1,511 @@
+//! The log, which is NATS JetStream: what is asked of it, in the cluster's own words.
+//!
+//! Of it is used: append where the last message of a subject is the expected one, read from a sequence on, create what is not there
+//! yet, and look. Nothing that servers know since 2.10 only.
+
+use std::time::Duration;
+
+use async_nats::header::{HeaderMap, NATS_EXPECTED_LAST_SUBJECT_SEQUENCE, NATS_MESSAGE_ID};
+use async_nats::jetstream::consumer::{AckPolicy, DeliverPolicy, pull};
+use async_nats::jetstream::context::{ContextBuilder, PublishErrorKind};
+use async_nats::jetstream::kv::{Operation, Store, UpdateErrorKind};
+use async_nats::jetstream::object_store::{self, ObjectStore};
+use async_nats::jetstream::stream::{
+    Config as StreamConfig, DiscardPolicy, LastRawMessageErrorKind, StorageType, Stream,
+};
+use async_nats::jetstream::{Context, Message};
+use async_nats::{Client, ConnectOptions};
+use futures_util::{StreamExt, TryStreamExt};
+use serde::{Deserialize, Serialize};
+use tokio::io::AsyncReadExt;
+use tracing::{debug, warn};
+
+use super::cell::Appended;
+use super::message::{Input, Output};
+use crate::config::Cluster;
+use fusion::slots::Slot;
+
+/// Nobody waits longer for an answer.
+pub(super) const PATIENCE: Duration = Duration::from_secs(1);
+/// How long inputs are kept: what a node may be behind.
+const INPUTS_KEPT: Duration = Duration::from_secs(180);
+/// And outputs.
+const OUTPUTS_KEPT: Duration = Duration::from_secs(600);
+/// Time within which a copy of an input, or of an output, is known as one.
+const INPUT_COPIES: Duration = Duration::from_secs(10);
+const OUTPUT_COPIES: Duration = Duration::from_secs(60);
+/// A reader is told that often that there is nothing, and asks anew when it hears nothing for twice that.
+const HEARTBEAT: Duration = Duration::from_millis(500);
+/// An ask for messages holds for this long.
+const ASK: Duration = Duration::from_secs(3);
+/// Most messages of one ask.
+const ASKED: usize = 500;
+/// The servers forget a reader that they have not heard of for this long.
+const FORGOTTEN: Duration = Duration::from_secs(10);
+
+/// What went wrong with the log.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The credentials cannot be read, or it cannot be connected to at all.
+    #[error("the log cannot be used: {0}")]
+    Unusable(String),
+    /// It did not do what it was asked to, or not in time.
+    #[error("the log does not answer: {0}")]
+    Unanswered(String),
+    /// A stream is there with other settings.
+    #[error(
+        "{stream} is there with {what} = {found}, and {wanted} is wanted: delete it, or use another region"
+    )]
+    Different {
+        /// Which.
+        stream: String,
+        /// The setting.
+        what: &'static str,
+        /// As it is.
+        found: String,
+        /// As it should be.
+        wanted: String,
+    },
+}
+
+impl LogError {
+    fn unanswered(error: impl std::fmt::Display) -> Self {
+        Self::Unanswered(error.to_string())
+    }
+}
+
+/// Who holds something until it is no longer renewed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Holder {
+    /// The node.
+    pub node: String,
+    /// Its machine.
+    pub machine: String,
+    /// A number of this run of its process.
+    pub run: u64,
+}
+
+/// What a name of the log stands for now.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Held {
+    /// By whom.
+    pub by: Holder,
+    /// Its number: greater than of whoever held it before.
+    pub revision: u64,
+}
+
+/// What became of an attempt to go on holding something.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Renewed {
+    /// It goes on, under this number.
+    Until(u64),
+    /// Somebody else has it, or it ended.
+    Lost,
+    /// Nobody answered.
+    Unknown,
+}
+
+/// A state of a cell, as it is kept in the log.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Checkpoint {
+    /// Which streams the numbers are of: when they were made, nanoseconds since 1970.
+    pub streams: [i128; 2],
+    /// Sequences of the last input that is handled in it, and of the last output that is made.
+    pub handled: u64,
+    /// The last output.
+    pub published: u64,
+    /// The engine.
+    pub engine: Vec<u8>,
+}
+
+/// The streams of a region.
+#[derive(Clone)]
+pub struct Log {
+    client: Client,
+    context: Context,
+    region: String,
+    input: Stream,
+    output: Stream,
+    held: Store,
+    held_stream: Stream,
+    checkpoints: ObjectStore,
+}
+
+impl Log {
+    /// Connects, and makes what is not there yet. Waits until the servers answer.
+    ///
+    /// # Errors
+    /// The credentials cannot be read, the servers refuse them, or a stream is there with other settings.
+    pub async fn open(cluster: &Cluster) -> Result<Self, LogError> {
+        let (client, context) = connect(cluster).await?;
+        let mut is_told = false;
+        loop {
+            match Self::of(cluster, client.clone(), context.clone()).await {
+                Err(error @ LogError::Unanswered(_)) => {
+                    if !std::mem::replace(&mut is_told, true) {
+                        warn!(%error, "waits for the log");
+                    }
+                    tokio::time::sleep(PATIENCE).await;
+                }
+                opened => return opened,
+            }
+        }
+    }
+
+    async fn of(cluster: &Cluster, client: Client, context: Context) -> Result<Self, LogError> {
+        let Cluster { region, replicas, lease_s, .. } = cluster;
+        let replicas = *replicas as usize;
+        let stream = |name: &str, subjects: String, max_age, duplicate_window| StreamConfig {
+            name: format!("UTM_{name}_{region}"),
+            subjects: vec![subjects],
+            storage: StorageType::Memory,
+            num_replicas: replicas,
+            max_age,
+            duplicate_window,
+            discard: DiscardPolicy::Old,
+            allow_direct: true,
+            ..StreamConfig::default()
+        };
+        let input = stream("IN", format!("utm.in.{region}.>"), INPUTS_KEPT, INPUT_COPIES);
+        let output = stream("OUT", format!("utm.out.{region}.*"), OUTPUTS_KEPT, OUTPUT_COPIES);
+        let bucket = format!("UTM_OWN_{region}");
+        let lease = Duration::from_secs_f64(*lease_s);
+        // What the client makes of a bucket, but for a question that servers before 2.10 answer otherwise.
+        let held = StreamConfig {
+            name: format!("KV_{bucket}"),
+            subjects: vec![format!("$KV.{bucket}.>")],
+            max_messages_per_subject: 1,
+            max_age: lease,
+            duplicate_window: lease,
+            storage: StorageType::Memory,
+            num_replicas: replicas,
+            discard: DiscardPolicy::New,
+            allow_rollup: true,
+            deny_delete: true,
+            allow_direct: true,
+            ..StreamConfig::default()
+        };
+        let checkpoints = object_store::Config {
+            bucket: format!("UTM_CK_{region}"),
+            storage: StorageType::File,
+            num_replicas: replicas,
+            ..object_store::Config::default()
+        };
+        Ok(Self {
+            held_stream: made(&context, held).await?,
+            input: made(&context, input).await?,
+            output: made(&context, output).await?,
+            held: context.get_key_value(&bucket).await.map_err(LogError::unanswered)?,
+            checkpoints: objects(&context, checkpoints).await?,
+            region: region.clone(),
+            client,
+            context,
+        })
+    }
+
+    /// Whether there is a connection.
+    pub fn is_connected(&self) -> bool {
+        self.client.connection_state() == async_nats::connection::State::Connected
+    }
+
+    /// When the streams of inputs and outputs were made: the sequences of other ones mean nothing here.
+    pub fn streams(&self) -> [i128; 2] {
+        [&self.input, &self.output].map(|stream| stream.cached_info().created.unix_timestamp_nanos())
+    }
+
+    /// The same streams as they are now: they may have been lost, and made anew.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn again(&self, cluster: &Cluster) -> Result<Self, LogError> {
+        Self::of(cluster, self.client.clone(), self.context.clone()).await
+    }
+
+    /// Writes an input; a copy of one is written once.
+    ///
+    /// # Errors
+    /// The log does not answer: it may be written all the same, and is to be sent again.
+    pub async fn publish(&self, input: &Input) -> Result<(), LogError> {
+        let (sensor, region) = (input.sensor, &self.region);
+        let mut headers = HeaderMap::new();
+        headers.insert(NATS_MESSAGE_ID, input.id());
+        let subject = format!("utm.in.{region}.{}.{}", sensor.sac, sensor.sic);
+        let sent = self.context.publish_with_headers(subject, headers, input.body().into()).await;
+        sent.map_err(LogError::unanswered)?.await.map_err(LogError::unanswered)?;
+        Ok(())
+    }
+
+    /// Writes an output of a cell if its last one has this sequence.
+    pub async fn append(&self, cell: &str, expected: u64, output: &Output) -> Appended {
+        let mut headers = HeaderMap::new();
+        headers.insert(NATS_EXPECTED_LAST_SUBJECT_SEQUENCE, expected.to_string());
+        let sent = self.context.publish_with_headers(self.outputs_of(cell), headers, output.body().into());
+        let Ok(acknowledged) = sent.await else { return Appended::Unknown };
+        match acknowledged.await {
+            Ok(acknowledged) => Appended::Stored(acknowledged.sequence),
+            Err(error) if error.kind() == PublishErrorKind::WrongLastSequence => Appended::Refused,
+            Err(_) => Appended::Unknown,
+        }
+    }
+
+    /// The last output of a cell, as whoever leads the stream knows it.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn last(&self, cell: &str) -> Result<Option<(u64, Output)>, LogError> {
+        match self.output.get_last_raw_message_by_subject(&self.outputs_of(cell)).await {
+            Ok(last) => {
+                let output = Output::parse(&last.payload).map_err(LogError::unanswered)?;
+                Ok(Some((last.sequence, output)))
+            }
+            Err(error) if matches!(error.kind(), LastRawMessageErrorKind::NoMessageFound) => Ok(None),
+            Err(error) => Err(LogError::unanswered(error)),
+        }
+    }
+
+    fn outputs_of(&self, cell: &str) -> String {
+        format!("utm.out.{}.{cell}", self.region)
+    }
+
+    /// The sequence of the oldest input that is still there; of the next one where there is none.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn oldest_input(&self) -> Result<u64, LogError> {
+        self.input.get_info().await.map(|info| info.state.first_sequence).map_err(LogError::unanswered)
+    }
+
+    /// The inputs from this sequence on, without end.
+    pub fn inputs(&self, from: u64) -> Reading {
+        Reading::new(self.input.clone(), format!("utm.in.{}.>", self.region), from)
+    }
+
+    /// The outputs of a cell from this sequence on, without end.
+    pub fn outputs(&self, cell: &str, from: u64) -> Reading {
+        Reading::new(self.output.clone(), self.outputs_of(cell), from)
+    }
+
+    /// Takes hold of what nobody holds; its number. `None`: somebody has it, or nobody answers.
+    pub async fn take(&self, key: &str, holder: &Holder) -> Option<u64> {
+        self.held.create(key, written(holder)).await.ok()
+    }
+
+    /// Goes on holding what is held under this number.
+    pub async fn renew(&self, key: &str, holder: &Holder, revision: u64) -> Renewed {
+        match self.held.update(key, written(holder), revision).await {
+            Ok(revision) => Renewed::Until(revision),
+            Err(error) if error.kind() == UpdateErrorKind::WrongLastRevision => Renewed::Lost,
+            Err(_) => Renewed::Unknown,
+        }
+    }
+
+    /// Gives up what is held under this number.
+    ///
+    /// # Errors
+    /// The log does not answer, or it is no longer held: it ends by itself.
+    pub async fn give_up(&self, key: &str, revision: u64) -> Result<(), LogError> {
+        let given = self.held.delete_expect_revision(key, Some(revision)).await;
+        given.map_err(LogError::unanswered)
+    }
+
+    /// Who holds something now.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn holder(&self, key: &str) -> Result<Option<Held>, LogError> {
+        let entry = self.held.entry(key).await.map_err(LogError::unanswered)?;
+        let held = entry.filter(|entry| entry.operation == Operation::Put).and_then(|entry| {
+            Some(Held { by: serde_json::from_slice(&entry.value).ok()?, revision: entry.revision })
+        });
+        Ok(held)
+    }
+
+    /// Says something that is forgotten when it is not said again.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn say(&self, key: &str, what: Vec<u8>) -> Result<(), LogError> {
+        self.held.put(key, what.into()).await.map(|_| ()).map_err(LogError::unanswered)
+    }
+
+    /// What was said so.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn said(&self, key: &str) -> Result<Option<Vec<u8>>, LogError> {
+        let entry = self.held.entry(key).await.map_err(LogError::unanswered)?;
+        Ok(entry.filter(|entry| entry.operation == Operation::Put).map(|entry| entry.value.to_vec()))
+    }
+
+    /// Under which names something is held or said.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn keys(&self) -> Result<Vec<String>, LogError> {
+        let of = format!("$KV.{}.", self.held.name);
+        let subjects = self.held_stream.info_with_subjects(format!("{of}>")).await;
+        let mut subjects = subjects.map_err(LogError::unanswered)?;
+        let mut keys = Vec::new();
+        while let Some((subject, _)) = subjects.try_next().await.map_err(LogError::unanswered)? {
+            keys.extend(subject.strip_prefix(&of).map(str::to_owned));
+        }
+        keys.sort();
+        Ok(keys)
+    }
+
+    /// Keeps a checkpoint of a cell, in place of the one before.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn keep(&self, cell: &str, checkpoint: &Checkpoint) -> Result<(), LogError> {
+        let octets = postcard::to_stdvec(checkpoint).map_err(LogError::unanswered)?;
+        self.checkpoints.put(cell, &mut octets.as_slice()).await.map(|_| ()).map_err(LogError::unanswered)
+    }
+
+    /// The newest checkpoint of a cell; `None` where there is none that can be read.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn checkpoint(&self, cell: &str) -> Result<Option<Checkpoint>, LogError> {
+        let mut object = match self.checkpoints.get(cell).await {
+            Ok(object) => object,
+            Err(error) if error.kind() == object_store::GetErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(LogError::unanswered(error)),
+        };
+        let mut octets = Vec::with_capacity(object.info().size);
+        object.read_to_end(&mut octets).await.map_err(LogError::unanswered)?;
+        Ok(postcard::from_bytes(&octets).ok())
+    }
+}
+
+fn written(holder: &Holder) -> bytes::Bytes {
+    serde_json::to_vec(holder).expect("it can be written").into()
+}
+
+async fn connect(cluster: &Cluster) -> Result<(Client, Context), LogError> {
+    let unusable = |error: &dyn std::fmt::Display| LogError::Unusable(error.to_string());
+    let mut options = ConnectOptions::new()
+        .name(format!("utm-fusion {}", cluster.node))
+        .retry_on_initial_connect()
+        .connection_timeout(PATIENCE)
+        .ping_interval(PATIENCE)
+        .request_timeout(Some(PATIENCE))
+        .reconnect_delay_callback(|tries| Duration::from_millis(50 * tries.clamp(1, 10) as u64));
+    if let Some(file) = &cluster.credentials {
+        let shown = file.display();
+        options =
+            options.credentials_file(file).await.map_err(|error| unusable(&format!("{shown}: {error}")))?;
+    }
+    let client = options.connect(&cluster.servers).await.map_err(|error| unusable(&error))?;
+    let context = ContextBuilder::new().timeout(PATIENCE).ack_timeout(PATIENCE).build(client.clone());
+    Ok((client, context))
+}
+
+/// A stream, made where it is not there.
+async fn made(context: &Context, wanted: StreamConfig) -> Result<Stream, LogError> {
+    let stream = context.get_or_create_stream(wanted.clone()).await.map_err(LogError::unanswered)?;
+    let found = &stream.cached_info().config;
+    let settings = |of: &StreamConfig| {
+        [
+            ("replicas", of.num_replicas.to_string()),
+            ("max_age", format!("{:?}", of.max_age)),
+            ("storage", format!("{:?}", of.storage)),
+            ("subjects", of.subjects.join(", ")),
+            ("duplicate_window", format!("{:?}", of.duplicate_window)),
+        ]
+    };
+    for ((what, found), (_, wanted)) in settings(found).into_iter().zip(settings(&wanted)) {
+        if found != wanted {
+            let stream = stream.cached_info().config.name.clone();
+            return Err(LogError::Different { stream, what, found, wanted });
+        }
+    }
+    Ok(stream)
+}
+
+async fn objects(context: &Context, wanted: object_store::Config) -> Result<ObjectStore, LogError> {
+    match context.get_object_store(&wanted.bucket).await {
+        Ok(store) => Ok(store),
+        Err(_) => context.create_object_store(wanted).await.map_err(LogError::unanswered),
+    }
+}
+
+/// Messages of a subject, in order. A reader whose server is gone is made anew where it had come to.
+pub struct Reading {
+    stream: Stream,
+    subject: String,
+    /// The sequence of the next message.
+    next: u64,
+    messages: Option<Box<pull::Stream>>,
+    /// Counts the messages of this reader, so that none is left out.
+    count: u64,
+}
+
+impl Reading {
+    fn new(stream: Stream, subject: String, next: u64) -> Self {
+        Self { stream, subject, next, messages: None, count: 0 }
+    }
+
+    /// The next message and its sequence; waits for it.
+    pub async fn next(&mut self) -> (u64, bytes::Bytes) {
+        loop {
+            let Some(messages) = &mut self.messages else {
+                match tokio::time::timeout(3 * PATIENCE, self.begin()).await {
+                    Ok(Ok(messages)) => {
+                        self.messages = Some(Box::new(messages));
+                        self.count = 0;
+                    }
+                    Ok(Err(error)) => {
+                        debug!(%error, subject = self.subject, "not read: tried again");
+                        tokio::time::sleep(HEARTBEAT / 2).await;
+                    }
+                    Err(_) => {}
+                }
+                continue;
+            };
+            let message = tokio::time::timeout(3 * HEARTBEAT, messages.next()).await;
+            let Ok(Some(Ok(message))) = message else {
+                // Silent, ended, or failed: whatever it was, it is asked anew.
+                self.messages = None;
+                continue;
+            };
+            match self.place(&message) {
+                Some((sequence, count)) if count == self.count + 1 => {
+                    self.count = count;
+                    if sequence >= self.next {
+                        self.next = sequence + 1;
+                        return (sequence, message.message.payload);
+                    }
+                }
+                _ => self.messages = None,
+            }
+        }
+    }
+
+    fn place(&self, message: &Message) -> Option<(u64, u64)> {
+        message.info().ok().map(|info| (info.stream_sequence, info.consumer_sequence))
+    }
+
+    async fn begin(&self) -> Result<pull::Stream, LogError> {
+        let consumer = pull::Config {
+            deliver_policy: match self.next {
+                0 => DeliverPolicy::New,
+                start_sequence => DeliverPolicy::ByStartSequence { start_sequence },
+            },
+            ack_policy: AckPolicy::None,
+            filter_subject: self.subject.clone(),
+            inactive_threshold: FORGOTTEN,
+            num_replicas: 1,
+            memory_storage: true,
+            ..pull::Config::default()
+        };
+        let consumer = self.stream.create_consumer(consumer).await.map_err(LogError::unanswered)?;
+        let messages = consumer.stream().max_messages_per_batch(ASKED).expires(ASK).heartbeat(HEARTBEAT);
+        messages.messages().await.map_err(LogError::unanswered)
+    }
+}
+
+/// The slot and the epoch of an output, with its sequence.
+pub(super) const fn placed(last: &(u64, Output)) -> (u64, Slot, u64) {
+    (last.0, last.1.slot, last.1.epoch)
+}

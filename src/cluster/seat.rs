@@ -1,0 +1,141 @@
+//! A cell on a node: the engine on a thread of its own, which knows neither network nor log.
+
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
+use std::time::Duration;
+
+use tokio::sync::mpsc::UnboundedSender;
+
+use super::cell::{Appended, Cell, Lost, Wish};
+use super::engine::SiteEngine;
+use super::message::{Input, Output};
+use super::report::CellReport;
+use crate::live::now;
+use fusion::slots::Slot;
+use fusion::time::{SECOND, Time};
+
+/// Longest time between two looks at the clock: a slot that nobody was heard for is made this late at most.
+const LOOK_UP: Duration = Duration::from_millis(20);
+/// Most of what waits that is taken in before slots are looked for.
+const AT_ONCE: usize = 1000;
+
+/// What the cell is told.
+#[derive(Debug)]
+pub(super) enum Told {
+    /// A message of the input, and its sequence.
+    Input(u64, Input),
+    /// An output of the cell, and its sequence.
+    Output(u64, Output),
+    /// Whether somebody holds the lease.
+    Lease(bool),
+    /// Answers to what it wished.
+    Leased(Option<u64>),
+    /// The last output: its sequence, slot and epoch.
+    Last(Result<Option<(u64, Slot, u64)>, ()>),
+    /// What has become of its own.
+    Appended(Appended),
+    /// Somebody else has the lease.
+    Fenced,
+    /// Somebody else has the seat beside the owner.
+    Unseated,
+    /// A checkpoint is wanted.
+    Write,
+    /// It is to end.
+    Stop,
+}
+
+/// What the cell says.
+#[derive(Debug)]
+pub(super) enum Says {
+    /// It asks the log.
+    Wish(Wish),
+    /// It owns the cell from now on, under this number.
+    Owns(u64),
+    /// A checkpoint: sequences of the last input and of the last output, and the engine.
+    Written(u64, u64, Vec<u8>),
+    /// How the cell is; of an owner.
+    Report(Box<CellReport>),
+    /// Slots that wait to be made as the owner has made them.
+    Behind(u64),
+    /// It has to begin anew.
+    Lost(Lost),
+    /// Somebody else has its seat.
+    Unseated,
+}
+
+/// Works until it is stopped, or lost.
+pub(super) fn work(
+    mut cell: Cell<SiteEngine>,
+    node: &str,
+    told: &Receiver<Told>,
+    says: &UnboundedSender<Says>,
+) {
+    let (mut owned, mut next_report, mut is_wanted) = (None, Time::default(), false);
+    loop {
+        let first = match told.recv_timeout(LOOK_UP) {
+            Ok(told) => Some(told),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => return,
+        };
+        let at_once = first.into_iter().chain(told.try_iter().take(AT_ONCE));
+        for told in at_once {
+            let heard = match told {
+                Told::Stop => return,
+                Told::Unseated => {
+                    _ = says.send(Says::Unseated);
+                    return;
+                }
+                Told::Write => {
+                    is_wanted = true;
+                    Ok(())
+                }
+                told => hear(&mut cell, told),
+            };
+            if let Err(lost) = heard {
+                _ = says.send(Says::Lost(lost));
+                return;
+            }
+        }
+        let at = now();
+        if let Err(lost) = cell.pump(at) {
+            _ = says.send(Says::Lost(lost));
+            return;
+        }
+        if cell.epoch() != owned {
+            owned = cell.epoch();
+            owned.into_iter().for_each(|epoch| _ = says.send(Says::Owns(epoch)));
+        }
+        cell.wish().into_iter().for_each(|wish| _ = says.send(Says::Wish(wish)));
+        // Before the first output there is nothing to go on from.
+        if is_wanted && let Some((handled, published @ 1..)) = cell.rests_at() {
+            is_wanted = false;
+            _ = says.send(Says::Written(handled, published, cell.engine().checkpoint()));
+        }
+        // Also where the clock was set back.
+        if at >= next_report || next_report.nanos() - at.nanos() > SECOND {
+            next_report = Time::from_nanos((at.nanos() / SECOND + 1) * SECOND);
+            _ = match owned {
+                Some(epoch) => says.send(Says::Report(cell.engine_mut().report(node, epoch, at).into())),
+                None => says.send(Says::Behind(cell.behind())),
+            };
+        }
+    }
+}
+
+fn hear(cell: &mut Cell<SiteEngine>, told: Told) -> Result<(), Lost> {
+    match told {
+        Told::Input(sequence, input) => cell.input(sequence, input),
+        Told::Output(sequence, output) => cell.output(sequence, output)?,
+        Told::Lease(is_held) => cell.lease(is_held),
+        Told::Leased(epoch) => cell.leased(epoch),
+        Told::Last(last) => cell.last(last)?,
+        Told::Appended(appended) => cell.appended(appended),
+        Told::Fenced => return Err(Lost::Fenced),
+        Told::Write | Told::Stop | Told::Unseated => {}
+    }
+    Ok(())
+}
+
+/// Tells the cell; whether it still listens.
+pub(super) fn tell(seat: &Sender<Told>, told: Told) -> bool {
+    seat.send(told).is_ok()
+}

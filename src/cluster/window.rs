@@ -1,0 +1,98 @@
+//! The picture of a cluster: what its owners publish and say, handed on to be shown.
+
+use std::collections::BTreeMap;
+use std::sync::mpsc::Sender;
+use std::time::Duration;
+
+use tokio::task::JoinSet;
+use tracing::warn;
+
+use super::engine::pictures;
+use super::gateway::GatewayReport;
+use super::log::{Log, LogError};
+use super::message::Output;
+use super::report::CellReport;
+use crate::config::Cluster;
+use crate::live::{LineStatus, Seen};
+
+/// How often it is looked how those are who make the picture.
+const LOOKS: Duration = Duration::from_secs(1);
+
+/// Looks into a cluster, until it is dropped.
+#[derive(Debug)]
+pub struct Window {
+    #[expect(dead_code, reason = "its tasks end with it")]
+    tasks: JoinSet<()>,
+}
+
+impl Window {
+    /// Hands on each slot of a cell from now on, and each second how it is; within a runtime.
+    pub fn open(log: &Log, cluster: &Cluster, cell: &str, seen: Sender<Seen>) -> Self {
+        let mut tasks = JoinSet::new();
+        tasks.spawn(slots(log.clone(), cluster.clone(), cell.to_owned(), seen.clone()));
+        tasks.spawn(states(log.clone(), cell.to_owned(), seen));
+        Self { tasks }
+    }
+}
+
+/// The slots. Where the stream was lost, and made anew, they go on with those in it.
+async fn slots(mut log: Log, cluster: Cluster, cell: String, seen: Sender<Seen>) {
+    let mut reading = log.outputs(&cell, 0);
+    loop {
+        let Ok((_, octets)) = tokio::time::timeout(3 * LOOKS, reading.next()).await else {
+            // Nothing comes: nobody owns the cell, or these are not the streams any more.
+            if let Ok(again) = log.again(&cluster).await
+                && again.streams() != log.streams()
+            {
+                log = again;
+                reading = log.outputs(&cell, 1);
+            }
+            continue;
+        };
+        let output = Output::parse(&octets).ok().and_then(|output| pictures(&output.picture));
+        let Some((picture, now)) = output else {
+            warn!("an output of the log is not one of this version");
+            continue;
+        };
+        if seen.send(Seen::Slot(picture.into(), now.map(Box::new))).is_err() {
+            return;
+        }
+    }
+}
+
+/// How the cell is, with the lines of the gateways.
+async fn states(log: Log, cell: String, seen: Sender<Seen>) {
+    let mut looks = tokio::time::interval(LOOKS);
+    loop {
+        looks.tick().await;
+        let Ok(Some(report)) = log.said(&format!("{cell}.report")).await else { continue };
+        let Some(mut report) = CellReport::parse(&report) else {
+            warn!("a report of the log is not one of this version");
+            continue;
+        };
+        let lines = lines(&log).await.unwrap_or_default();
+        for (index, sensor) in report.status.sensors.iter_mut().enumerate() {
+            sensor.lines = lines.get(&index).cloned().unwrap_or_default();
+        }
+        let told = Seen::Told(report.status.into(), report.integrities.into(), report.correlations);
+        if seen.send(told).is_err() {
+            return;
+        }
+    }
+}
+
+/// The lines of all gateways, by sensor.
+async fn lines(log: &Log) -> Result<BTreeMap<usize, Vec<LineStatus>>, LogError> {
+    let mut lines = BTreeMap::<usize, Vec<LineStatus>>::new();
+    for key in log.keys().await?.iter().filter(|key| key.starts_with("gateway.")) {
+        let said = log.said(key).await?;
+        let Some(report) = said.and_then(|said| postcard::from_bytes::<GatewayReport>(&said).ok()) else {
+            continue;
+        };
+        for (sensors, line) in report.lines {
+            let line = LineStatus { name: format!("{} at {}", line.name, report.node), ..line };
+            sensors.iter().for_each(|sensor| lines.entry(*sensor).or_default().push(line.clone()));
+        }
+    }
+    Ok(lines)
+}

@@ -1,0 +1,238 @@
+//! A picture that is made elsewhere: shown and sent here, as an engine's own is.
+
+use std::collections::VecDeque;
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use jiff::SignedDuration;
+use tracing::warn;
+
+use super::publication::Publisher;
+use super::{LOOK_UP, Outlets};
+use crate::config::Config;
+use crate::live::alerts::{Severity, Trouble};
+use crate::live::clock::Clock;
+use crate::live::driver::Driver;
+use crate::live::health::SensorState;
+use crate::live::integrity::Integrities;
+use crate::live::losses::Losses;
+use crate::live::published::{PublishedPicture, Status};
+use crate::picture::Picture;
+use crate::pipeline::Tally;
+use fusion::operational::HeldCorrelation;
+use fusion::slots::Slot;
+use fusion::time::{SECOND, Time};
+
+/// Whoever makes the picture says each second how it is; after this time without a word its sensors are not known any more.
+const UNHEARD: SignedDuration = SignedDuration::from_secs(4);
+
+/// What comes from where the picture is made.
+#[derive(Debug)]
+pub enum Seen {
+    /// A slot: the usual picture, and that of now where it is made.
+    Slot(Box<Picture>, Option<Box<Picture>>),
+    /// How those are who make it.
+    Told(Box<Status>, Box<Integrities>, Vec<HeldCorrelation>),
+}
+
+/// What was counted of the slots that came.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SeenCounts {
+    /// Shown.
+    pub shown: u64,
+    /// Not shown because they, or later ones, had been shown.
+    pub doubled: u64,
+    /// That never came.
+    pub missing: u64,
+}
+
+/// Who shows it.
+pub struct Viewer {
+    stop: Arc<AtomicBool>,
+    thread: JoinHandle<Tally>,
+}
+
+impl Viewer {
+    /// Begins to show what comes, on a thread of its own. Alerts that are shelved are kept by `shelves`.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn start(
+        config: &Config,
+        driver: &Driver,
+        outlets: Outlets,
+        clock: &Clock,
+        seen: Receiver<Seen>,
+        shelves: Option<SyncSender<Arc<str>>>,
+    ) -> io::Result<Self> {
+        let stop = Arc::new(AtomicBool::new(false));
+        let view = View {
+            publisher: Publisher::new(config, outlets, clock.clone()),
+            due_after: config.fusion.latency() - config.fusion.slot / 2,
+            lead: driver.lead(),
+            last: None,
+            seq: 0,
+            counts: SeenCounts::default(),
+            told: None,
+            misses: Losses::default(),
+            failed_told: 0,
+            shelves,
+            kept_shelves: "".into(),
+            next_status: clock.now(),
+            late: VecDeque::new(),
+        };
+        let stopped = stop.clone();
+        let thread = std::thread::Builder::new()
+            .name("picture".to_owned())
+            .spawn(move || view.run(&seen, &stopped))?;
+        Ok(Self { stop, thread })
+    }
+
+    /// Whether its thread has ended by itself, which is a bug.
+    pub fn has_ended(&self) -> bool {
+        self.thread.is_finished()
+    }
+
+    /// Shows what has come, and ends; what was counted. Not on a thread of a runtime.
+    ///
+    /// # Errors
+    /// The thread panicked.
+    pub fn stop(self) -> Result<Tally, String> {
+        self.stop.store(true, Ordering::Relaxed);
+        self.thread.join().map_err(|_| "the picture's thread panicked; this is a bug".to_owned())
+    }
+}
+
+struct View {
+    publisher: Publisher,
+    due_after: SignedDuration,
+    lead: SignedDuration,
+    /// The latest slot that was taken.
+    last: Option<Slot>,
+    seq: u64,
+    counts: SeenCounts,
+    told: Option<Status>,
+    misses: Losses,
+    failed_told: u64,
+    shelves: Option<SyncSender<Arc<str>>>,
+    kept_shelves: Arc<str>,
+    next_status: Time,
+    /// Slots that came twice, until they are told.
+    late: VecDeque<Slot>,
+}
+
+impl View {
+    fn run(mut self, seen: &Receiver<Seen>, stop: &AtomicBool) -> Tally {
+        while !stop.load(Ordering::Relaxed) {
+            match seen.recv_timeout(self.until_due()) {
+                Ok(seen) => self.see(seen),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            let at = self.publisher.clock.now();
+            self.publisher.publish_due(at, self.lead);
+            self.publisher.look_ahead();
+            if at >= self.next_status || self.next_status.nanos() - at.nanos() > SECOND {
+                self.next_status = Time::from_nanos((at.nanos() / SECOND + 1) * SECOND);
+                self.tell(at);
+            }
+        }
+        self.publisher.publish_owed();
+        self.tell(self.publisher.clock.now());
+        self.told.map(|told| told.tally).unwrap_or_default()
+    }
+
+    fn until_due(&self) -> Duration {
+        let wait = self.publisher.next_due();
+        let wait = wait.map(|due| Duration::try_from(due - self.publisher.clock.now()).unwrap_or_default());
+        wait.map_or(LOOK_UP, |wait| wait.min(LOOK_UP))
+    }
+
+    fn see(&mut self, seen: Seen) {
+        match seen {
+            Seen::Slot(picture, now) => {
+                if let Some(last) = self.last {
+                    if picture.slot <= last {
+                        self.counts.doubled += 1;
+                        self.late.push_back(picture.slot);
+                        return;
+                    }
+                    self.counts.missing += (picture.slot.0 - last.0 - 1).unsigned_abs();
+                }
+                self.last = Some(picture.slot);
+                self.seq += 1;
+                self.counts.shown += 1;
+                let due = picture.time + self.due_after;
+                self.publisher.take(PublishedPicture {
+                    seq: self.seq,
+                    due,
+                    published_at: due,
+                    picture: *picture,
+                    now: now.map(|now| *now).into(),
+                });
+            }
+            Seen::Told(status, integrities, correlations) => {
+                self.publisher.outlets.hub.integrity.show(&integrities);
+                self.publisher.outlets.hub.correlations.tell(&correlations);
+                self.told = Some(*status);
+            }
+        }
+    }
+
+    /// The status each second, as it was told last.
+    fn tell(&mut self, at: Time) {
+        let hub = &self.publisher.outlets.hub;
+        hub.correlations.deny();
+        hub.integrity.deny();
+        // The recorder of decisions is where the engine is; what is shelved is kept here.
+        hub.alerts.lines().for_each(drop);
+        let shelves = hub.alerts.shelves();
+        if let Some(keeper) = &self.shelves
+            && *shelves != *self.kept_shelves
+            && keeper.try_send(shelves.clone()).is_ok()
+        {
+            self.kept_shelves = shelves;
+        }
+        for slot in self.late.drain(..) {
+            warn!(slot = slot.0, "a slot came twice: shown once");
+        }
+        let Some(told) = &self.told else { return };
+        let mut status = told.clone();
+        if at - told.at > UNHEARD {
+            let silent_s = (at - told.at).as_secs();
+            let text = format!(
+                "nobody has said for {silent_s} s how the sensors are: the cell has no owner, or the log is away"
+            );
+            for sensor in &mut status.sensors {
+                sensor.state = SensorState::Outage;
+                sensor.reasons = vec!["not known".to_owned()];
+            }
+            let trouble = Trouble { about: Trouble::CLUSTER.into(), severity: Severity::Critical, text };
+            status.troubles.push(trouble);
+        }
+        if let Some(slots) = self.misses.going_on(self.counts.missing, at) {
+            let text = format!("{slots} slots were published by nobody");
+            status.troubles.push(Trouble {
+                about: Trouble::CLUSTER.into(),
+                severity: Severity::Warning,
+                text,
+            });
+        }
+        let failed = self.publisher.failed_sends - self.failed_told;
+        self.failed_told = self.publisher.failed_sends;
+        if failed > 0 {
+            let text = format!("{failed} datagrams could not be sent in a second");
+            status.troubles.push(Trouble {
+                about: Trouble::OUTPUT.into(),
+                severity: Severity::Critical,
+                text,
+            });
+        }
+        status.at = at;
+        self.publisher.tell(status);
+    }
+}
