@@ -33,6 +33,8 @@ enum Command {
     Simulate(simulate::Args),
     Evaluate(evaluate::Args),
     Check(check::Args),
+    #[cfg(feature = "cluster")]
+    Cluster(utm_fusion::commands::cluster::Args),
     Record(record::Args),
     Completions(completions::Args),
     /// Prints the manual page, utm-fusion(1).
@@ -65,6 +67,8 @@ fn main() -> ExitCode {
         Command::Simulate(args) => simulate::run(args),
         Command::Evaluate(args) => evaluate::run(args, &mut io::stdout().lock()),
         Command::Check(args) => check::run(args),
+        #[cfg(feature = "cluster")]
+        Command::Cluster(args) => utm_fusion::commands::cluster::run(args),
         Command::Record(args) => record::run(args),
         Command::Completions(args) => completions::run(args, Cli::command(), &mut io::stdout().lock()),
         Command::Man => completions::man(Cli::command(), &mut io::stdout().lock()),

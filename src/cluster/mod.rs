@@ -20,6 +20,8 @@ mod node;
 mod report;
 #[cfg(feature = "cluster")]
 mod seat;
+#[cfg(feature = "cluster")]
+mod verify;
 mod watermarks;
 #[cfg(feature = "cluster")]
 mod window;
@@ -35,6 +37,8 @@ pub use message::{Heard, Input, Malformed, Output};
 #[cfg(feature = "cluster")]
 pub use node::{CellCounts, Node, NodeReport, Part, run_number};
 pub use report::CellReport;
+#[cfg(feature = "cluster")]
+pub use verify::{Verdict, verify};
 #[cfg(feature = "cluster")]
 pub use window::Window;
 

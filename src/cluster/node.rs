@@ -8,7 +8,6 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use futures_util::future::join_all;
 use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
@@ -29,6 +28,8 @@ use fusion::time::Time;
 
 /// Pause before the log is asked again.
 const AGAIN: Duration = Duration::from_millis(250);
+/// How often it says how it is.
+const SAYS: Duration = Duration::from_millis(500);
 /// Of the lease: how often it is renewed, and how often others look whether it is free.
 const RENEWED: u32 = 3;
 const LOOKED_AT: u32 = 12;
@@ -43,6 +44,17 @@ pub enum Part {
     Standby,
     /// It owns the cell.
     Owner,
+}
+
+impl Part {
+    /// As it is shown.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Standby => "standby",
+            Self::Owner => "owner",
+        }
+    }
 }
 
 /// What a node counts of a cell.
@@ -80,8 +92,9 @@ pub struct NodeReport {
 /// A running node.
 #[derive(Debug)]
 pub struct Node {
-    stop: watch::Sender<bool>,
-    tasks: [JoinHandle<()>; 2],
+    stop: Arc<watch::Sender<bool>>,
+    say: JoinHandle<()>,
+    part: JoinHandle<()>,
     counts: Arc<Mutex<CellCounts>>,
 }
 
@@ -109,6 +122,7 @@ impl Node {
         log: Log,
     ) -> Self {
         let (stop, stopped) = watch::channel(false);
+        let stop = Arc::new(stop);
         let counts = Arc::<Mutex<CellCounts>>::default();
         let desk = Desk {
             log,
@@ -121,8 +135,9 @@ impl Node {
             stop: stopped,
         };
         let span = error_span!("cell", name = cell);
-        let tasks = [tokio::spawn(desk.clone().say()), tokio::spawn(desk.take_part().instrument(span))];
-        Self { stop, tasks, counts }
+        let say = tokio::spawn(desk.clone().say(stop.clone()));
+        let part = tokio::spawn(desk.take_part().instrument(span));
+        Self { stop, say, part, counts }
     }
 
     /// What it counts.
@@ -132,13 +147,14 @@ impl Node {
 
     /// Whether one of its tasks has ended by itself, which is a bug.
     pub fn has_ended(&self) -> bool {
-        self.tasks.iter().any(JoinHandle::is_finished)
+        self.say.is_finished() || (self.part.is_finished() && !*self.stop.borrow())
     }
 
     /// Gives up its cells, so that whoever stands by goes on at once, and ends.
     pub async fn stop(self) {
         self.stop.send_replace(true);
-        _ = join_all(self.tasks).await;
+        drop(self.part.await);
+        self.say.abort();
     }
 }
 
@@ -181,8 +197,9 @@ impl Desk {
         }
     }
 
-    /// Says each second how this node is.
-    async fn say(self) {
+    /// Says each second how this node is, and looks whether it is to give up its cells.
+    async fn say(self, stop: Arc<watch::Sender<bool>>) {
+        let drained = format!("drain.{}", self.me.node);
         loop {
             let counts = *self.counts.lock().unwrap_or_else(PoisonError::into_inner);
             let report = NodeReport {
@@ -193,10 +210,13 @@ impl Desk {
             let octets = postcard::to_stdvec(&report).expect("it can be written");
             // Who hears nothing of it for some seconds takes it to be gone.
             _ = self.log.say(&format!("node.{}", self.me.node), octets).await;
-            if self.is_stopped() {
-                return;
+            if let Ok(Some(run)) = self.log.said(&drained).await
+                && *run == *self.me.run.to_string().as_bytes()
+                && !stop.send_replace(true)
+            {
+                info!("drained: it takes no cell until it is started anew");
             }
-            self.pause(Duration::from_secs(1)).await;
+            tokio::time::sleep(SAYS).await;
         }
     }
 

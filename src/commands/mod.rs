@@ -4,6 +4,8 @@ pub mod address;
 mod alert_file;
 mod broadcast;
 pub mod check;
+#[cfg(feature = "cluster")]
+pub mod cluster;
 pub mod completions;
 pub mod decode;
 pub mod demo;

@@ -1,0 +1,131 @@
+//! A look from outside: does each slot come once, in time, and is it what its inputs make?
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use jiff::SignedDuration;
+use serde::Serialize;
+
+use super::cell::{Cell, Lost};
+use super::engine::SiteEngine;
+use super::log::{Log, LogError};
+use super::message::{Input, Output};
+use crate::areas::Areas;
+use crate::config::{Cluster, Config};
+use crate::live::now;
+use fusion::slots::SlotGrid;
+
+/// A slot counts as late from here on, seconds.
+const LATE_S: f64 = 1.0;
+
+/// What was seen of a cell.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Verdict {
+    /// Slots that came.
+    pub slots: u64,
+    /// Of these, such that had come before.
+    pub doubled: u64,
+    /// Slots between two that did not come.
+    pub missing: u64,
+    /// Slots that came more than a second after they were due.
+    pub late: u64,
+    /// The latest of them, seconds after it was due.
+    pub latest_s: f64,
+    /// Slots that were made here, too, from the same inputs.
+    pub made: u64,
+    /// Whether one of these was another one than that of the owner. `None`: there was no checkpoint to begin from.
+    pub differs: Option<bool>,
+    /// Messages of the input that came, and datagrams in them.
+    pub inputs: u64,
+    /// Datagrams in these.
+    pub datagrams: u64,
+    /// Owners that were seen: the numbers of their leases.
+    pub epochs: Vec<u64>,
+}
+
+impl Verdict {
+    /// Whether nothing is wrong.
+    pub fn is_good(&self) -> bool {
+        let Self { slots, doubled, missing, late, differs, .. } = *self;
+        slots > 0 && doubled == 0 && missing == 0 && late == 0 && differs != Some(true)
+    }
+}
+
+/// Watches a cell for some time, and makes its slots once more.
+///
+/// # Errors
+/// The log does not answer.
+pub async fn verify(
+    log: &Log,
+    cluster: &Cluster,
+    config: &Arc<Config>,
+    areas: &Areas,
+    cell: &str,
+    lasts: Duration,
+) -> Result<Verdict, LogError> {
+    let grid = SlotGrid::new(config.fusion.slot);
+    let due_after = config.fusion.latency() - config.fusion.slot / 2;
+    let oldest = log.oldest_input().await?;
+    let kept = log.checkpoint(cell).await?;
+    let kept = kept.filter(|kept| kept.streams == log.streams() && kept.handled + 1 >= oldest);
+    let began = kept.and_then(|kept| {
+        let engine = SiteEngine::new(Config::clone(config), areas.masks(), now());
+        let engine = engine.restored(areas.masks(), &kept.engine).ok()?;
+        let wait = SignedDuration::from_nanos((cluster.wait_s * 1e9) as i64);
+        Some((Cell::new(engine, grid, wait, kept.handled, kept.published), kept.handled, kept.published))
+    });
+    let (mut alone, handled, published) = match began {
+        Some((alone, handled, published)) => (Some(alone), handled, published),
+        None => (None, 0, 0),
+    };
+    // Of what was before only the state is of interest, not whether it came in time.
+    let last = log.last(cell).await?.map_or(0, |(sequence, _)| sequence);
+    let after = |sequence: u64| if alone.is_some() { sequence + 1 } else { 0 };
+    let (mut inputs, mut outputs) = (log.inputs(after(handled)), log.outputs(cell, after(published)));
+    let mut verdict = Verdict { differs: alone.as_ref().map(|_| false), ..Verdict::default() };
+    let mut seen = BTreeMap::new();
+    let ends = tokio::time::sleep(lasts);
+    tokio::pin!(ends);
+    loop {
+        tokio::select! {
+            () = &mut ends => break,
+            (sequence, octets) = inputs.next() => {
+                let Ok(input) = Input::parse(&octets) else { continue };
+                verdict.inputs += 1;
+                verdict.datagrams += input.heard.len() as u64;
+                alone.iter_mut().for_each(|alone| alone.input(sequence, input.clone()));
+            }
+            (sequence, octets) = outputs.next() => {
+                let Ok(output) = Output::parse(&octets) else { continue };
+                if sequence > last {
+                    let due = grid.centre(output.slot) + due_after;
+                    let late_s = (now() - due).as_secs_f64();
+                    verdict.slots += 1;
+                    verdict.late += u64::from(late_s > LATE_S);
+                    verdict.latest_s = verdict.latest_s.max(late_s);
+                    verdict.doubled += u64::from(seen.insert(output.slot, ()).is_some());
+                    if verdict.epochs.last() != Some(&output.epoch) {
+                        verdict.epochs.push(output.epoch);
+                    }
+                }
+                if let Some(alone) = &mut alone {
+                    verdict.made += 1;
+                    // It never owns anything: what comes is what others publish.
+                    _ = alone.output(sequence, output);
+                }
+            }
+        }
+        if let Some(following) = &mut alone
+            && let Err(lost) = following.pump(now())
+        {
+            verdict.differs = Some(lost == Lost::Diverged);
+            alone = None;
+        }
+    }
+    verdict.made -= alone.as_ref().map_or(0, Cell::behind);
+    if let (Some((first, ())), Some((last, ()))) = (seen.first_key_value(), seen.last_key_value()) {
+        verdict.missing = (last.0 - first.0 + 1).unsigned_abs() - seen.len() as u64;
+    }
+    Ok(verdict)
+}

@@ -1,0 +1,307 @@
+//! `cluster`: how a cluster is, from outside.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use jiff::SignedDuration;
+use serde_json::{Value, json};
+
+use super::moment::duration;
+use super::table::{Table, grouped};
+use super::{CommandResult, Outcome, Usage};
+use crate::app::{CELL, runtime};
+use crate::areas::Areas;
+use crate::cluster::{CellReport, GatewayReport, Holder, Log, NodeReport, Part, verify};
+use crate::config::{Cluster, Config};
+use crate::live::now;
+use fusion::time::Time;
+
+/// A picture older than this beyond its latency is late, seconds.
+const LATE_S: f64 = 1.0;
+/// Longest time for which is waited for the servers, and for a node to give up its cells.
+const PATIENCE: Duration = Duration::from_secs(5);
+const DRAINS: Duration = Duration::from_secs(15);
+
+/// Shows how a cluster is (docs/SCALING.md), drains a node, or verifies what is published.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// The configuration of any process of the cluster.
+    #[arg(long, value_name = "FILE", global = true, required = false, default_value = "site.toml")]
+    pub config: PathBuf,
+}
+
+/// What can be done.
+#[derive(Clone, Debug, clap::Subcommand)]
+pub enum Command {
+    /// Who owns what and stands by, what nodes and gateways count. Exit code 1 where a cell is late, or has no owner or nobody
+    /// beside it.
+    Status {
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// The cells: owner, standby, lateness.
+    Cells,
+    /// Lets a node give up its cells and take no others, so that its process can be stopped and nobody notices.
+    Drain {
+        /// The node.
+        node: String,
+    },
+    /// Reads what is published for some time, and makes it once more from what was received: slots missing, doubled, late or
+    /// different. Exit code 5 where there is one.
+    Verify {
+        /// For how long: 60s, 10m.
+        #[arg(long, value_name = "D", value_parser = duration, default_value = "60s")]
+        duration: SignedDuration,
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// What those of a cluster say.
+struct Said {
+    owner: Option<Holder>,
+    standby: Option<Holder>,
+    report: Option<CellReport>,
+    /// The newest slot, and when it is of.
+    latest: Option<Time>,
+    nodes: Vec<NodeReport>,
+    gateways: Vec<GatewayReport>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> CommandResult {
+    let config = Arc::new(Config::load(&args.config)?);
+    let Some(cluster) = &config.cluster else {
+        let file = args.config.display();
+        return Err(
+            Usage(format!("{file} has no [cluster]: there is one machine, and nothing to ask")).into()
+        );
+    };
+    runtime(1)?.block_on(async {
+        let log = tokio::time::timeout(PATIENCE, Log::open(cluster)).await;
+        let log = log.map_err(|_| {
+            format!("the log does not answer within {} s: {}", PATIENCE.as_secs(), cluster.servers.join(", "))
+        })??;
+        let mut out = io::stdout().lock();
+        match &args.command {
+            Command::Status { json } => {
+                let said = Said::hear(&log).await?;
+                match json {
+                    true => writeln!(out, "{:#}", said.json(&config))?,
+                    false => write!(out, "{}\n{}\n{}", said.cells(&config), said.nodes(), said.gateways())?,
+                }
+                let wrong = said.wrong(&config);
+                wrong.iter().for_each(|wrong| tracing::warn!("{wrong}"));
+                Ok(if wrong.is_empty() { Outcome::Done } else { Outcome::Incomplete })
+            }
+            Command::Cells => {
+                write!(out, "{}", Said::hear(&log).await?.cells(&config))?;
+                Ok(Outcome::Done)
+            }
+            Command::Drain { node } => drain(&log, node, &mut out).await,
+            Command::Verify { duration, json } => {
+                let areas = Areas::load(&config.areas)?;
+                checked(&log, cluster, &config, &areas, (*duration, *json), &mut out).await
+            }
+        }
+    })
+}
+
+impl Said {
+    async fn hear(log: &Log) -> Result<Self, Box<dyn std::error::Error + Send + Sync>> {
+        let (mut nodes, mut gateways) = (Vec::new(), Vec::new());
+        for key in log.keys().await? {
+            let Some(said) = log.said(&key).await? else { continue };
+            if key.starts_with("node.") {
+                nodes.extend(postcard::from_bytes::<NodeReport>(&said));
+            } else if key.starts_with("gateway.") {
+                gateways.extend(postcard::from_bytes::<GatewayReport>(&said));
+            }
+        }
+        let holder = async |key: &str| log.holder(&format!("{CELL}.{key}")).await;
+        let report = log.said(&format!("{CELL}.report")).await?;
+        let latest = log.last(CELL).await?;
+        Ok(Self {
+            owner: holder("owner").await?.map(|held| held.by),
+            standby: holder("standby").await?.map(|held| held.by),
+            report: report.and_then(|report| CellReport::parse(&report)),
+            latest: latest
+                .and_then(|(_, output)| crate::cluster::pictures(&output.picture))
+                .map(|(of, _)| of.time),
+            nodes,
+            gateways,
+        })
+    }
+
+    fn counts(&self, of: Option<&Holder>) -> crate::cluster::CellCounts {
+        let node = self.nodes.iter().find(|node| Some(&node.holder) == of);
+        node.and_then(|node| node.cells.first()).map(|(_, counts)| *counts).unwrap_or_default()
+    }
+
+    /// How late the newest slot is, seconds: beyond the latency that is configured, and the slot after it.
+    fn late_s(&self, config: &Config) -> Option<f64> {
+        let latest = self.latest?;
+        let due = latest + config.fusion.latency() + config.fusion.slot;
+        Some((now() - due).as_secs_f64().max(0.0))
+    }
+
+    fn wrong(&self, config: &Config) -> Vec<String> {
+        let mut wrong = Vec::new();
+        if self.owner.is_none() {
+            wrong.push(format!("nobody owns cell {CELL}"));
+        }
+        if self.standby.is_none() {
+            wrong.push(format!("nobody stands by for cell {CELL}"));
+        }
+        match self.late_s(config) {
+            None => wrong.push(format!("nothing has been published of cell {CELL}")),
+            Some(late_s) if late_s > LATE_S => {
+                wrong.push(format!("the newest slot of cell {CELL} is {late_s:.1} s late"));
+            }
+            Some(_) => {}
+        }
+        wrong
+    }
+
+    fn cells(&self, config: &Config) -> Table {
+        let names = ["cell", "owner", "lease", "standby", "behind", "published", "late"];
+        let mut table = Table::new("llrlrrr", &names);
+        let name = |of: &Option<Holder>| of.as_ref().map_or("nobody".to_owned(), |of| of.node.clone());
+        let (owner, standby) = (self.counts(self.owner.as_ref()), self.counts(self.standby.as_ref()));
+        table.row([
+            CELL.to_owned(),
+            name(&self.owner),
+            owner.epoch.to_string(),
+            name(&self.standby),
+            format!("{} slots", standby.behind),
+            grouped(owner.published),
+            self.late_s(config).map_or("nothing yet".to_owned(), |late_s| format!("{late_s:.2} s")),
+        ]);
+        table
+    }
+
+    fn nodes(&self) -> Table {
+        let names = ["node", "machine", "is", "take-overs", "fenced", "diverged", "checkpoints"];
+        let mut table = Table::new("lllrrrr", &names);
+        for NodeReport { holder, cells, is_draining } in &self.nodes {
+            for (_, counts) in cells {
+                let part = if *is_draining { "drained" } else { counts.part.name() };
+                table.row([
+                    holder.node.clone(),
+                    holder.machine.clone(),
+                    part.to_owned(),
+                    counts.takeovers.to_string(),
+                    counts.fenced.to_string(),
+                    counts.diverged.to_string(),
+                    counts.checkpoints.to_string(),
+                ]);
+            }
+        }
+        table
+    }
+
+    fn gateways(&self) -> Table {
+        let mut table = Table::new("lrrrr", &["gateway", "lines", "datagrams", "waiting", "dropped"]);
+        for GatewayReport { node, counts, lines } in &self.gateways {
+            let received = lines.iter().map(|(_, line)| line.received).sum();
+            table.row([
+                node.clone(),
+                lines.len().to_string(),
+                grouped(received),
+                counts.waiting.to_string(),
+                grouped(counts.dropped),
+            ]);
+        }
+        table
+    }
+
+    fn json(&self, config: &Config) -> Value {
+        let cell = json!({
+            "cell": CELL,
+            "owner": self.owner,
+            "standby": self.standby,
+            "late_s": self.late_s(config),
+            "aircraft_numbers": self.report.as_ref().map(|report| report.status.numbers_used),
+        });
+        let nodes: Vec<Value> = self.nodes.iter().map(|node| json!(node)).collect();
+        let gateways: Vec<Value> = self
+            .gateways
+            .iter()
+            .map(|gateway| json!({ "node": gateway.node, "lines": gateway.lines.len(), "counts": gateway.counts }))
+            .collect();
+        json!({ "cells": [cell], "nodes": nodes, "gateways": gateways, "wrong": self.wrong(config) })
+    }
+}
+
+/// Asks a node to give up its cells, until it has.
+async fn drain(log: &Log, node: &str, out: &mut impl Write) -> CommandResult {
+    let key = format!("node.{node}");
+    let report = async || -> Result<Option<NodeReport>, crate::cluster::LogError> {
+        Ok(log.said(&key).await?.and_then(|said| postcard::from_bytes(&said).ok()))
+    };
+    let Some(found) = report().await? else {
+        return Err(Usage(format!(
+            "no node is called {node}; utm-fusion cluster status shows those that there are"
+        ))
+        .into());
+    };
+    let drained = async {
+        loop {
+            log.say(&format!("drain.{node}"), found.holder.run.to_string().into_bytes()).await?;
+            let is_drained = report().await?.is_none_or(|report| {
+                report.is_draining && report.cells.iter().all(|(_, counts)| counts.part == Part::None)
+            });
+            if is_drained {
+                return Ok::<(), crate::cluster::LogError>(());
+            }
+            tokio::time::sleep(Duration::from_millis(500)).await;
+        }
+    };
+    match tokio::time::timeout(DRAINS, drained).await {
+        Ok(drained) => drained?,
+        Err(_) => {
+            return Err(format!("node {node} did not give up its cells within {} s", DRAINS.as_secs()).into());
+        }
+    }
+    writeln!(out, "node {node} is drained: it takes no cell until it is started anew")?;
+    Ok(Outcome::Done)
+}
+
+async fn checked(
+    log: &Log,
+    cluster: &Cluster,
+    config: &Arc<Config>,
+    areas: &Areas,
+    (lasts, as_json): (SignedDuration, bool),
+    out: &mut impl Write,
+) -> CommandResult {
+    let verdict = verify(log, cluster, config, areas, CELL, lasts.unsigned_abs()).await?;
+    if as_json {
+        writeln!(out, "{:#}", json!(verdict))?;
+    } else {
+        let made = match verdict.differs {
+            Some(false) => format!("{} made here, too: all the same", grouped(verdict.made)),
+            Some(true) => "made here, too: they DIFFER".to_owned(),
+            None => "not made here: there is no checkpoint to begin from".to_owned(),
+        };
+        writeln!(
+            out,
+            "cell {CELL}: {} slots, {} doubled, {} missing, {} late (latest {:.3} s); {made}; {} datagrams in {} messages",
+            grouped(verdict.slots),
+            verdict.doubled,
+            verdict.missing,
+            verdict.late,
+            verdict.latest_s,
+            grouped(verdict.datagrams),
+            grouped(verdict.inputs),
+        )?;
+    }
+    Ok(if verdict.is_good() { Outcome::Done } else { Outcome::ThresholdMissed })
+}
