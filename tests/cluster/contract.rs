@@ -15,8 +15,7 @@ const EXPECTED: &str = "Nats-Expected-Last-Subject-Sequence";
 #[tokio::test(flavor = "multi_thread")]
 async fn the_log_keeps_what_the_cluster_relies_on() {
     let Some((servers, _scratch)) = cluster(3).await else { return };
-    let mut streams = jetstream::new(servers.client().await);
-    streams.set_timeout(Duration::from_secs(5));
+    let streams = jetstream::new(servers.client().await);
     streams.create_stream(in_memory("OUT", "out")).await.unwrap();
     // At once, and in a time of their own: they wait more than they work.
     tokio::join!(

@@ -30,8 +30,8 @@ async fn consumer(streams: &jetstream::Context, from: u64, filter: &str) -> Opti
 async fn a_reader_goes_on_after_the_server_of_its_consumer_was_killed() {
     let Some((mut servers, _scratch)) = cluster(3).await else { return };
     let mut streams = jetstream::new(servers.client().await);
-    streams.set_timeout(Duration::from_secs(1));
     streams.create_stream(in_memory("IN", "in")).await.unwrap();
+    streams.set_timeout(Duration::from_secs(1));
     let mut wanted = Vec::new();
     for number in 0..200 {
         let subject = if number % 4 == 0 { "in.1.2" } else { "in.1.3" };
@@ -46,7 +46,11 @@ async fn a_reader_goes_on_after_the_server_of_its_consumer_was_killed() {
     let began = Instant::now();
     while read.len() < wanted.len() {
         assert!(began.elapsed() < Duration::from_secs(30), "{} of {}", read.len(), wanted.len());
-        let Some((mut messages, server)) = consumer(&streams, from, "in.1.2").await else { continue };
+        let Some((mut messages, server)) = consumer(&streams, from, "in.1.2").await else {
+            // Nobody leads: its answer is at once.
+            tokio::time::sleep(Duration::from_millis(50)).await;
+            continue;
+        };
         // What ends it: a heartbeat that is missing, or a consumer that is gone.
         while read.len() < wanted.len()
             && let Some(Ok(message)) = messages.next().await

@@ -1,7 +1,7 @@
 //! A cluster of `nats-server` processes on loopback: killed, stopped and started again by index; gone with the test.
 
 use std::fs;
-use std::io::{Read, Write};
+use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use async_nats::jetstream::stream::{Config, StorageType};
 use async_nats::{Client, ConnectOptions, jetstream};
+use futures_util::TryStreamExt;
 
 /// Servers that do not answer within this time never do.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -78,8 +79,8 @@ impl Drop for Process {
 
 struct Server {
     name: String,
-    /// Of clients, of the monitor, of the other servers.
-    ports: [u16; 3],
+    /// Of clients, and of the other servers.
+    ports: [u16; 2],
     process: Option<Process>,
 }
 
@@ -95,13 +96,13 @@ impl Servers {
     /// Starts that many servers with their files in the directory, and waits until they keep streams.
     pub async fn start(binary: &Path, directory: &Path, count: usize) -> Self {
         let version = version(binary).expect("it said its version before");
-        let ports = free_ports(3 * count);
+        let ports = free_ports(2 * count);
         let servers = ports
-            .chunks_exact(3)
+            .chunks_exact(2)
             .enumerate()
             .map(|(index, ports)| Server {
                 name: format!("s{index}"),
-                ports: [ports[0], ports[1], ports[2]],
+                ports: [ports[0], ports[1]],
                 process: None,
             })
             .collect();
@@ -165,6 +166,17 @@ impl Servers {
         assert!(self.servers[index].process.take().is_some(), "server {index} does not run");
     }
 
+    /// Ends it as a machine does that is shut down: it hands over what it leads before.
+    pub fn end(&mut self, index: usize) {
+        signal("-TERM", self.process(index));
+        let mut process = self.servers[index].process.take().expect("the server runs");
+        let began = Instant::now();
+        while process.server.try_wait().unwrap().is_none() {
+            assert!(began.elapsed() < PATIENCE, "it does not end\n{}", self.log(index));
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
     /// Ends all of them at once.
     pub fn kill_all(&mut self) {
         // All signals before the first wait: no two may go on and choose a leader.
@@ -205,27 +217,41 @@ impl Servers {
         self.ready().await;
     }
 
-    /// Waits until a stream can be made on all of them, and each has caught up with what it holds.
+    /// Waits until a stream can be made on all of them, and those that there are have a leader and followers that are current.
     pub async fn ready(&self) {
-        let began = Instant::now();
-        let streams = jetstream::new(self.client().await);
+        let (began, streams) = (Instant::now(), jetstream::new(self.client().await));
+        for attempt in 0.. {
+            let tried = tokio::time::timeout(Duration::from_secs(3), self.is_ready(&streams, attempt)).await;
+            if let Ok(Ok(())) = tried {
+                return;
+            }
+            assert!(began.elapsed() < PATIENCE, "not ready within {PATIENCE:?}: {tried:?}\n{}", self.log(0));
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+    }
+
+    /// Each attempt has a stream of its own: what became of one that failed is not known.
+    async fn is_ready(&self, streams: &jetstream::Context, attempt: u32) -> Result<(), async_nats::Error> {
+        let (name, subject) = (format!("PROBE_{attempt}"), format!("probe.{attempt}"));
         let probe = Config {
-            name: "PROBE".to_owned(),
-            subjects: vec!["probe".to_owned()],
+            name: name.clone(),
+            subjects: vec![subject.clone()],
             storage: StorageType::Memory,
             num_replicas: self.count(),
             ..Config::default()
         };
-        loop {
-            let made =
-                tokio::time::timeout(Duration::from_secs(2), streams.create_stream(probe.clone())).await;
-            if matches!(made, Ok(Ok(_))) && (0..self.count()).all(|index| self.is_healthy(index)) {
-                break;
+        streams.create_stream(probe).await?;
+        let stored = async { streams.publish(subject, "probe".into()).await?.await }.await;
+        streams.delete_stream(name).await?;
+        stored?;
+        let mut all = streams.streams();
+        while let Some(info) = all.try_next().await? {
+            let Some(cluster) = info.cluster else { continue };
+            if cluster.leader.is_none() || cluster.replicas.iter().any(|peer| !peer.current || peer.offline) {
+                return Err(format!("{}: {cluster:?}", info.config.name).into());
             }
-            assert!(began.elapsed() < PATIENCE, "no stream within {PATIENCE:?}: {made:?}\n{}", self.log(0));
-            tokio::time::sleep(Duration::from_millis(100)).await;
         }
-        streams.delete_stream("PROBE").await.unwrap();
+        Ok(())
     }
 
     /// What a server has said since it started for the first time.
@@ -256,34 +282,20 @@ impl Servers {
         }
     }
 
-    /// Whether its streams and consumers are current, by its own account.
-    fn is_healthy(&self, index: usize) -> bool {
-        let address = (Ipv4Addr::LOCALHOST, self.servers[index].ports[1]);
-        let ask = || {
-            let mut connection = TcpStream::connect(address)?;
-            connection.set_read_timeout(Some(Duration::from_secs(2)))?;
-            connection.write_all(b"GET /healthz HTTP/1.0\r\n\r\n")?;
-            let mut answer = String::new();
-            connection.read_to_string(&mut answer).map(|_| answer)
-        };
-        ask().is_ok_and(|answer: String| answer.split_whitespace().nth(1) == Some("200"))
-    }
-
     fn configuration(&self, index: usize) -> String {
-        let Server { name, ports: [clients, monitor, _], .. } = &self.servers[index];
+        let Server { name, ports: [clients, own], .. } = &self.servers[index];
         // Acknowledged is stored: servers before 2.10 do not know the key, and end on what they do not know.
         let sync = if self.version >= (2, 10) { "sync_interval: always" } else { "" };
         let store = self.file(index, "store");
         let mut text = format!(
-            "server_name: {name}\nlisten: \"127.0.0.1:{clients}\"\nhttp: \"127.0.0.1:{monitor}\"\n\
+            "server_name: {name}\nlisten: \"127.0.0.1:{clients}\"\n\
              jetstream {{ store_dir: {store:?}, max_memory_store: 2GB, max_file_store: 2GB\n{sync} }}\n"
         );
         if self.count() > 1 {
-            let own = self.servers[index].ports[2];
             let others: Vec<String> = self
                 .servers
                 .iter()
-                .map(|server| format!("\"nats-route://127.0.0.1:{}\"", server.ports[2]))
+                .map(|server| format!("\"nats-route://127.0.0.1:{}\"", server.ports[1]))
                 .collect();
             // Not advertised: a client behind a stalled proxy is not to find a way around it.
             text += &format!(
@@ -302,6 +314,14 @@ impl Servers {
         let configuration = self.file(index, "conf");
         fs::write(&configuration, self.configuration(index)).unwrap();
         let log = fs::File::options().create(true).append(true).open(self.file(index, "log")).unwrap();
+        // Its read ends when this process does, however it does. Started first: without it no server is.
+        let mut guard = Command::new("sh")
+            .args(["-c", "read -r server; read -r _; kill -9 \"$server\""])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
         let server = Command::new(&self.binary)
             .arg("--config")
             .arg(configuration)
@@ -310,25 +330,21 @@ impl Servers {
             .stderr(log)
             .spawn()
             .unwrap();
-        // The read ends when this process does, however it does.
-        let guard = Command::new("sh")
-            .args(["-c", "read -r _; kill -9 \"$1\"", "guard", &server.id().to_string()])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
+        let line = format!("{}\n", server.id());
+        let written = guard.stdin.as_mut().expect("it is piped").write_all(line.as_bytes());
         self.servers[index].process = Some(Process { server, guard });
+        written.unwrap();
     }
 }
 
-/// How a client connects that is to notice a server's end soon: none is given up, and none waited for.
+/// How a client connects that is to notice a server's end soon: none is given up, and none waited for. Requests have more
+/// time, since a stream's first leader is chosen meanwhile: what is to be quicker says so (`Context::set_timeout`).
 pub fn options() -> ConnectOptions {
     ConnectOptions::new()
         .retry_on_initial_connect()
         .connection_timeout(Duration::from_secs(1))
         .ping_interval(Duration::from_secs(1))
-        .request_timeout(Some(Duration::from_secs(2)))
+        .request_timeout(Some(Duration::from_secs(5)))
         .reconnect_delay_callback(|attempts| Duration::from_millis(if attempts <= 1 { 0 } else { 100 }))
 }
 
