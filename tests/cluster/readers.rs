@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use async_nats::jetstream;
 use async_nats::jetstream::consumer::{AckPolicy, DeliverPolicy, pull};
+use async_nats::jetstream::stream::{Config, DirectGetErrorKind};
 use futures_util::StreamExt;
 
 use crate::{append, cluster, in_memory};
@@ -30,7 +31,7 @@ async fn consumer(streams: &jetstream::Context, from: u64, filter: &str) -> Opti
 async fn a_reader_goes_on_after_the_server_of_its_consumer_was_killed() {
     let Some((mut servers, _scratch)) = cluster(3).await else { return };
     let mut streams = jetstream::new(servers.client().await);
-    streams.create_stream(in_memory("IN", "in")).await.unwrap();
+    streams.create_stream(Config { allow_direct: true, ..in_memory("IN", "in") }).await.unwrap();
     streams.set_timeout(Duration::from_secs(1));
     let mut wanted = Vec::new();
     for number in 0..200 {
@@ -66,4 +67,21 @@ async fn a_reader_goes_on_after_the_server_of_its_consumer_was_killed() {
     }
     println!("read on and to the end within {:?} of that server's end", killed.unwrap().elapsed());
     assert_eq!(read, wanted);
+    assert_eq!(without_a_consumer(&streams, 50, "in.1.2").await, wanted);
+}
+
+/// The same asked for one by one, which any server of the stream answers, whoever leads.
+async fn without_a_consumer(streams: &jetstream::Context, mut from: u64, filter: &str) -> Vec<u64> {
+    let stream = streams.get_stream_no_info("IN").await.unwrap();
+    let (mut read, began) = (Vec::new(), Instant::now());
+    loop {
+        match stream.direct_get_next_for_subject(filter, Some(from)).await {
+            Ok(message) => {
+                read.push(message.sequence);
+                from = message.sequence + 1;
+            }
+            Err(error) if error.kind() == DirectGetErrorKind::NotFound => return read,
+            Err(error) => assert!(began.elapsed() < Duration::from_secs(20), "{error}"),
+        }
+    }
 }
