@@ -100,7 +100,8 @@ async fn an_object_comes_back(streams: &jetstream::Context) {
 }
 
 /// A bucket in memory on three servers whose entries go after that time. Made as a stream: the client's own way asks for the
-/// account first, and cannot read what servers of 2.9 answer.
+/// account first, and cannot read what servers of 2.9 answer; and it lets every server answer reads, which may be behind the
+/// last acknowledged entry.
 async fn bucket(streams: &jetstream::Context, name: &str, age: Duration) -> Store {
     let config = Config {
         name: format!("KV_{name}"),
@@ -113,9 +114,11 @@ async fn bucket(streams: &jetstream::Context, name: &str, age: Duration) -> Stor
         discard: DiscardPolicy::New,
         allow_rollup: true,
         deny_delete: true,
-        allow_direct: true,
+        allow_direct: false,
         ..Config::default()
     };
     streams.create_stream(config).await.unwrap();
-    streams.get_key_value(name).await.unwrap()
+    let bucket = streams.get_key_value(name).await.unwrap();
+    assert!(!bucket.stream.cached_info().config.allow_direct, "the leader alone answers");
+    bucket
 }
