@@ -1,0 +1,59 @@
+//! The log between machines, with real `nats-server` processes on loopback: what the cluster relies on, and for how long it
+//! does not answer.
+#![expect(
+    clippy::unwrap_used,
+    clippy::disallowed_methods,
+    reason = "a test that cannot go on fails; its files and its clock are its own"
+)]
+
+mod contract;
+#[path = "../shared/program.rs"]
+#[allow(dead_code, reason = "of the program, other tests of this target make use")]
+mod program;
+mod proxy;
+mod readers;
+#[allow(dead_code, reason = "shared with an example")]
+mod servers;
+mod troubles;
+
+use std::time::Duration;
+
+use async_nats::jetstream;
+use async_nats::jetstream::stream::{Config, StorageType};
+
+use crate::program::Scratch;
+use crate::servers::Servers;
+
+/// A cluster and its directory; `None` where there is no server.
+async fn cluster(count: usize) -> Option<(Servers, Scratch)> {
+    let binary = servers::binary()?;
+    let scratch = Scratch::new();
+    let servers = Servers::start(&binary, &scratch.path(""), count).await;
+    let (major, minor) = servers.version();
+    println!("nats-server {major}.{minor}");
+    Some((servers, scratch))
+}
+
+/// A stream in memory on three servers, of all below that subject.
+fn in_memory(name: &str, below: &str) -> Config {
+    Config {
+        name: name.to_owned(),
+        subjects: vec![format!("{below}.>")],
+        storage: StorageType::Memory,
+        num_replicas: 3,
+        max_age: Duration::from_secs(60),
+        duplicate_window: Duration::from_secs(2),
+        ..Config::default()
+    }
+}
+
+/// Appends a message, and waits for its number.
+async fn append(
+    streams: &jetstream::Context,
+    subject: &str,
+    header: (&str, &str),
+) -> Result<jetstream::publish::PublishAck, jetstream::context::PublishError> {
+    let mut headers = async_nats::HeaderMap::new();
+    headers.insert(header.0, header.1);
+    streams.publish_with_headers(subject.to_owned(), headers, "slot".into()).await?.await
+}

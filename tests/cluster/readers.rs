@@ -1,0 +1,87 @@
+//! Reading from a sequence on, by one subject filter, whatever becomes of the consumer.
+
+use std::time::{Duration, Instant};
+
+use async_nats::jetstream;
+use async_nats::jetstream::consumer::{AckPolicy, DeliverPolicy, pull};
+use async_nats::jetstream::stream::{Config, DirectGetErrorKind};
+use futures_util::StreamExt;
+
+use crate::{append, cluster, in_memory};
+
+/// A consumer without replicas of all messages from that sequence on whose subject matches, and the name of its server.
+async fn consumer(streams: &jetstream::Context, from: u64, filter: &str) -> Option<(pull::Stream, String)> {
+    let config = pull::Config {
+        deliver_policy: DeliverPolicy::ByStartSequence { start_sequence: from },
+        filter_subject: filter.to_owned(),
+        ack_policy: AckPolicy::None,
+        inactive_threshold: Duration::from_secs(10),
+        num_replicas: 1,
+        memory_storage: true,
+        ..pull::Config::default()
+    };
+    let consumer = streams.create_consumer_on_stream(config, "IN").await.ok()?;
+    let server = consumer.cached_info().cluster.as_ref()?.leader.clone()?;
+    // Few at once, so that the server's end comes between them.
+    let requests = consumer.stream().max_messages_per_batch(5).expires(Duration::from_secs(5));
+    Some((requests.heartbeat(Duration::from_millis(500)).messages().await.ok()?, server))
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_reader_goes_on_after_the_server_of_its_consumer_was_killed() {
+    let Some((mut servers, _scratch)) = cluster(3).await else { return };
+    let mut streams = jetstream::new(servers.client().await);
+    streams.create_stream(Config { allow_direct: true, ..in_memory("IN", "in") }).await.unwrap();
+    streams.set_timeout(Duration::from_secs(1));
+    let mut wanted = Vec::new();
+    for number in 0..200 {
+        let subject = if number % 4 == 0 { "in.1.2" } else { "in.1.3" };
+        let sequence =
+            append(&streams, subject, ("Nats-Msg-Id", &number.to_string())).await.unwrap().sequence;
+        if sequence >= 50 && number % 4 == 0 {
+            wanted.push(sequence);
+        }
+    }
+
+    let (mut read, mut from, mut killed) = (Vec::new(), 50, None);
+    let began = Instant::now();
+    while read.len() < wanted.len() {
+        assert!(began.elapsed() < Duration::from_secs(30), "{} of {}", read.len(), wanted.len());
+        let Some((mut messages, server)) = consumer(&streams, from, "in.1.2").await else {
+            // Nobody leads: its answer is at once.
+            tokio::time::sleep(Duration::from_millis(50)).await;
+            continue;
+        };
+        // What ends it: a heartbeat that is missing, or a consumer that is gone.
+        while read.len() < wanted.len()
+            && let Some(Ok(message)) = messages.next().await
+        {
+            let sequence = message.info().unwrap().stream_sequence;
+            read.push(sequence);
+            from = sequence + 1;
+            if read.len() == 10 {
+                servers.kill(servers.index_of(&server));
+                killed = Some(Instant::now());
+            }
+        }
+    }
+    println!("read on and to the end within {:?} of that server's end", killed.unwrap().elapsed());
+    assert_eq!(read, wanted);
+    assert_eq!(without_a_consumer(&streams, 50, "in.1.2").await, wanted);
+}
+
+/// The same asked for one by one, which any server of the stream answers, whoever leads.
+async fn without_a_consumer(streams: &jetstream::Context, mut from: u64, filter: &str) -> Vec<u64> {
+    let stream = streams.get_stream_no_info("IN").await.unwrap();
+    let (mut read, began) = (Vec::new(), Instant::now());
+    loop {
+        match stream.direct_get_next_for_subject(filter, Some(from)).await {
+            Ok(message) => {
+                read.push(message.sequence);
+                from = message.sequence + 1;
+            }
+            Err(error) if error.kind() == DirectGetErrorKind::NotFound => return read,
+            Err(error) => assert!(began.elapsed() < Duration::from_secs(20), "{error}"),
+        }
+    }
+}

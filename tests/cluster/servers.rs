@@ -1,0 +1,368 @@
+//! A cluster of `nats-server` processes on loopback: killed, stopped and started again by index; gone with the test.
+
+use std::fs;
+use std::io::Write;
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use async_nats::jetstream::stream::{Config, StorageType};
+use async_nats::{Client, ConnectOptions, jetstream};
+use futures_util::TryStreamExt;
+
+/// Servers that do not answer within this time never do.
+const PATIENCE: Duration = Duration::from_secs(30);
+/// Where ports are looked for: below those that systems give to outgoing connections.
+const PORTS: std::ops::Range<u16> = 26_000..32_000;
+
+/// The server to test with: of the variable, of the path, or of where Debian has it; `None`, and a word about it, where there
+/// is none.
+pub fn binary() -> Option<PathBuf> {
+    let named = std::env::var_os("UTM_FUSION_NATS_SERVER").map(PathBuf::from);
+    if let Some(named) = named {
+        assert!(version(&named).is_some(), "UTM_FUSION_NATS_SERVER={} does not run", named.display());
+        return Some(named);
+    }
+    let found = ["nats-server", "/usr/sbin/nats-server"]
+        .map(PathBuf::from)
+        .into_iter()
+        .find(|path| version(path).is_some());
+    if found.is_none() {
+        println!("skipped: no nats-server");
+    }
+    found
+}
+
+/// Major and minor version of a server, as in "nats-server: v2.9.10".
+pub fn version(binary: &Path) -> Option<(u32, u32)> {
+    let said = Command::new(binary).arg("--version").stderr(Stdio::null()).output().ok()?;
+    let said = String::from_utf8(said.stdout).ok()?;
+    let mut parts = said.trim().rsplit_once('v')?.1.split('.');
+    Some((parts.next()?.parse().ok()?, parts.next()?.parse().ok()?))
+}
+
+/// Processor time of a process so far, of the user and of the system, in seconds.
+pub fn cpu_seconds(process: u32) -> Option<f64> {
+    let line = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    // The name may hold anything; what follows its bracket is fields from the third on. Ticks are of 10 ms on Linux.
+    let mut fields = line.rsplit_once(')')?.1.split_whitespace().skip(11);
+    let (user, system): (f64, f64) = (fields.next()?.parse().ok()?, fields.next()?.parse().ok()?);
+    Some((user + system) / 100.0)
+}
+
+/// What a server starts with after it ended.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Store {
+    /// Its directory as it left it.
+    Kept,
+    /// An empty directory, as of a new machine.
+    Empty,
+}
+
+/// A server, and a shell that ends it where the test itself is killed.
+struct Process {
+    server: Child,
+    guard: Child,
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // The guard first: later the number may be another process's.
+        let _ = self.guard.kill();
+        let _ = self.guard.wait();
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+struct Server {
+    name: String,
+    /// Of clients, and of the other servers.
+    ports: [u16; 2],
+    process: Option<Process>,
+}
+
+/// One server, or a cluster of several, each with JetStream and a directory.
+pub struct Servers {
+    binary: PathBuf,
+    version: (u32, u32),
+    directory: PathBuf,
+    servers: Vec<Server>,
+}
+
+impl Servers {
+    /// Starts that many servers with their files in the directory, and waits until they keep streams.
+    pub async fn start(binary: &Path, directory: &Path, count: usize) -> Self {
+        let version = version(binary).expect("it said its version before");
+        let ports = free_ports(2 * count);
+        let servers = ports
+            .chunks_exact(2)
+            .enumerate()
+            .map(|(index, ports)| Server {
+                name: format!("s{index}"),
+                ports: [ports[0], ports[1]],
+                process: None,
+            })
+            .collect();
+        let mut started =
+            Self { binary: binary.to_owned(), version, directory: directory.to_owned(), servers };
+        started.start_all(Store::Empty).await;
+        started
+    }
+
+    /// Major and minor version.
+    pub fn version(&self) -> (u32, u32) {
+        self.version
+    }
+
+    /// How many there are, running or not.
+    pub fn count(&self) -> usize {
+        self.servers.len()
+    }
+
+    /// The address of each for clients.
+    pub fn urls(&self) -> Vec<String> {
+        (0..self.count()).map(|index| self.url(index)).collect()
+    }
+
+    /// The address of one for clients.
+    pub fn url(&self, index: usize) -> String {
+        format!("nats://{}", self.address(index))
+    }
+
+    /// The address of one for clients.
+    pub fn address(&self, index: usize) -> SocketAddr {
+        (Ipv4Addr::LOCALHOST, self.servers[index].ports[0]).into()
+    }
+
+    /// The processes that run.
+    pub fn processes(&self) -> Vec<u32> {
+        self.servers.iter().filter_map(|server| Some(server.process.as_ref()?.server.id())).collect()
+    }
+
+    /// The one of that name, as streams state their leader's.
+    pub fn index_of(&self, name: &str) -> usize {
+        self.servers.iter().position(|server| server.name == name).expect("a server of this cluster")
+    }
+
+    /// A client that knows all of them, asks again soon and gives up none.
+    pub async fn client(&self) -> Client {
+        options().connect(self.urls()).await.unwrap()
+    }
+
+    /// The one that leads the stream now; `None` while there is none.
+    pub async fn leader(&self, streams: &jetstream::Context, stream: &str) -> Option<usize> {
+        let info = streams.get_stream(stream).await.ok()?.cached_info().clone();
+        match info.cluster {
+            Some(cluster) => cluster.leader.map(|name| self.index_of(&name)),
+            None => Some(0),
+        }
+    }
+
+    /// Ends it at once, as `kill -9` does.
+    pub fn kill(&mut self, index: usize) {
+        assert!(self.servers[index].process.take().is_some(), "server {index} does not run");
+    }
+
+    /// Ends it as a machine does that is shut down: it hands over what it leads before.
+    pub fn end(&mut self, index: usize) {
+        signal("-TERM", self.process(index));
+        let mut process = self.servers[index].process.take().expect("the server runs");
+        let began = Instant::now();
+        while process.server.try_wait().unwrap().is_none() {
+            assert!(began.elapsed() < PATIENCE, "it does not end\n{}", self.log(index));
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Ends all of them at once.
+    pub fn kill_all(&mut self) {
+        // All signals before the first wait: no two may go on and choose a leader.
+        for process in self.processes() {
+            signal("-KILL", process);
+        }
+        for server in &mut self.servers {
+            server.process = None;
+        }
+    }
+
+    /// Halts a server as a machine without processor time would: connections stay, nothing answers.
+    pub fn halt(&self, index: usize) {
+        signal("-STOP", self.process(index));
+    }
+
+    /// Lets a halted server go on.
+    pub fn go_on(&self, index: usize) {
+        signal("-CONT", self.process(index));
+    }
+
+    /// Starts one that ended; it may need some time to catch up with the others: [`Self::ready`].
+    pub fn restart(&mut self, index: usize, store: Store) {
+        self.spawn(index, store);
+        self.answers(index);
+    }
+
+    /// Starts all that ended, and waits until they keep streams.
+    pub async fn start_all(&mut self, store: Store) {
+        let ended: Vec<usize> =
+            (0..self.count()).filter(|&index| self.servers[index].process.is_none()).collect();
+        for &index in &ended {
+            self.spawn(index, store);
+        }
+        for &index in &ended {
+            self.answers(index);
+        }
+        self.ready().await;
+    }
+
+    /// Waits until a stream can be made on all of them, and those that there are have a leader and followers that are current.
+    pub async fn ready(&self) {
+        let (began, streams) = (Instant::now(), jetstream::new(self.client().await));
+        for attempt in 0.. {
+            let tried = tokio::time::timeout(Duration::from_secs(3), self.is_ready(&streams, attempt)).await;
+            if let Ok(Ok(())) = tried {
+                return;
+            }
+            assert!(began.elapsed() < PATIENCE, "not ready within {PATIENCE:?}: {tried:?}\n{}", self.log(0));
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+    }
+
+    /// Each attempt has a stream of its own: what became of one that failed is not known.
+    async fn is_ready(&self, streams: &jetstream::Context, attempt: u32) -> Result<(), async_nats::Error> {
+        let (name, subject) = (format!("PROBE_{attempt}"), format!("probe.{attempt}"));
+        let probe = Config {
+            name: name.clone(),
+            subjects: vec![subject.clone()],
+            storage: StorageType::Memory,
+            num_replicas: self.count(),
+            ..Config::default()
+        };
+        streams.create_stream(probe).await?;
+        let stored = async { streams.publish(subject, "probe".into()).await?.await }.await;
+        streams.delete_stream(name).await?;
+        stored?;
+        let mut all = streams.streams();
+        while let Some(info) = all.try_next().await? {
+            let Some(cluster) = info.cluster else { continue };
+            if cluster.leader.is_none() || cluster.replicas.iter().any(|peer| !peer.current || peer.offline) {
+                return Err(format!("{}: {cluster:?}", info.config.name).into());
+            }
+        }
+        Ok(())
+    }
+
+    /// What a server has said since it started for the first time.
+    pub fn log(&self, index: usize) -> String {
+        fs::read_to_string(self.file(index, "log")).unwrap_or_default()
+    }
+
+    fn process(&self, index: usize) -> u32 {
+        self.servers[index].process.as_ref().expect("the server runs").server.id()
+    }
+
+    fn file(&self, index: usize, end: &str) -> PathBuf {
+        self.directory.join(format!("{}.{end}", self.servers[index].name))
+    }
+
+    /// Waits until it takes connections of clients.
+    fn answers(&mut self, index: usize) {
+        let (began, address) = (Instant::now(), self.address(index));
+        while TcpStream::connect(address).is_err() {
+            let process = self.servers[index].process.as_mut().expect("the server was started");
+            let ended = process.server.try_wait().unwrap();
+            assert!(
+                ended.is_none() && began.elapsed() < PATIENCE,
+                "{address}: {ended:?}\n{}",
+                self.log(index)
+            );
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    fn configuration(&self, index: usize) -> String {
+        let Server { name, ports: [clients, own], .. } = &self.servers[index];
+        // Acknowledged is stored: servers before 2.10 do not know the key, and end on what they do not know.
+        let sync = if self.version >= (2, 10) { "sync_interval: always" } else { "" };
+        let store = self.file(index, "store");
+        let mut text = format!(
+            "server_name: {name}\nlisten: \"127.0.0.1:{clients}\"\n\
+             jetstream {{ store_dir: {store:?}, max_memory_store: 2GB, max_file_store: 2GB\n{sync} }}\n"
+        );
+        if self.count() > 1 {
+            let others: Vec<String> = self
+                .servers
+                .iter()
+                .map(|server| format!("\"nats-route://127.0.0.1:{}\"", server.ports[1]))
+                .collect();
+            // Not advertised: a client behind a stalled proxy is not to find a way around it.
+            text += &format!(
+                "cluster {{ name: test, listen: \"127.0.0.1:{own}\", no_advertise: true, routes: [{}] }}\n",
+                others.join(", ")
+            );
+        }
+        text
+    }
+
+    fn spawn(&mut self, index: usize, store: Store) {
+        assert!(self.servers[index].process.is_none(), "server {index} runs");
+        if store == Store::Empty {
+            let _ = fs::remove_dir_all(self.file(index, "store"));
+        }
+        let configuration = self.file(index, "conf");
+        fs::write(&configuration, self.configuration(index)).unwrap();
+        let log = fs::File::options().create(true).append(true).open(self.file(index, "log")).unwrap();
+        // Its read ends when this process does, however it does. Started first: without it no server is.
+        let mut guard = Command::new("sh")
+            .args(["-c", "read -r server; read -r _; kill -9 \"$server\""])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let server = Command::new(&self.binary)
+            .arg("--config")
+            .arg(configuration)
+            .stdin(Stdio::null())
+            .stdout(log.try_clone().unwrap())
+            .stderr(log)
+            .spawn()
+            .unwrap();
+        let line = format!("{}\n", server.id());
+        let written = guard.stdin.as_mut().expect("it is piped").write_all(line.as_bytes());
+        self.servers[index].process = Some(Process { server, guard });
+        written.unwrap();
+    }
+}
+
+/// How a client connects that is to notice a server's end soon: none is given up, and none waited for. Requests have more
+/// time, since a stream's first leader is chosen meanwhile: what is to be quicker says so (`Context::set_timeout`).
+pub fn options() -> ConnectOptions {
+    ConnectOptions::new()
+        .retry_on_initial_connect()
+        .connection_timeout(Duration::from_secs(1))
+        .ping_interval(Duration::from_secs(1))
+        .request_timeout(Some(Duration::from_secs(5)))
+        .reconnect_delay_callback(|attempts| Duration::from_millis(if attempts <= 1 { 0 } else { 100 }))
+}
+
+fn signal(signal: &str, process: u32) {
+    let sent = Command::new("kill").args([signal, &process.to_string()]).status().unwrap();
+    assert!(sent.success(), "kill {signal} {process}");
+}
+
+/// Ports that nobody listens on; each search begins elsewhere, so that clusters started at once do not meet.
+fn free_ports(count: usize) -> Vec<u16> {
+    let mut seed = [0; 2];
+    getrandom::fill(&mut seed).unwrap();
+    let begin = u16::from_ne_bytes(seed) % (PORTS.end - PORTS.start);
+    let found: Vec<u16> = (PORTS.start + begin..PORTS.end)
+        .chain(PORTS.start..PORTS.start + begin)
+        .filter(|&port| TcpListener::bind((Ipv4Addr::LOCALHOST, port)).is_ok())
+        .take(count)
+        .collect();
+    assert_eq!(found.len(), count, "no free ports");
+    found
+}
