@@ -41,9 +41,8 @@ impl Parts {
             () = signals.stop() => return Ok(None),
         };
         info!(region = cluster.region, "joined the log");
-        let gateway = || -> io::Result<Gateway> {
-            Gateway::start(config, &cluster.node, log.clone(), &Handle::current())
-        };
+        let gateway =
+            || -> io::Result<Gateway> { Gateway::start(config, cluster, log.clone(), &Handle::current()) };
         let node = || {
             let me = Holder {
                 node: cluster.node.clone(),

@@ -245,6 +245,13 @@ impl<E: Fusing> Cell<E> {
         }
     }
 
+    /// The lease ran out, nobody took it, and it was created anew under this number: an owner goes on with it.
+    pub const fn leased_again(&mut self, number: u64) {
+        if let Role::Owns { epoch } | Role::Claims { epoch, .. } = &mut self.role {
+            *epoch = number;
+        }
+    }
+
     /// The last output that the log has, as asked for: its sequence, slot and epoch. `Err`: nobody answered.
     ///
     /// # Errors
@@ -260,9 +267,10 @@ impl<E: Fusing> Cell<E> {
                 return Err(Lost::Fenced);
             }
             Role::Claims { until, .. } => *until = Some(sequence),
-            Role::Owns { epoch } => {
-                let is_own =
-                    |output: &Output| last.is_some_and(|(_, slot, by)| slot == output.slot && by == *epoch);
+            Role::Owns { .. } => {
+                let is_own = |output: &Output| {
+                    last.is_some_and(|(_, slot, by)| (slot, by) == (output.slot, output.epoch))
+                };
                 match self.made.front() {
                     Some(output) if is_own(output) => self.stored(sequence),
                     _ if sequence == self.published => self.is_in_doubt = false,

@@ -19,7 +19,7 @@ use tracing::warn;
 use super::batches::Batches;
 use super::log::Log;
 use super::message::Input;
-use crate::config::Config;
+use crate::config::{Cluster, Config};
 use crate::live::{Clock, LineStatus, Listening, listen};
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 use fusion::slots::SlotGrid;
@@ -86,7 +86,7 @@ impl Gateway {
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn start(config: &Config, node: &str, log: Log, runtime: &Handle) -> io::Result<Self> {
+    pub fn start(config: &Config, cluster: &Cluster, log: Log, runtime: &Handle) -> io::Result<Self> {
         let clock = Clock::default();
         let Listening { arrivals, lines, readers, .. } = listen(config, &clock, runtime);
         let feed = |(line, _): &(Arc<Line>, _)| {
@@ -103,7 +103,7 @@ impl Gateway {
             readers.stop();
         })?;
         let writing = runtime.spawn(write(log.clone(), waiting.clone()));
-        let saying = runtime.spawn(say(log, node.to_owned(), lines, waiting.clone()));
+        let saying = runtime.spawn(say(log, cluster.clone(), lines, waiting.clone()));
         Ok(Self { stop, thread, tasks: [writing, saying], waiting })
     }
 
@@ -215,7 +215,13 @@ async fn write(log: Log, waiting: Arc<Waiting>) {
 }
 
 /// Says each second how it is.
-async fn say(log: Log, node: String, lines: Vec<(Arc<Line>, Arc<LineCounters>)>, waiting: Arc<Waiting>) {
+async fn say(
+    mut log: Log,
+    cluster: Cluster,
+    lines: Vec<(Arc<Line>, Arc<LineCounters>)>,
+    waiting: Arc<Waiting>,
+) {
+    let node = &cluster.node;
     let mut seconds = tokio::time::interval(SAYS);
     let (mut dropped, mut was_away) = (0, false);
     loop {
@@ -233,6 +239,10 @@ async fn say(log: Log, node: String, lines: Vec<(Arc<Line>, Arc<LineCounters>)>,
         let report = GatewayReport { node: node.clone(), counts, lines: lines.iter().map(status).collect() };
         let octets = postcard::to_stdvec(&report).expect("it can be written");
         let is_away = log.say(&format!("gateway.{node}"), octets).await.is_err();
+        if is_away && let Ok(again) = log.again(&cluster).await {
+            // What the servers lost is there again.
+            log = again;
+        }
         if is_away != was_away {
             match is_away {
                 true => warn!("the log does not answer: what is heard waits"),

@@ -11,7 +11,8 @@ use async_nats::jetstream::context::{ContextBuilder, PublishErrorKind};
 use async_nats::jetstream::kv::{Operation, Store, UpdateErrorKind};
 use async_nats::jetstream::object_store::{self, ObjectStore};
 use async_nats::jetstream::stream::{
-    Config as StreamConfig, DiscardPolicy, LastRawMessageErrorKind, StorageType, Stream,
+    Config as StreamConfig, DirectGetErrorKind, DiscardPolicy, LastRawMessageErrorKind, RawMessageErrorKind,
+    StorageType, Stream,
 };
 use async_nats::jetstream::{Context, Message};
 use async_nats::{Client, ConnectOptions};
@@ -34,8 +35,10 @@ const OUTPUTS_KEPT: Duration = Duration::from_secs(600);
 /// Time within which a copy of an input, or of an output, is known as one.
 const INPUT_COPIES: Duration = Duration::from_secs(10);
 const OUTPUT_COPIES: Duration = Duration::from_secs(60);
-/// A reader is told that often that there is nothing, and asks anew when it hears nothing for twice that.
-const HEARTBEAT: Duration = Duration::from_millis(500);
+/// A reader is told that often that there is nothing, and asks anew when it hears nothing for some of these.
+const HEARTBEAT: Duration = Duration::from_millis(250);
+/// Pause before it asks anew where that did not work.
+const ANEW: Duration = Duration::from_millis(50);
 /// An ask for messages holds for this long.
 const ASK: Duration = Duration::from_secs(3);
 /// Most messages of one ask.
@@ -105,11 +108,20 @@ pub enum Renewed {
     Unknown,
 }
 
+/// When messages were written, nanoseconds since 1970. Streams that were lost and are there again have others at the same place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Mark {
+    /// An input.
+    pub input: i128,
+    /// An output.
+    pub output: i128,
+}
+
 /// A state of a cell, as it is kept in the log.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Checkpoint {
-    /// Which streams the numbers are of: when they were made, nanoseconds since 1970.
-    pub streams: [i128; 2],
+    /// Which streams the sequences are of ([`Log::mark`]).
+    pub mark: Mark,
     /// Sequences of the last input that is handled in it, and of the last output that is made.
     pub handled: u64,
     /// The last output.
@@ -182,7 +194,8 @@ impl Log {
             discard: DiscardPolicy::New,
             allow_rollup: true,
             deny_delete: true,
-            allow_direct: true,
+            // Any server may answer, also one that does not know the latest yet: who holds a lease is asked of the leader.
+            allow_direct: false,
             ..StreamConfig::default()
         };
         let checkpoints = object_store::Config {
@@ -208,12 +221,21 @@ impl Log {
         self.client.connection_state() == async_nats::connection::State::Connected
     }
 
-    /// When the streams of inputs and outputs were made: the sequences of other ones mean nothing here.
-    pub fn streams(&self) -> [i128; 2] {
-        [&self.input, &self.output].map(|stream| stream.cached_info().created.unix_timestamp_nanos())
+    /// What is at these sequences of inputs and outputs. `None`: it is not there any more, or not yet.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn mark(&self, input: u64, output: u64) -> Result<Option<Mark>, LogError> {
+        let at = async |stream: &Stream, sequence| match stream.get_raw_message(sequence).await {
+            Ok(message) => Ok(Some(message.time.unix_timestamp_nanos())),
+            Err(error) if matches!(error.kind(), RawMessageErrorKind::JetStream(_)) => Ok(None),
+            Err(error) => Err(LogError::unanswered(error)),
+        };
+        let (input, output) = (at(&self.input, input).await?, at(&self.output, output).await?);
+        Ok(input.zip(output).map(|(input, output)| Mark { input, output }))
     }
 
-    /// The same streams as they are now: they may have been lost, and made anew.
+    /// The same streams again; made anew where they are lost.
     ///
     /// # Errors
     /// The log does not answer.
@@ -446,24 +468,29 @@ impl Reading {
         Self { stream, subject, next, messages: None, count: 0 }
     }
 
-    /// The next message and its sequence; waits for it.
-    pub async fn next(&mut self) -> (u64, bytes::Bytes) {
+    /// The next message and its sequence; waits for it. `None`: the stream was lost, and what it is now is shorter than what was
+    /// read of it.
+    pub async fn next(&mut self) -> Option<(u64, bytes::Bytes)> {
         loop {
             let Some(messages) = &mut self.messages else {
-                match tokio::time::timeout(3 * PATIENCE, self.begin()).await {
+                match tokio::time::timeout(2 * HEARTBEAT, self.begin()).await {
                     Ok(Ok(messages)) => {
                         self.messages = Some(Box::new(messages));
                         self.count = 0;
+                        let state = self.stream.get_info().await.map(|info| info.state);
+                        if state.is_ok_and(|state| state.last_sequence + 1 < self.next) {
+                            return None;
+                        }
                     }
-                    Ok(Err(error)) => {
-                        debug!(%error, subject = self.subject, "not read: tried again");
-                        tokio::time::sleep(HEARTBEAT / 2).await;
-                    }
-                    Err(_) => {}
+                    // Servers that choose a leader make no readers, but any of them still knows the stream.
+                    _ => match self.fetch().await {
+                        Some(message) => return Some(message),
+                        None => tokio::time::sleep(ANEW).await,
+                    },
                 }
                 continue;
             };
-            let message = tokio::time::timeout(3 * HEARTBEAT, messages.next()).await;
+            let message = tokio::time::timeout(4 * HEARTBEAT, messages.next()).await;
             let Ok(Some(Ok(message))) = message else {
                 // Silent, ended, or failed: whatever it was, it is asked anew.
                 self.messages = None;
@@ -474,11 +501,28 @@ impl Reading {
                     self.count = count;
                     if sequence >= self.next {
                         self.next = sequence + 1;
-                        return (sequence, message.message.payload);
+                        return Some((sequence, message.message.payload));
                     }
                 }
                 _ => self.messages = None,
             }
+        }
+    }
+
+    /// The next message, asked for alone.
+    async fn fetch(&mut self) -> Option<(u64, bytes::Bytes)> {
+        let from = (self.next > 0).then_some(self.next)?;
+        let asked = self.stream.direct_get_next_for_subject(self.subject.as_str(), Some(from));
+        match tokio::time::timeout(PATIENCE, asked).await {
+            Ok(Ok(message)) => {
+                self.next = message.sequence + 1;
+                Some((message.sequence, message.payload))
+            }
+            Ok(Err(error)) if error.kind() != DirectGetErrorKind::NotFound => {
+                debug!(%error, subject = self.subject, "not read: tried again");
+                None
+            }
+            _ => None,
         }
     }
 

@@ -28,8 +28,12 @@ use fusion::time::Time;
 
 /// Pause before the log is asked again.
 const AGAIN: Duration = Duration::from_millis(250);
+/// The same where a slot waits for it.
+const SOON: Duration = Duration::from_millis(50);
 /// How often it says how it is.
 const SAYS: Duration = Duration::from_millis(500);
+/// Refusals after which it is looked whether there is anything to take.
+const LOST: u32 = 8;
 /// Of the lease: how often it is renewed, and how often others look whether it is free.
 const RENEWED: u32 = 3;
 const LOOKED_AT: u32 = 12;
@@ -222,12 +226,19 @@ impl Desk {
 
     /// Takes the seat beside the owner whenever that is free, and stays until it is lost.
     async fn take_part(mut self) {
+        let mut refused = 0_u32;
         while !self.is_stopped() {
             if self.is_for_others().await {
                 self.pause(AGAIN).await;
                 continue;
             }
             let Some(seat) = self.log.take(&self.standby(), &self.me).await else {
+                refused += 1;
+                if refused.is_multiple_of(LOST)
+                    && let Ok(log) = self.log.again(&self.cluster).await
+                {
+                    self.log = log;
+                }
                 self.pause(AGAIN).await;
                 continue;
             };
@@ -327,10 +338,12 @@ impl Desk {
         loop {
             let oldest = self.log.oldest_input().await?;
             let checkpoint = self.log.checkpoint(&self.cell).await?;
-            let known = checkpoint
-                .as_ref()
-                .filter(|kept| kept.streams == self.log.streams() && kept.handled + 1 >= oldest);
-            if let Some(Checkpoint { handled, published, engine, .. }) = known {
+            let known = match &checkpoint {
+                Some(kept) => self.log.mark(kept.handled, kept.published).await? == Some(kept.mark),
+                None => false,
+            };
+            if let Some(Checkpoint { handled, published, engine, .. }) = checkpoint.as_ref().filter(|_| known)
+            {
                 match anew().restored(self.areas.masks(), engine) {
                     Ok(engine) => {
                         let cell = Cell::new(engine, grid, wait, *handled, *published);
@@ -408,10 +421,9 @@ impl Desk {
                     if writing.swap(1, Ordering::Relaxed) == 1 {
                         continue;
                     }
-                    let checkpoint = Checkpoint { streams: self.log.streams(), handled, published, engine };
                     let (desk, writing) = (self.clone(), writing.clone());
                     tasks.spawn(async move {
-                        match desk.log.keep(&desk.cell, &checkpoint).await {
+                        match desk.write(handled, published, engine).await {
                             Ok(()) => desk.note(|counts| counts.checkpoints += 1),
                             Err(error) => info!(%error, "no checkpoint is written"),
                         }
@@ -420,6 +432,12 @@ impl Desk {
                 }
             }
         }
+    }
+
+    async fn write(&self, handled: u64, published: u64, engine: Vec<u8>) -> Result<(), LogError> {
+        let mark = self.log.mark(handled, published).await?;
+        let mark = mark.ok_or_else(|| LogError::Unanswered("what was handled is gone".to_owned()))?;
+        self.log.keep(&self.cell, &Checkpoint { mark, handled, published, engine }).await
     }
 
     /// Asks the log for what the cell wishes, and tells it the answer.
@@ -432,12 +450,18 @@ impl Desk {
             }
             Wish::Last => {
                 let last = self.log.last(&self.cell).await;
+                if last.is_err() {
+                    tokio::time::sleep(SOON).await;
+                }
                 Told::Last(last.map(|last| last.as_ref().map(placed)).map_err(drop))
             }
             Wish::Append { expected, output } => {
                 let appended = self.log.append(&self.cell, expected, &output).await;
-                if let Appended::Stored(_) = appended {
-                    self.note(|counts| counts.published += 1);
+                match appended {
+                    Appended::Stored(_) => self.note(|counts| counts.published += 1),
+                    Appended::Refused => {}
+                    // Servers that choose a leader say so at once.
+                    Appended::Unknown => tokio::time::sleep(SOON).await,
                 }
                 Told::Appended(appended)
             }
@@ -475,10 +499,18 @@ impl Desk {
                         held.send_replace(Some(revision));
                     }
                     (Renewed::Until(revision), None) => seat = revision,
-                    (Renewed::Lost, _) => {
-                        tell(&to_cell, if lease.is_some() { Told::Fenced } else { Told::Unseated });
-                        return;
-                    }
+                    // While the log had no leader nobody could renew anything. Whoever is first goes on.
+                    (Renewed::Lost, lease) => match (self.log.take(&key, &self.me).await, lease) {
+                        (Some(again), Some(_)) => {
+                            held.send_replace(Some(again));
+                            tell(&to_cell, Told::LeasedAgain(again));
+                        }
+                        (Some(again), None) => seat = again,
+                        (None, lease) => {
+                            tell(&to_cell, if lease.is_some() { Told::Fenced } else { Told::Unseated });
+                            return;
+                        }
+                    },
                     (Renewed::Unknown, _) => {}
                 }
             }
@@ -513,7 +545,11 @@ impl Desk {
 /// Tells the cell what comes in a stream.
 async fn read(mut reading: Reading, to_cell: Sender<Told>, of: impl Fn(u64, &[u8]) -> Option<Told>) {
     loop {
-        let (sequence, octets) = reading.next().await;
+        let Some((sequence, octets)) = reading.next().await else {
+            warn!("the log has lost what it held: begun anew");
+            tell(&to_cell, Told::Unseated);
+            return;
+        };
         match of(sequence, &octets) {
             Some(told) => {
                 if !tell(&to_cell, told) {

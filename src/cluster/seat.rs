@@ -33,6 +33,8 @@ pub(super) enum Told {
     Last(Result<Option<(u64, Slot, u64)>, ()>),
     /// What has become of its own.
     Appended(Appended),
+    /// The lease ran out, and is held anew.
+    LeasedAgain(u64),
     /// Somebody else has the lease.
     Fenced,
     /// Somebody else has the seat beside the owner.
@@ -127,6 +129,7 @@ fn hear(cell: &mut Cell<SiteEngine>, told: Told) -> Result<(), Lost> {
         Told::Output(sequence, output) => cell.output(sequence, output)?,
         Told::Lease(is_held) => cell.lease(is_held),
         Told::Leased(epoch) => cell.leased(epoch),
+        Told::LeasedAgain(epoch) => cell.leased_again(epoch),
         Told::Last(last) => cell.last(last)?,
         Told::Appended(appended) => cell.appended(appended),
         Told::Fenced => return Err(Lost::Fenced),

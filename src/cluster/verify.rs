@@ -66,9 +66,12 @@ pub async fn verify(
 ) -> Result<Verdict, LogError> {
     let grid = SlotGrid::new(config.fusion.slot);
     let due_after = config.fusion.latency() - config.fusion.slot / 2;
-    let oldest = log.oldest_input().await?;
     let kept = log.checkpoint(cell).await?;
-    let kept = kept.filter(|kept| kept.streams == log.streams() && kept.handled + 1 >= oldest);
+    let is_known = match &kept {
+        Some(kept) => log.mark(kept.handled, kept.published).await? == Some(kept.mark),
+        None => false,
+    };
+    let kept = kept.filter(|_| is_known);
     let began = kept.and_then(|kept| {
         let engine = SiteEngine::new(Config::clone(config), areas.masks(), now());
         let engine = engine.restored(areas.masks(), &kept.engine).ok()?;
@@ -90,13 +93,15 @@ pub async fn verify(
     loop {
         tokio::select! {
             () = &mut ends => break,
-            (sequence, octets) = inputs.next() => {
+            input = inputs.next() => {
+                let Some((sequence, octets)) = input else { break };
                 let Ok(input) = Input::parse(&octets) else { continue };
                 verdict.inputs += 1;
                 verdict.datagrams += input.heard.len() as u64;
                 alone.iter_mut().for_each(|alone| alone.input(sequence, input.clone()));
             }
-            (sequence, octets) = outputs.next() => {
+            output = outputs.next() => {
+                let Some((sequence, octets)) = output else { break };
                 let Ok(output) = Output::parse(&octets) else { continue };
                 if sequence > last {
                     let due = grid.centre(output.slot) + due_after;

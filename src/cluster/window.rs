@@ -39,14 +39,12 @@ impl Window {
 async fn slots(mut log: Log, cluster: Cluster, cell: String, seen: Sender<Seen>) {
     let mut reading = log.outputs(&cell, 0);
     loop {
-        let Ok((_, octets)) = tokio::time::timeout(3 * LOOKS, reading.next()).await else {
-            // Nothing comes: nobody owns the cell, or these are not the streams any more.
-            if let Ok(again) = log.again(&cluster).await
-                && again.streams() != log.streams()
-            {
+        let Some((_, octets)) = reading.next().await else {
+            // The stream was lost, and is made anew.
+            if let Ok(again) = log.again(&cluster).await {
                 log = again;
-                reading = log.outputs(&cell, 1);
             }
+            reading = log.outputs(&cell, 1);
             continue;
         };
         let output = Output::parse(&octets).ok().and_then(|output| pictures(&output.picture));

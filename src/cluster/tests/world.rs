@@ -401,7 +401,10 @@ impl<E: Engine> World<E> {
             {
                 node.renews_at = now + RENEWED_MS;
                 if !log.renew(epoch, now) {
-                    return Err(Lost::Fenced);
+                    // It ran out. Whoever is first goes on.
+                    let Some(again) = log.create_lease(index, now) else { return Err(Lost::Fenced) };
+                    node.epoch = Some(again);
+                    cell.leased_again(again);
                 }
             }
         }
