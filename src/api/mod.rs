@@ -14,6 +14,7 @@ mod asyncapi;
 mod auth;
 mod basemap;
 mod client;
+mod cluster;
 mod conflicts;
 mod correlations;
 mod door;

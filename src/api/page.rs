@@ -26,6 +26,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("/app.js", JAVASCRIPT, include_str!("../web/app.js")),
     ("/attention.js", JAVASCRIPT, include_str!("../web/attention.js")),
     ("/choices.js", JAVASCRIPT, include_str!("../web/choices.js")),
+    ("/cluster.js", JAVASCRIPT, include_str!("../web/cluster.js")),
     ("/conflicts.js", JAVASCRIPT, include_str!("../web/conflicts.js")),
     ("/detail.js", JAVASCRIPT, include_str!("../web/detail.js")),
     ("/dom.js", JAVASCRIPT, include_str!("../web/dom.js")),

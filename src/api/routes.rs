@@ -13,8 +13,8 @@ pub use super::route::{Parameter, Route};
 use super::shown::{TrackFeature, Tracks};
 use super::tokens::Scope;
 use super::{
-    alerts, asyncapi, basemap, conflicts, correlations, events, history, integrity, metrics, openapi, page,
-    raw, readsb, remote_id, replay, service, sites, stream, tracks, uss, websocket,
+    alerts, asyncapi, basemap, cluster, conflicts, correlations, events, history, integrity, metrics,
+    openapi, page, raw, readsb, remote_id, replay, service, sites, stream, tracks, uss, websocket,
 };
 use crate::net::listen::POSTED_TO;
 
@@ -331,6 +331,12 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         .with(&TILE)
         .or(&[404, 503]),
         Route::get("/api/v1/status", "Health with reasons, latency, counters", Reply::json(service::status)),
+        Route::get(
+            "/api/v1/cluster",
+            "Who makes the picture where several machines do: owners, who stands by, gateways",
+            Reply::json(cluster::members),
+        )
+        .or(&[404]),
         Route::get("/api/v1/info", "Version, site and settings", Reply::json(service::info)),
         Route::get(
             "/api/v1/coverage",

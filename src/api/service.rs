@@ -211,6 +211,8 @@ pub struct Info {
     latency_s: f64,
     /// Whether there is a picture at=now as well.
     now: bool,
+    /// Whether the picture is made by several machines (`/api/v1/cluster`).
+    cluster: bool,
     started: Rfc3339,
     #[schemars(extend("enum" = ["live", "replay"]))]
     mode: &'static str,
@@ -277,6 +279,7 @@ pub fn info(ask: &Ask) -> Result<Info, Problem> {
         slot_s: fusion.slot.as_secs_f64(),
         latency_s: fusion.latency().as_secs_f64(),
         now: fusion.now,
+        cluster: hub.config.cluster.is_some(),
         started: hub.started.into(),
         mode: if replay.is_some() { "replay" } else { "live" },
         auth: if ask.state.needs_token() { "tokens" } else { "none" },

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::net::SocketAddr;
 
+use fusion::numbering::Given;
 use fusion::slots::Slot;
 use fusion::time::Time;
 
@@ -88,6 +89,16 @@ impl SiteEngine {
         CellReport { node: node.to_owned(), epoch, status, integrities, correlations: engine.correlations() }
     }
 
+    /// Transponder numbers that are in use.
+    pub fn numbers(&self) -> Vec<Given> {
+        self.driver.pipeline().engine().numbers().given().collect()
+    }
+
+    /// The line whose datagrams go to this address. What came on no line of the configuration is judged by what it says.
+    pub(super) fn line(&self, to: SocketAddr) -> usize {
+        self.lines.iter().position(|line| *line == to).unwrap_or_default()
+    }
+
     fn gather(&mut self) {
         while let Some(made) = self.driver.poll() {
             if let Made::Slot(PublishedPicture { picture, now, .. }) = made {
@@ -110,8 +121,7 @@ pub fn pictures(octets: &[u8]) -> Option<(Picture, Option<Picture>)> {
 
 impl Fusing for SiteEngine {
     fn receive(&mut self, heard: &Heard, at: Time) {
-        // What came on no line of the configuration is judged by what it says.
-        let line = self.lines.iter().position(|line| *line == heard.to).unwrap_or_default();
+        let line = self.line(heard.to);
         self.driver.receive(&Reception {
             received: Some(at),
             input: line,

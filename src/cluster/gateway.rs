@@ -20,7 +20,7 @@ use super::batches::Batches;
 use super::log::Log;
 use super::message::Input;
 use crate::config::{Cluster, Config};
-use crate::live::{Clock, LineStatus, Listening, listen};
+use crate::live::{Clock, GatewayState, LineStatus, Listening, listen};
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 use fusion::slots::SlotGrid;
 
@@ -55,6 +55,15 @@ pub struct GatewayReport {
     pub counts: GatewayCounts,
     /// Each of its lines, with the sensors on it, by their place in the configuration.
     pub lines: Vec<(Vec<usize>, LineStatus)>,
+}
+
+impl GatewayReport {
+    /// As it is shown.
+    pub(super) fn state(&self) -> GatewayState {
+        let Self { node, counts: GatewayCounts { written, waiting, dropped }, lines } = self;
+        let (written, waiting, dropped) = (*written, *waiting, *dropped);
+        GatewayState { node: node.clone(), lines: lines.len() as u64, written, waiting, dropped }
+    }
 }
 
 /// What waits for the log.

@@ -375,6 +375,14 @@ impl Log {
         Ok(keys)
     }
 
+    /// Whether the sequences of a checkpoint are of the streams as they are, and what they stand for is there.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn knows(&self, kept: &Checkpoint) -> Result<bool, LogError> {
+        Ok(self.mark(kept.handled, kept.published).await? == Some(kept.mark))
+    }
+
     /// Keeps a checkpoint of a cell, in place of the one before.
     ///
     /// # Errors

@@ -17,6 +17,8 @@ mod log;
 mod message;
 #[cfg(feature = "cluster")]
 mod node;
+#[cfg(feature = "cluster")]
+mod recording;
 mod report;
 #[cfg(feature = "cluster")]
 mod seat;
@@ -36,6 +38,8 @@ pub use log::{Checkpoint, Held, Holder, Log, LogError, Mark, Reading};
 pub use message::{Heard, Input, Malformed, Output};
 #[cfg(feature = "cluster")]
 pub use node::{CellCounts, Node, NodeReport, Part, run_number};
+#[cfg(feature = "cluster")]
+pub use recording::{NotRecorded, record};
 pub use report::CellReport;
 #[cfg(feature = "cluster")]
 pub use verify::{Verdict, verify};

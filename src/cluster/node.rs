@@ -22,7 +22,7 @@ use super::message::{Input, Output};
 use super::seat::{Says, Told, tell, work};
 use crate::areas::Areas;
 use crate::config::{Cluster, Config};
-use crate::live::now;
+use crate::live::{NodeState, now};
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 
@@ -91,6 +91,24 @@ pub struct NodeReport {
     pub cells: Vec<(String, CellCounts)>,
     /// Whether it takes no cell any more.
     pub is_draining: bool,
+}
+
+impl NodeReport {
+    /// As it is shown.
+    pub(super) fn state(&self) -> NodeState {
+        let Self { holder, cells, is_draining } = self;
+        let counts = cells.first().map(|(_, counts)| *counts).unwrap_or_default();
+        NodeState {
+            node: holder.node.clone(),
+            machine: holder.machine.clone(),
+            part: if *is_draining { "drained" } else { counts.part.name() },
+            takeovers: counts.takeovers,
+            fenced: counts.fenced,
+            diverged: counts.diverged,
+            published: counts.published,
+            checkpoints: counts.checkpoints,
+        }
+    }
 }
 
 /// A running node.
@@ -339,7 +357,7 @@ impl Desk {
             let oldest = self.log.oldest_input().await?;
             let checkpoint = self.log.checkpoint(&self.cell).await?;
             let known = match &checkpoint {
-                Some(kept) => self.log.mark(kept.handled, kept.published).await? == Some(kept.mark),
+                Some(kept) => self.log.knows(kept).await?,
                 None => false,
             };
             if let Some(Checkpoint { handled, published, engine, .. }) = checkpoint.as_ref().filter(|_| known)

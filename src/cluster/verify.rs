@@ -68,7 +68,7 @@ pub async fn verify(
     let due_after = config.fusion.latency() - config.fusion.slot / 2;
     let kept = log.checkpoint(cell).await?;
     let is_known = match &kept {
-        Some(kept) => log.mark(kept.handled, kept.published).await? == Some(kept.mark),
+        Some(kept) => log.knows(kept).await?,
         None => false,
     };
     let kept = kept.filter(|_| is_known);

@@ -9,11 +9,12 @@ use tracing::warn;
 
 use super::engine::pictures;
 use super::gateway::GatewayReport;
-use super::log::{Log, LogError};
+use super::log::{Held, Log, LogError};
 use super::message::Output;
+use super::node::NodeReport;
 use super::report::CellReport;
 use crate::config::Cluster;
-use crate::live::{LineStatus, Seen};
+use crate::live::{CellState, LineStatus, Members, Seen};
 
 /// How often it is looked how those are who make the picture.
 const LOOKS: Duration = Duration::from_secs(1);
@@ -30,7 +31,7 @@ impl Window {
     pub fn open(log: &Log, cluster: &Cluster, cell: &str, seen: Sender<Seen>) -> Self {
         let mut tasks = JoinSet::new();
         tasks.spawn(slots(log.clone(), cluster.clone(), cell.to_owned(), seen.clone()));
-        tasks.spawn(states(log.clone(), cell.to_owned(), seen));
+        tasks.spawn(states(log.clone(), cluster.clone(), cell.to_owned(), seen));
         Self { tasks }
     }
 }
@@ -58,39 +59,76 @@ async fn slots(mut log: Log, cluster: Cluster, cell: String, seen: Sender<Seen>)
     }
 }
 
-/// How the cell is, with the lines of the gateways.
-async fn states(log: Log, cell: String, seen: Sender<Seen>) {
+/// How the cell is, with the lines of the gateways, and who makes the picture.
+async fn states(log: Log, cluster: Cluster, cell: String, seen: Sender<Seen>) {
     let mut looks = tokio::time::interval(LOOKS);
     loop {
         looks.tick().await;
-        let Ok(Some(report)) = log.said(&format!("{cell}.report")).await else { continue };
-        let Some(mut report) = CellReport::parse(&report) else {
-            warn!("a report of the log is not one of this version");
-            continue;
-        };
-        let lines = lines(&log).await.unwrap_or_default();
-        for (index, sensor) in report.status.sensors.iter_mut().enumerate() {
-            sensor.lines = lines.get(&index).cloned().unwrap_or_default();
-        }
-        let told = Seen::Told(report.status.into(), report.integrities.into(), report.correlations);
-        if seen.send(told).is_err() {
-            return;
+        if let Ok((nodes, gateways)) = members(&log).await {
+            let owner = log.holder(&format!("{cell}.owner")).await.ok().flatten();
+            let standby = log.holder(&format!("{cell}.standby")).await.ok().flatten();
+            let counts = |of: &Option<Held>| {
+                let of = of.as_ref().map(|held| &held.by);
+                let node = nodes.iter().find(|node| Some(&node.holder) == of);
+                node.and_then(|node| node.cells.first()).map(|(_, counts)| *counts).unwrap_or_default()
+            };
+            let state = CellState {
+                cell: cell.clone(),
+                lease: counts(&owner).epoch,
+                behind: counts(&standby).behind,
+                owner: owner.map(|held| held.by.node),
+                standby: standby.map(|held| held.by.node),
+            };
+            let members = Members {
+                region: cluster.region.clone(),
+                cells: vec![state],
+                nodes: nodes.iter().map(NodeReport::state).collect(),
+                gateways: gateways.iter().map(GatewayReport::state).collect(),
+                ..Members::default()
+            };
+            if seen.send(Seen::Members(members.into())).is_err() {
+                return;
+            }
+            let Ok(Some(report)) = log.said(&format!("{cell}.report")).await else { continue };
+            let Some(mut report) = CellReport::parse(&report) else {
+                warn!("a report of the log is not one of this version");
+                continue;
+            };
+            let lines = lines(gateways);
+            for (index, sensor) in report.status.sensors.iter_mut().enumerate() {
+                sensor.lines = lines.get(&index).cloned().unwrap_or_default();
+            }
+            let told = Seen::Told(report.status.into(), report.integrities.into(), report.correlations);
+            if seen.send(told).is_err() {
+                return;
+            }
         }
     }
 }
 
+/// What all nodes and gateways say.
+async fn members(log: &Log) -> Result<(Vec<NodeReport>, Vec<GatewayReport>), LogError> {
+    let (mut nodes, mut gateways) = (Vec::new(), Vec::new());
+    for key in log.keys().await? {
+        if key.starts_with("node.") {
+            let said = log.said(&key).await?;
+            nodes.extend(said.and_then(|said| postcard::from_bytes::<NodeReport>(&said).ok()));
+        } else if key.starts_with("gateway.") {
+            let said = log.said(&key).await?;
+            gateways.extend(said.and_then(|said| postcard::from_bytes::<GatewayReport>(&said).ok()));
+        }
+    }
+    Ok((nodes, gateways))
+}
+
 /// The lines of all gateways, by sensor.
-async fn lines(log: &Log) -> Result<BTreeMap<usize, Vec<LineStatus>>, LogError> {
+fn lines(gateways: Vec<GatewayReport>) -> BTreeMap<usize, Vec<LineStatus>> {
     let mut lines = BTreeMap::<usize, Vec<LineStatus>>::new();
-    for key in log.keys().await?.iter().filter(|key| key.starts_with("gateway.")) {
-        let said = log.said(key).await?;
-        let Some(report) = said.and_then(|said| postcard::from_bytes::<GatewayReport>(&said).ok()) else {
-            continue;
-        };
+    for report in gateways {
         for (sensors, line) in report.lines {
             let line = LineStatus { name: format!("{} at {}", line.name, report.node), ..line };
             sensors.iter().for_each(|sensor| lines.entry(*sensor).or_default().push(line.clone()));
         }
     }
-    Ok(lines)
+    lines
 }

@@ -1,7 +1,7 @@
 //! `cluster`: how a cluster is, from outside.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -11,9 +11,9 @@ use serde_json::{Value, json};
 use super::moment::duration;
 use super::table::{Table, grouped};
 use super::{CommandResult, Outcome, Usage};
-use crate::app::{CELL, runtime};
+use crate::app::{CELL, Failure, Signals, runtime};
 use crate::areas::Areas;
-use crate::cluster::{CellReport, GatewayReport, Holder, Log, NodeReport, Part, verify};
+use crate::cluster::{CellReport, GatewayReport, Holder, Log, NodeReport, Part, record as recorded, verify};
 use crate::config::{Cluster, Config};
 use crate::live::now;
 use fusion::time::Time;
@@ -64,6 +64,39 @@ pub enum Command {
     },
 }
 
+/// `record --cluster`: what the cell handles, until Ctrl-C.
+pub(super) fn record(config: &Config, directory: &Path, lasts: Option<SignedDuration>) -> CommandResult {
+    let Some(cluster) = &config.cluster else {
+        return Err(Usage("the configuration has no [cluster] to record".to_owned()).into());
+    };
+    let areas = Areas::load(&config.areas)?;
+    let counts = runtime(1)?.block_on(async {
+        let log = opened(cluster).await?;
+        let mut signals = Signals::listen()?;
+        let ends = async {
+            match lasts {
+                Some(lasts) => tokio::select! {
+                    () = tokio::time::sleep(lasts.unsigned_abs()) => {}
+                    () = signals.stop() => {}
+                },
+                None => signals.stop().await,
+            }
+        };
+        Ok::<_, Failure>(recorded(&log, cluster, config, &areas, (CELL, directory), ends).await?)
+    })?;
+    let lost = counts.unwritten + counts.lost;
+    tracing::info!(recorded = counts.written, lost, "stopped");
+    Ok(if lost > 0 { Outcome::Incomplete } else { Outcome::Done })
+}
+
+/// The log, where it answers in time.
+async fn opened(cluster: &Cluster) -> Result<Log, Failure> {
+    let log = tokio::time::timeout(PATIENCE, Log::open(cluster)).await;
+    let servers = cluster.servers.join(", ");
+    let late = |_| format!("the log does not answer within {} s: {servers}", PATIENCE.as_secs());
+    Ok(log.map_err(late)??)
+}
+
 /// What those of a cluster say.
 struct Said {
     owner: Option<Holder>,
@@ -85,10 +118,7 @@ pub fn run(args: &Args) -> CommandResult {
         );
     };
     runtime(1)?.block_on(async {
-        let log = tokio::time::timeout(PATIENCE, Log::open(cluster)).await;
-        let log = log.map_err(|_| {
-            format!("the log does not answer within {} s: {}", PATIENCE.as_secs(), cluster.servers.join(", "))
-        })??;
+        let log = opened(cluster).await?;
         let mut out = io::stdout().lock();
         match &args.command {
             Command::Status { json } => {

@@ -29,6 +29,10 @@ pub struct Args {
     /// Where the files go; made where it does not exist.
     #[arg(long, value_name = "DIR")]
     pub dir: PathBuf,
+    /// Records what the nodes of a cluster handle, from their log, instead of listening: `replay` gives what they published.
+    #[cfg(feature = "cluster")]
+    #[arg(long)]
+    pub cluster: bool,
     /// Ends after this time: 90s, 10m, 8h.
     #[arg(long, value_name = "D", value_parser = duration)]
     pub duration: Option<SignedDuration>,
@@ -48,6 +52,10 @@ pub fn run(args: &Args) -> CommandResult {
     // The recorder would try again and again, as it does for the service; here there is nothing else to do.
     std::fs::create_dir_all(&args.dir)
         .map_err(|error| format!("{}: cannot be made: {error}", args.dir.display()))?;
+    #[cfg(feature = "cluster")]
+    if args.cluster {
+        return super::cluster::record(&config, &args.dir, args.duration);
+    }
     let mut record = config.output.record.clone().unwrap_or_else(|| record_into(&args.dir));
     record.dir.clone_from(&args.dir);
     let (queue, recorder) = Recorder::start(&config, &record, Vec::new(), false)?;

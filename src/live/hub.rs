@@ -11,6 +11,7 @@ use super::condition::{Condition, Facts, Lateness, Punctuality};
 use super::correlations::{Correlations, Correlator, correlations};
 use super::inputs::Inputs;
 use super::integrity::{IntegrityDesk, IntegrityRequests, integrity};
+use super::members::Members;
 use super::outlooks::{OutlookWriter, Outlooks, outlooks};
 use super::posts::Posts;
 use super::published::{PublishedPicture, Status};
@@ -45,6 +46,7 @@ pub struct Hub {
     frames: broadcast::Sender<Arc<PublishedPicture>>,
     latest: watch::Receiver<Option<Arc<PublishedPicture>>>,
     status: watch::Receiver<Option<Arc<Status>>>,
+    members: watch::Receiver<Option<Arc<Members>>>,
     alerts: watch::Sender<Arc<Vec<Arc<Alert>>>>,
     known: Arc<Known>,
 }
@@ -67,6 +69,7 @@ pub struct HubWriter {
     frames: broadcast::Sender<Arc<PublishedPicture>>,
     latest: watch::Sender<Option<Arc<PublishedPicture>>>,
     status: watch::Sender<Option<Arc<Status>>>,
+    members: watch::Sender<Option<Arc<Members>>>,
     known: Arc<Known>,
 }
 
@@ -127,6 +130,7 @@ impl Hub {
         let (frames, _) = broadcast::channel(KEPT);
         let (latest_writer, latest) = watch::channel(None);
         let (status_writer, status) = watch::channel(None);
+        let (members_writer, members) = watch::channel(None);
         let inputs = Arc::<Inputs>::default();
         let (correlations, decider) = correlations();
         let (integrity_requests, integrity) = integrity();
@@ -143,6 +147,7 @@ impl Hub {
             frames: frames.clone(),
             latest: latest_writer,
             status: status_writer,
+            members: members_writer,
             known: known.clone(),
         };
         let (alerts, _) = watch::channel(Arc::default());
@@ -160,6 +165,7 @@ impl Hub {
                 frames,
                 latest,
                 status,
+                members,
                 alerts,
                 known,
             },
@@ -226,6 +232,11 @@ impl Hub {
         self.alerts.send_replace(Arc::new(alerts));
     }
 
+    /// Who makes the picture; `None` on one machine, and before anything is known of the cluster.
+    pub fn members(&self) -> Option<Arc<Members>> {
+        self.members.borrow().clone()
+    }
+
     /// Changes with each new status.
     pub fn statuses(&self) -> watch::Receiver<Option<Arc<Status>>> {
         self.status.clone()
@@ -276,6 +287,11 @@ impl HubWriter {
         // Nobody may be listening.
         let _ = self.frames.send(frame.clone());
         frame
+    }
+
+    /// Publishes who makes the picture; never waits.
+    pub fn tell_members(&self, members: Members) {
+        self.members.send_replace(Some(Arc::new(members)));
     }
 
     /// Publishes a status; never waits.

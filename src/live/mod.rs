@@ -23,6 +23,7 @@ mod integrity;
 mod learning;
 mod lines;
 mod losses;
+mod members;
 mod observer;
 mod outlooks;
 mod player;
@@ -54,6 +55,7 @@ pub use learning::{
 };
 pub(crate) use lines::{Listening, listen};
 pub(crate) use losses::Losses;
+pub use members::{CellState, GatewayState, Members, NodeState};
 pub use observer::observe;
 pub use outlooks::{OutlookWriter, Outlooks};
 pub use player::{OpenCaptures, Order, Player, PlayerState};

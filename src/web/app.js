@@ -17,12 +17,14 @@ import { Raw } from "./raw.js";
 import { Reads } from "./reads.js";
 import { Replay } from "./replay.js";
 import { Sensors } from "./sensors.js";
+import { Cluster } from "./cluster.js";
 import { change, onChange, read, settings } from "./settings.js";
 import { Status } from "./status.js";
 import { Table } from "./table.js";
 
 const RENEW_MS = 10000; // rates, clock offsets and alerts that are over come by asking
 const RAW_MS = 1000;
+const CLUSTER_MS = 2000;
 const CONFLICTS_MS = 1000; // as often as they are computed
 const [MIN_ZONES_MS, MOST_ZONES_MS] = [1000, 86400000]; // between two questions for the zones; a day is soon enough
 const FRAME_MS = 2000; // the first view waits at most this long for the radars' places, which belong in it
@@ -35,6 +37,7 @@ const table = new Table(isPictureKnown);
 const detail = new Detail();
 const replay = new Replay(status);
 const sensors = new Sensors(() => map.invalidate());
+const cluster = new Cluster();
 map.raw = new Raw(map);
 map.conflicts = new Conflicts(map, (id) => map.picture?.tracks.get(id));
 
@@ -63,6 +66,7 @@ const ground = new Ground(
 reads.add("tracks", "Tracks"); // by the stream
 reads.add("info", "Service", { ask: () => get("info"), take: takeInfo, everyMs: RENEW_MS });
 reads.add("sensors", "Sensors", { ask: () => get("sensors"), take: takeSensors, everyMs: RENEW_MS });
+reads.add("cluster", "Cluster", { ask: () => get("cluster"), take: (answer) => cluster.replace(answer), everyMs: CLUSTER_MS, isWanted: () => status.info?.cluster === true });
 reads.add("alerts", "Alerts", { ask: () => get("alerts"), take: (answer) => alerts.replace(answer), everyMs: RENEW_MS });
 reads.add("history", "Alert history", { ask: () => alerts.history.ask(), take: (answer) => alerts.history.take(answer), everyMs: RENEW_MS, isWanted: () => alerts.history.isWanted });
 reads.add("conflicts", "Conflicts", { ask: () => get("conflicts?level=advisory"), take: (answer) => map.conflicts.take(answer), everyMs: CONFLICTS_MS, isWanted: () => map.conflicts.isWanted && !past.isOn });
@@ -80,6 +84,7 @@ function showKnown() {
   showFailures(reads.failures());
   alerts.setRead(reads.all.get("alerts"));
   sensors.setRead(reads.all.get("sensors"));
+  cluster.setRead(reads.all.get("cluster"));
   const { state, why } = reads.all.get("conflicts");
   if (state !== "good") map.conflicts.forget(why);
   table.refresh();
@@ -94,6 +99,7 @@ function takeInfo(info) {
   if (typeof info?.profile !== "string") throw new Error("the answer has no profile");
   status.info = info;
   detail.info = info;
+  cluster.offer(info.cluster === true);
   const site = typeof info.site === "object" ? info.site?.name : info.site;
   setText(byId("site"), site ?? "");
   alerts.site = site ?? "";

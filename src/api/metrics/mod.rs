@@ -2,6 +2,7 @@
 //!
 //! Written by hand: the crate `prometheus-client` knows no summary and would name counters otherwise.
 
+mod members;
 mod notices;
 mod process;
 mod sensors;
@@ -99,6 +100,9 @@ pub fn text(ask: &Ask) -> Answer {
         out.histogram("slot_lateness_seconds", help, &timings.lateness);
         let help = "From the time that a slot's positions are of to its publication, since the start";
         out.histogram("slot_latency_seconds", help, &timings.latency);
+    }
+    if let Some(members) = hub.members() {
+        out.members(&members);
     }
     if let Some(recorded) = hub.recorded() {
         out.one("recorder_failing", "Whether the disk fails", u8::from(recorded.failing));

@@ -20,6 +20,7 @@ use crate::live::driver::Driver;
 use crate::live::health::SensorState;
 use crate::live::integrity::Integrities;
 use crate::live::losses::Losses;
+use crate::live::members::Members;
 use crate::live::published::{PublishedPicture, Status};
 use crate::picture::Picture;
 use crate::pipeline::Tally;
@@ -35,8 +36,10 @@ const UNHEARD: SignedDuration = SignedDuration::from_secs(4);
 pub enum Seen {
     /// A slot: the usual picture, and that of now where it is made.
     Slot(Box<Picture>, Option<Box<Picture>>),
-    /// How those are who make it.
+    /// How the sensors are, and what the owner knows.
     Told(Box<Status>, Box<Integrities>, Vec<HeldCorrelation>),
+    /// Who makes it.
+    Members(Box<Members>),
 }
 
 /// What was counted of the slots that came.
@@ -179,6 +182,11 @@ impl View {
                 self.publisher.outlets.hub.integrity.show(&integrities);
                 self.publisher.outlets.hub.correlations.tell(&correlations);
                 self.told = Some(*status);
+            }
+            Seen::Members(members) => {
+                let SeenCounts { shown, doubled, missing } = self.counts;
+                let members = Members { shown, doubled, missing, ..*members };
+                self.publisher.outlets.hub.tell_members(members);
             }
         }
     }

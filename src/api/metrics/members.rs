@@ -1,0 +1,46 @@
+//! Who makes the picture where several machines do.
+
+use super::text::Metrics;
+use crate::live::Members;
+
+impl Metrics {
+    /// Cells, nodes and gateways.
+    pub(super) fn members(&mut self, members: &Members) {
+        let Members { cells, nodes, gateways, shown, doubled, missing, .. } = members;
+        let of_cell = |value: fn(&crate::live::CellState) -> u64| {
+            cells.iter().map(move |cell| (&*cell.cell, value(cell)))
+        };
+        let help = "Whether a node owns the cell";
+        self.by("cluster_owner", help, "cell", of_cell(|cell| cell.owner.is_some().into()));
+        let help = "Whether a node takes over when its owner falls silent";
+        self.by("cluster_standby", help, "cell", of_cell(|cell| cell.standby.is_some().into()));
+        let help = "Number of the owner's lease, which grows with each take-over";
+        self.by("cluster_epoch", help, "cell", of_cell(|cell| cell.lease));
+        let help = "Slots that the standby is behind its owner";
+        self.by("cluster_standby_behind_slots", help, "cell", of_cell(|cell| cell.behind));
+        let of_node = |value: fn(&crate::live::NodeState) -> u64| {
+            nodes.iter().map(move |node| (&*node.node, value(node)))
+        };
+        let help = "How often a node became the owner";
+        self.by("cluster_takeovers_total", help, "node", of_node(|node| node.takeovers));
+        let help = "How often a node was refused because another one owned the cell";
+        self.by("cluster_fenced_total", help, "node", of_node(|node| node.fenced));
+        let help = "How often the state of a standby was not its owner's";
+        self.by("cluster_standby_diverged_total", help, "node", of_node(|node| node.diverged));
+        let help = "Checkpoints that a node wrote";
+        self.by("cluster_checkpoints_total", help, "node", of_node(|node| node.checkpoints));
+        let of_gateway = |value: fn(&crate::live::GatewayState) -> u64| {
+            gateways.iter().map(move |gateway| (&*gateway.node, value(gateway)))
+        };
+        let help = "Messages that a gateway wrote into the log";
+        self.by("cluster_written_total", help, "gateway", of_gateway(|gateway| gateway.written));
+        let help = "Messages of a gateway that wait for the log";
+        self.by("cluster_waiting", help, "gateway", of_gateway(|gateway| gateway.waiting));
+        let help = "Datagrams that a gateway dropped because the log was away for too long";
+        self.by("cluster_dropped_total", help, "gateway", of_gateway(|gateway| gateway.dropped));
+        self.one("cluster_slots_shown_total", "Slots of the cluster that were shown here", shown);
+        let help = "Slots that came again after they, or later ones, had been shown";
+        self.one("cluster_doubled_total", help, doubled);
+        self.one("cluster_missing_slots_total", "Slots that nobody published", missing);
+    }
+}

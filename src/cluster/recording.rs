@@ -1,0 +1,140 @@
+//! A recording of what a cell handles, as a service writes one of itself: it replays to what its owner publishes.
+
+use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
+use std::path::Path;
+
+use jiff::SignedDuration;
+use tracing::info;
+
+use super::cell::{Cell, Fusing, Lost};
+use super::engine::{SiteEngine, pictures};
+use super::log::{Log, LogError};
+use super::message::{Heard, Input, Output};
+use crate::areas::Areas;
+use crate::config::{Cluster, Config, Feed};
+use crate::formats::Encoders;
+use crate::live::now;
+use crate::record::{Recorded, Recorder, RecorderCounts, RecorderQueue, record_into};
+use fusion::slots::{Slot, SlotGrid};
+use fusion::time::Time;
+
+/// Why a cell is not recorded, or no longer.
+#[derive(Debug, thiserror::Error)]
+pub enum NotRecorded {
+    /// The log does not answer.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// Nobody has written a state to begin from.
+    #[error(
+        "there is no checkpoint of the cell to begin from: nothing was published yet, or it is of another site or version"
+    )]
+    NoCheckpoint,
+    /// What is published is not what was received makes.
+    #[error("{0}")]
+    Lost(#[from] Lost),
+    /// The recorder's thread cannot be started, or has ended.
+    #[error("the recorder has ended: {0}")]
+    Recorder(String),
+}
+
+/// A site's engine, whose inputs and outputs are recorded.
+struct Noted {
+    engine: SiteEngine,
+    queue: RecorderQueue,
+    encoders: Encoders,
+    due_after: SignedDuration,
+    max_accuracy_m: f64,
+}
+
+impl Fusing for Noted {
+    fn receive(&mut self, heard: &Heard, at: Time) {
+        let from = match heard.from {
+            SocketAddr::V4(from) => from,
+            SocketAddr::V6(from) => SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, from.port()),
+        };
+        let line = self.engine.line(heard.to);
+        self.queue.wait(Recorded::Input { received: at, line, from, payload: heard.payload.clone() });
+        self.engine.receive(heard, at);
+    }
+
+    fn tick(&mut self, now: Time) {
+        self.engine.tick(now);
+    }
+
+    fn next_due(&self) -> Option<Time> {
+        self.engine.next_due()
+    }
+
+    fn poll(&mut self) -> Option<(Slot, Vec<u8>)> {
+        let (slot, octets) = self.engine.poll()?;
+        if let Some((picture, _)) = pictures(&octets) {
+            let due = picture.time + self.due_after;
+            let shown = picture.within(self.max_accuracy_m);
+            for payload in self.encoders.picture(Feed::RECORDED, picture.time, shown) {
+                self.queue.wait(Recorded::Output { due, payload });
+            }
+        }
+        Some((slot, octets))
+    }
+}
+
+/// Records a cell into rotating files until it is told to end; the first begins with the newest checkpoint, so that `replay` of
+/// the files gives what the owner published.
+///
+/// # Errors
+/// There is no checkpoint, the log does not answer, or what is published is not what was received makes.
+pub async fn record(
+    log: &Log,
+    cluster: &Cluster,
+    config: &Config,
+    areas: &Areas,
+    (cell, directory): (&str, &Path),
+    ends: impl Future<Output = ()>,
+) -> Result<RecorderCounts, NotRecorded> {
+    // What stands beside the recording is of one machine.
+    let site = Config { cluster: None, ..config.clone() };
+    let kept = log.checkpoint(cell).await?.ok_or(NotRecorded::NoCheckpoint)?;
+    if !log.knows(&kept).await? {
+        return Err(NotRecorded::NoCheckpoint);
+    }
+    let engine = SiteEngine::new(site.clone(), areas.masks(), now());
+    let engine = engine.restored(areas.masks(), &kept.engine).map_err(|_| NotRecorded::NoCheckpoint)?;
+    let numbers = engine.numbers();
+    let settings = config.output.record.clone().unwrap_or_else(|| record_into(directory));
+    let settings = crate::config::Record { dir: directory.to_owned(), ..settings };
+    let started = Recorder::start(&site, &settings, numbers, true);
+    let (queue, recorder) = started.map_err(|error| NotRecorded::Recorder(error.to_string()))?;
+    queue.wait(Recorded::Checkpoint(kept.engine.into()));
+    let noted = Noted {
+        engine,
+        queue,
+        encoders: Encoders::new(&site),
+        due_after: config.fusion.latency() - config.fusion.slot / 2,
+        max_accuracy_m: config.output.max_accuracy_m,
+    };
+    let wait = SignedDuration::from_nanos((cluster.wait_s * 1e9) as i64);
+    let mut following =
+        Cell::new(noted, SlotGrid::new(config.fusion.slot), wait, kept.handled, kept.published);
+    info!(directory = %directory.display(), cell, "recording; Ctrl-C ends it");
+    let (mut inputs, mut outputs) = (log.inputs(kept.handled + 1), log.outputs(cell, kept.published + 1));
+    tokio::pin!(ends);
+    loop {
+        tokio::select! {
+            () = &mut ends => break,
+            input = inputs.next() => {
+                let Some((sequence, octets)) = input else { break };
+                Input::parse(&octets).into_iter().for_each(|input| following.input(sequence, input));
+            }
+            output = outputs.next() => {
+                let Some((sequence, octets)) = output else { break };
+                if let Ok(output) = Output::parse(&octets) {
+                    following.output(sequence, output)?;
+                }
+            }
+        }
+        following.pump(now())?;
+    }
+    drop(following);
+    let written = tokio::task::spawn_blocking(move || recorder.join()).await;
+    written.map_err(|error| NotRecorded::Recorder(error.to_string()))
+}

@@ -1,0 +1,75 @@
+// Who makes the picture, where several machines do: a light beside those of the sensors, and a panel.
+
+import { list } from "./api.js";
+import { byId, element, setAttribute, setText } from "./dom.js";
+import * as format from "./format.js";
+
+const LOOKS = { ok: "●", warning: "▲", critical: "■", unknown: "?" };
+
+export class Cluster {
+  members = null; // the last answer of /cluster
+  read = null; // {state, since, why}
+
+  constructor() {
+    this.button = byId("cluster");
+    this.panel = byId("cluster-panel");
+  }
+
+  /** Whether there is a cluster at all. */
+  offer(isCluster) {
+    this.button.hidden = !isCluster;
+  }
+
+  /** The answer of /cluster. */
+  replace(members) {
+    list(members, "cells");
+    this.members = members;
+    this.show();
+  }
+
+  /** Whether that answer is known. */
+  setRead(read) {
+    this.read = { ...read };
+    this.show();
+  }
+
+  show() {
+    const [look, text, why] = this.state();
+    setAttribute(this.button, "data-look", look);
+    setAttribute(this.button, "title", why);
+    setAttribute(this.button, "aria-label", `Cluster: ${why}`);
+    setText(this.button.firstElementChild, LOOKS[look]);
+    setText(this.button.lastElementChild, text);
+    this.panel.replaceChildren(...this.describe());
+  }
+
+  /** How it looks, its text, and in words. */
+  state() {
+    if (this.read?.state === "failed") return ["unknown", "cluster", `not known since ${format.utc(this.read.since)} UTC (${this.read.why})`];
+    if (!this.members) return ["unknown", "cluster", "not known yet"];
+    const { cells } = this.members;
+    const ownerless = cells.filter(({ owner }) => !owner).map(({ cell }) => cell);
+    if (ownerless.length) return ["critical", "no owner", `nobody owns ${ownerless.join(", ")}: nothing is published there`];
+    const alone = cells.filter(({ standby }) => !standby).map(({ cell }) => cell);
+    const owners = [...new Set(cells.map(({ owner }) => owner))].join(", ");
+    if (alone.length) return ["warning", owners, `${owners}: nobody stands by for ${alone.join(", ")}`];
+    return ["ok", owners, cells.map(({ cell, owner, standby }) => `${cell}: ${owner} owns it, ${standby} stands by`).join("\n")];
+  }
+
+  describe() {
+    if (!this.members) return [element("h2", {}, "Cluster"), element("p", {}, "Not known yet")];
+    const { region, cells, nodes, gateways, shown, doubled, missing } = this.members;
+    return [
+      element("h2", {}, `Cluster ${region}`),
+      table(["Cell", "Owner", "Standby", "Lease", "Behind"], cells.map((of) => [of.cell, of.owner ?? "nobody", of.standby ?? "nobody", of.lease, of.behind])),
+      table(["Node", "Machine", "Is", "Take-overs", "Refused"], nodes.map((of) => [of.node, of.machine, of.part, of.takeovers, of.fenced])),
+      table(["Gateway", "Lines", "Written", "Waiting", "Dropped"], gateways.map((of) => [of.node, of.lines, of.written, of.waiting, of.dropped])),
+      element("p", { class: "hint" }, `${shown} slots shown, ${missing} missing, ${doubled} twice`),
+    ];
+  }
+}
+
+function table(names, rows) {
+  const row = (cells, kind) => element("tr", {}, ...cells.map((cell) => element(kind, {}, String(cell))));
+  return element("table", { class: "lines" }, element("thead", {}, row(names, "th")), element("tbody", {}, ...rows.map((cells) => row(cells, "td"))));
+}
