@@ -268,3 +268,47 @@ async fn the_server_of_the_tiles_is_the_only_other_one() {
     let info = site.get("/api/v1/info").await.json();
     assert_eq!(info["tiles"], serde_json::json!({ "url": tiles.url, "attribution": tiles.attribution }));
 }
+
+/// On one machine nothing is to be known of a cluster; in one, who owns what and who stands by.
+#[tokio::test]
+async fn who_makes_the_picture_is_said_where_several_machines_do() {
+    use utm_fusion::live::{CellState, GatewayState, Members, NodeState};
+    let site = Site::plain();
+    assert_eq!(site.get("/api/v1/cluster").await.status, StatusCode::NOT_FOUND);
+    assert_eq!(site.get("/api/v1/info").await.json()["cluster"], false);
+    assert!(!site.get("/metrics").await.text.contains("cluster_"));
+
+    site.writer.tell_members(Members {
+        region: "north".to_owned(),
+        cells: vec![CellState {
+            cell: "all".to_owned(),
+            owner: Some("node-1".to_owned()),
+            standby: None,
+            lease: 7,
+            behind: 0,
+        }],
+        nodes: vec![NodeState {
+            node: "node-1".to_owned(),
+            part: "owner",
+            takeovers: 2,
+            ..NodeState::default()
+        }],
+        gateways: vec![GatewayState { node: "gateway-1".to_owned(), waiting: 3, ..GatewayState::default() }],
+        shown: 40,
+        doubled: 0,
+        missing: 1,
+    });
+    let json = site.get("/api/v1/cluster").await.json();
+    assert_eq!((&json["cells"][0]["owner"], json["cells"][0].get("standby")), (&Value::from("node-1"), None));
+    let metrics = site.get("/metrics").await.text;
+    for line in [
+        "utm_fusion_cluster_owner{cell=\"all\"} 1",
+        "utm_fusion_cluster_standby{cell=\"all\"} 0",
+        "utm_fusion_cluster_epoch{cell=\"all\"} 7",
+        "utm_fusion_cluster_takeovers_total{node=\"node-1\"} 2",
+        "utm_fusion_cluster_waiting{gateway=\"gateway-1\"} 3",
+        "utm_fusion_cluster_missing_slots_total 1",
+    ] {
+        assert!(metrics.lines().any(|found| found == line), "{line}\n{metrics}");
+    }
+}

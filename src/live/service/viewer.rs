@@ -73,21 +73,7 @@ impl Viewer {
         shelves: Option<SyncSender<Arc<str>>>,
     ) -> io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
-        let view = View {
-            publisher: Publisher::new(config, outlets, clock.clone()),
-            due_after: config.fusion.latency() - config.fusion.slot / 2,
-            lead: driver.lead(),
-            last: None,
-            seq: 0,
-            counts: SeenCounts::default(),
-            told: None,
-            misses: Losses::default(),
-            failed_told: 0,
-            shelves,
-            kept_shelves: "".into(),
-            next_status: clock.now(),
-            late: VecDeque::new(),
-        };
+        let view = View::new(config, driver, outlets, clock, shelves);
         let stopped = stop.clone();
         let thread = std::thread::Builder::new()
             .name("picture".to_owned())
@@ -129,6 +115,30 @@ struct View {
 }
 
 impl View {
+    fn new(
+        config: &Config,
+        driver: &Driver,
+        outlets: Outlets,
+        clock: &Clock,
+        shelves: Option<SyncSender<Arc<str>>>,
+    ) -> Self {
+        Self {
+            publisher: Publisher::new(config, outlets, clock.clone()),
+            due_after: config.fusion.latency() - config.fusion.slot / 2,
+            lead: driver.lead(),
+            last: None,
+            seq: 0,
+            counts: SeenCounts::default(),
+            told: None,
+            misses: Losses::default(),
+            failed_told: 0,
+            shelves,
+            kept_shelves: "".into(),
+            next_status: clock.now(),
+            late: VecDeque::new(),
+        }
+    }
+
     fn run(mut self, seen: &Receiver<Seen>, stop: &AtomicBool) -> Tally {
         while !stop.load(Ordering::Relaxed) {
             match seen.recv_timeout(self.until_due()) {
@@ -242,5 +252,117 @@ impl View {
         }
         status.at = at;
         self.publisher.tell(status);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::areas::Masks;
+    use crate::formats::Encoders;
+    use crate::live::{CellState, Hub, Level, Made};
+    use crate::net::send::Sinks;
+    use crate::simulate::{Scenario, simulate};
+
+    /// The slots of a flight of half a minute that ends now, and a view that nobody runs.
+    fn viewed() -> (View, Hub, Driver, Vec<Seen>) {
+        let text = include_str!("../../../config/scenarios/crossing.toml")
+            .replace("duration_s = 300", "duration_s = 30");
+        let start = crate::live::now() + SignedDuration::from_secs(-30);
+        let flight = simulate(&Scenario::parse(&text, "crossing.toml").unwrap(), 1, Some(start)).unwrap();
+        let config = Arc::new(flight.config);
+        let mut driver = Driver::new(&config, Masks::default(), start, 2);
+        let mut slots = Vec::new();
+        for datagram in &flight.datagrams {
+            driver.receive(&crate::capture::Reception {
+                received: Some(datagram.received),
+                input: 0,
+                from: None,
+                kind: crate::capture::ReceptionKind::Datagram,
+                origin: 0,
+                payload: datagram.payload.clone(),
+            });
+            while let Some(made) = driver.poll() {
+                if let Made::Slot(frame) = made {
+                    let now = frame.now.get().map(|now| Box::new(Picture::clone(&now)));
+                    slots.push(Seen::Slot(frame.picture.into(), now));
+                }
+            }
+        }
+        let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), start);
+        let (sinks, encoders) = (Sinks::open(&[]).unwrap(), Encoders::new(&config));
+        let outlets = Outlets { hub: writer, sinks, encoders, recorder: None, keepers: None };
+        let view = View::new(&config, &driver, outlets, &Clock::default(), None);
+        (view, hub, driver, slots)
+    }
+
+    fn told(driver: &mut Driver, at: Time) -> Seen {
+        let status = Status {
+            at,
+            sensors: driver.sensors(at, |_| Vec::new()),
+            unknown: Vec::new(),
+            tally: driver.pipeline().tally().clone(),
+            numbers_used: 0,
+            lateness_s: None,
+            failed_sends: 0,
+            troubles: Vec::new(),
+        };
+        Seen::Told(status.into(), Box::default(), Vec::new())
+    }
+
+    #[test]
+    fn a_slot_is_shown_once_and_what_nobody_published_is_said() {
+        let (mut view, hub, mut driver, slots) = viewed();
+        let at = view.publisher.clock.now();
+        let mut slots = slots.into_iter();
+        let again = |seen: &Seen| match seen {
+            Seen::Slot(picture, _) => Seen::Slot(picture.clone(), None),
+            _ => unreachable!("all are slots"),
+        };
+        let first = slots.next().unwrap();
+        let copy = again(&first);
+        view.see(first);
+        view.see(copy);
+        // Two that never come.
+        let _ = (slots.next(), slots.next());
+        view.see(slots.next().unwrap());
+        view.publisher.publish_owed();
+        view.see(told(&mut driver, at));
+        view.see(Seen::Members(
+            Members {
+                cells: vec![CellState { cell: "all".into(), ..CellState::default() }],
+                ..Members::default()
+            }
+            .into(),
+        ));
+        view.tell(at);
+        assert_eq!(hub.latest().unwrap().seq, 2, "two slots are shown");
+        let members = hub.members().unwrap();
+        assert_eq!((members.shown, members.doubled, members.missing), (2, 1, 2));
+        let status = hub.status().unwrap();
+        assert!(status.troubles.iter().any(|trouble| trouble.text == "2 slots were published by nobody"));
+        // Seconds later it is the past.
+        let later = at + SignedDuration::from_secs(9);
+        view.see(told(&mut driver, later));
+        view.tell(later);
+        assert!(hub.status().unwrap().troubles.is_empty());
+    }
+
+    #[test]
+    fn sensors_are_not_known_while_nobody_says_how_they_are() {
+        let (mut view, hub, mut driver, slots) = viewed();
+        let at = view.publisher.clock.now();
+        slots.into_iter().take(4).for_each(|slot| view.see(slot));
+        view.see(told(&mut driver, at));
+        view.tell(at);
+        assert!(hub.status().unwrap().troubles.is_empty());
+        view.tell(at + SignedDuration::from_secs(6));
+        let status = hub.status().unwrap();
+        assert!(status.sensors.iter().all(|sensor| sensor.state == SensorState::Outage));
+        assert!(
+            status.troubles[0].text.starts_with("nobody has said for 6 s how the sensors are"),
+            "{status:?}"
+        );
+        assert!(hub.condition().level() > Level::Ok);
     }
 }
