@@ -176,6 +176,20 @@ export type AreaProperties = {
   format: "geojson" | "ed-318" | "ed-269";
 };
 
+/** A cell. */
+export type CellState = {
+  /** Its name. */
+  cell: string;
+  /** The node that owns it; absent: nobody does. */
+  owner?: string;
+  /** The node that takes over when the owner falls silent; absent: nobody would. */
+  standby?: string;
+  /** The number of the owner's lease; greater than of whoever owned the cell before. */
+  lease: number;
+  /** Slots that the standby is behind. */
+  behind: number;
+};
+
 /** Why the stream ends. */
 export type Closed = {
   reason: string;
@@ -443,6 +457,20 @@ export type Flights = {
   flights: Array<RIDFlight>;
 };
 
+/** A gateway. */
+export type GatewayState = {
+  /** Its name. */
+  node: string;
+  /** Its lines. */
+  lines: number;
+  /** Messages that it wrote into the log. */
+  written: number;
+  /** Messages that wait for the log. */
+  waiting: number;
+  /** Datagrams that were dropped because the log was away for too long. */
+  dropped: number;
+};
+
 /** A place, a line, or an area. */
 export type Geometry = {
   type: "Point";
@@ -527,6 +555,8 @@ export type Info = {
   latency_s: number;
   /** Whether there is a picture at=now as well. */
   now: boolean;
+  /** Whether the picture is made by several machines (`/api/v1/cluster`). */
+  cluster: boolean;
   /** A time, RFC 3339, UTC. */
   started: string;
   mode: "live" | "replay";
@@ -669,6 +699,24 @@ export type Link = {
   relation: "disputed";
 };
 
+/** The members of a cluster, as of a second ago at most. */
+export type Members = {
+  /** The region. */
+  region: string;
+  /** Its cells. */
+  cells: Array<CellState>;
+  /** Its nodes. */
+  nodes: Array<NodeState>;
+  /** Its gateways. */
+  gateways: Array<GatewayState>;
+  /** Slots that were shown here. */
+  shown: number;
+  /** Slots that came again after they, or later ones, had been shown. */
+  doubled: number;
+  /** Slots that nobody published. */
+  missing: number;
+};
+
 /** How b passes a, and how well that is known. */
 export type MissJson = {
   /** Over ground, across the relative velocity, metres. */
@@ -677,6 +725,26 @@ export type MissJson = {
   vertical_m?: number;
   /** Covariance of both: across, then vertical, which is 0 where a height is not known. */
   covariance_m2: Array<Array<number>>;
+};
+
+/** A node. */
+export type NodeState = {
+  /** Its name. */
+  node: string;
+  /** The machine that it runs on. */
+  machine: string;
+  /** What it is for the cell. */
+  part: "owner" | "standby" | "none" | "drained";
+  /** How often it became the owner. */
+  takeovers: number;
+  /** How often it was refused because somebody else owned the cell. */
+  fenced: number;
+  /** How often its state was not the owner's. */
+  diverged: number;
+  /** Slots that it published. */
+  published: number;
+  /** Checkpoints that it wrote. */
+  checkpoints: number;
 };
 
 export type PastPosition = {
@@ -1261,6 +1329,7 @@ export interface Answers {
   "/api/v1/raw": Raw;
   "/api/v1/sensors": Sensors;
   "/api/v1/status": ServiceStatus;
+  "/api/v1/cluster": Members;
   "/api/v1/info": Info;
   "/api/v1/coverage": CollectionOfFeatureOfCoverageProperties;
   "/api/v1/areas": CollectionOfFeatureOfAreaProperties;
@@ -1312,6 +1381,7 @@ export interface Parameters {
   "/api/v1/sensors": {};
   "/api/v1/basemap": { z: number; x: number; y: number };
   "/api/v1/status": {};
+  "/api/v1/cluster": {};
   "/api/v1/info": {};
   "/api/v1/coverage": {};
   "/api/v1/areas": {};

@@ -150,6 +150,17 @@ AreaProperties = TypedDict(
     },
 )
 
+CellState = TypedDict(
+    "CellState",
+    {
+        "cell": str,
+        "owner": NotRequired[str],
+        "standby": NotRequired[str],
+        "lease": int,
+        "behind": int,
+    },
+)
+
 Closed = TypedDict(
     "Closed",
     {
@@ -428,6 +439,17 @@ Flights = TypedDict(
     },
 )
 
+GatewayState = TypedDict(
+    "GatewayState",
+    {
+        "node": str,
+        "lines": int,
+        "written": int,
+        "waiting": int,
+        "dropped": int,
+    },
+)
+
 Geometry1 = TypedDict(
     "Geometry1",
     {
@@ -519,6 +541,7 @@ Info = TypedDict(
         "slot_s": float,
         "latency_s": float,
         "now": bool,
+        "cluster": bool,
         "started": str,
         "mode": Literal["live", "replay"],
         "auth": Literal["tokens", "none"],
@@ -652,12 +675,39 @@ Link = TypedDict(
     },
 )
 
+Members = TypedDict(
+    "Members",
+    {
+        "region": str,
+        "cells": list["CellState"],
+        "nodes": list["NodeState"],
+        "gateways": list["GatewayState"],
+        "shown": int,
+        "doubled": int,
+        "missing": int,
+    },
+)
+
 MissJson = TypedDict(
     "MissJson",
     {
         "across_m": float,
         "vertical_m": NotRequired[float],
         "covariance_m2": list[list[float]],
+    },
+)
+
+NodeState = TypedDict(
+    "NodeState",
+    {
+        "node": str,
+        "machine": str,
+        "part": Literal["owner", "standby", "none", "drained"],
+        "takeovers": int,
+        "fenced": int,
+        "diverged": int,
+        "published": int,
+        "checkpoints": int,
     },
 )
 
