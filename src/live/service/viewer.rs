@@ -28,8 +28,9 @@ use fusion::operational::HeldCorrelation;
 use fusion::slots::Slot;
 use fusion::time::{SECOND, Time};
 
-/// Whoever makes the picture says each second how it is; after this time without a word its sensors are not known any more.
-const UNHEARD: SignedDuration = SignedDuration::from_secs(4);
+/// Whoever makes the picture says each second how it is; after this time without a
+/// word, longer than a take-over, its sensors are not known any more.
+const UNHEARD: SignedDuration = SignedDuration::from_secs(8);
 
 /// What comes from where the picture is made.
 #[derive(Debug)]
@@ -356,11 +357,11 @@ mod tests {
         view.see(told(&mut driver, at));
         view.tell(at);
         assert!(hub.status().unwrap().troubles.is_empty());
-        view.tell(at + SignedDuration::from_secs(6));
+        view.tell(at + SignedDuration::from_secs(10));
         let status = hub.status().unwrap();
         assert!(status.sensors.iter().all(|sensor| sensor.state == SensorState::Outage));
         assert!(
-            status.troubles[0].text.starts_with("nobody has said for 6 s how the sensors are"),
+            status.troubles[0].text.starts_with("nobody has said for 10 s how the sensors are"),
             "{status:?}"
         );
         assert!(hub.condition().level() > Level::Ok);
