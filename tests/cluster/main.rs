@@ -14,7 +14,10 @@ mod proxy;
 mod readers;
 #[allow(dead_code, reason = "shared with an example")]
 mod servers;
+mod site;
+mod takeover;
 mod troubles;
+mod watcher;
 
 use std::time::Duration;
 
