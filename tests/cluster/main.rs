@@ -7,6 +7,7 @@
 )]
 
 mod contract;
+mod outages;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "of the program, other tests of this target make use")]
 mod program;

@@ -284,10 +284,10 @@ impl Site {
     /// An answer of the picture: status and JSON.
     pub async fn ask(&self, path: &str) -> Option<(u16, Value)> {
         let log = fs::read_to_string(&self.process(PICTURE).log).ok()?;
-        let address = log.rsplit_once("url=http://")?.1.split('/').next()?.to_owned();
+        let address = log.rsplit_once("url=\"http://")?.1.split('/').next()?.to_owned();
         let request = format!("GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
         let answer = tokio::task::spawn_blocking(move || {
-            let mut socket = TcpStream::connect(address.split_whitespace().next()?).ok()?;
+            let mut socket = TcpStream::connect(address).ok()?;
             socket.write_all(request.as_bytes()).ok()?;
             let mut answer = String::new();
             socket.read_to_string(&mut answer).ok()?;

@@ -131,9 +131,10 @@ impl Watcher {
             assert_eq!(alone.pump(now()), Ok(()), "slot {} is another one", output.message.slot.0);
             assert_eq!(alone.behind(), 0, "slot {} cannot be made", output.message.slot.0);
         }
+        assert!(seen.inputs.iter().any(|input| !input.message.heard.is_empty()), "no sensor was heard");
         let mut epochs: Vec<u64> = outputs.iter().map(|output| output.message.epoch).collect();
         epochs.dedup();
-        let live: Vec<_> = outputs.iter().filter(|output| output.sequence > self.before).collect();
+        let live: Vec<_> = outputs.iter().filter(|output| output.sequence >= self.before).collect();
         let silence = live.windows(2).map(|pair| pair[1].at - pair[0].at).max().unwrap_or(Duration::ZERO);
         let due_after = self.config.fusion.latency() - self.config.fusion.slot / 2;
         let late = |output: &&Read<Output>| output.clock - (grid.centre(output.message.slot) + due_after);
