@@ -228,7 +228,7 @@ impl Log {
     pub async fn mark(&self, input: u64, output: u64) -> Result<Option<Mark>, LogError> {
         let at = async |stream: &Stream, sequence| match stream.get_raw_message(sequence).await {
             Ok(message) => Ok(Some(message.time.unix_timestamp_nanos())),
-            Err(error) if matches!(error.kind(), RawMessageErrorKind::JetStream(_)) => Ok(None),
+            Err(error) if is_gone(error.kind()) => Ok(None),
             Err(error) => Err(LogError::unanswered(error)),
         };
         let (input, output) = (at(&self.input, input).await?, at(&self.output, output).await?);
@@ -406,6 +406,11 @@ impl Log {
         object.read_to_end(&mut octets).await.map_err(LogError::unanswered)?;
         Ok(postcard::from_bytes(&octets).ok())
     }
+}
+
+/// Whether a message is not there, whatever the server's version calls that.
+fn is_gone(kind: RawMessageErrorKind) -> bool {
+    matches!(kind, RawMessageErrorKind::JetStream(_) | RawMessageErrorKind::NoMessageFound)
 }
 
 fn written(holder: &Holder) -> bytes::Bytes {
