@@ -364,7 +364,11 @@ impl Desk {
 
     /// The cell as it was when the newest checkpoint was written, with its sequences; where nobody owns it and there is no such
     /// state, as of now. `None`: it took too long, and the seat is another's.
-    async fn begin(&self, seat: &mut u64, from: u64) -> Result<Option<(Cell<SiteEngine>, u64, u64)>, LogError> {
+    async fn begin(
+        &self,
+        seat: &mut u64,
+        from: u64,
+    ) -> Result<Option<(Cell<SiteEngine>, u64, u64)>, LogError> {
         let grid = SlotGrid::new(self.config.fusion.slot);
         let wait = SignedDuration::from_nanos((self.cluster.wait_s * 1e9) as i64);
         let anew = || SiteEngine::new(Config::clone(&self.config), self.areas.masks(), now());

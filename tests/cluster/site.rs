@@ -135,8 +135,15 @@ impl Site {
         let mut config = on_own_ports(simulation.config.clone());
         config.cluster = Some(cluster.clone());
         let log = Log::open(&cluster).await.unwrap();
-        let mut site =
-            Self { running: Vec::new(), feed: None, log, cluster, config: Arc::new(config), servers, scratch };
+        let mut site = Self {
+            running: Vec::new(),
+            feed: None,
+            log,
+            cluster,
+            config: Arc::new(config),
+            servers,
+            scratch,
+        };
         let roles = NODES.map(|name| (name, Role::Node)).into_iter();
         let roles = roles.chain(GATEWAYS.map(|name| (name, Role::Gateway))).chain([(PICTURE, Role::Picture)]);
         for (name, role) in roles {

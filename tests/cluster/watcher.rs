@@ -96,6 +96,23 @@ impl Watcher {
         until("more slots", async || (self.slots() >= before + slots).then_some(())).await;
     }
 
+    /// Waits until slots come when they are due.
+    pub async fn in_time(&self) {
+        let (grid, due_after) = (SlotGrid::new(self.config.fusion.slot), self.due_after());
+        until("slots in time", async || {
+            let seen = self.seen.lock().unwrap();
+            let last = seen.outputs.last()?;
+            let due = grid.centre(last.message.slot) + due_after;
+            (last.sequence > self.before && (last.clock - due).as_secs_f64() < 0.5).then_some(())
+        })
+        .await;
+    }
+
+    /// From the centre of a slot until it is due.
+    fn due_after(&self) -> SignedDuration {
+        self.config.fusion.latency() - self.config.fusion.slot / 2
+    }
+
     /// The longest silence from the slot of that place on, seconds.
     pub fn silence_s(&self, from: usize) -> f64 {
         let seen = self.seen.lock().unwrap();
@@ -117,9 +134,14 @@ impl Watcher {
         let outputs = &seen.outputs;
         for pair in outputs.windows(2) {
             let [before, after] = [&pair[0].message, &pair[1].message];
-            assert_eq!(after.slot.0, before.slot.0 + 1, "a slot is doubled or missing");
-            assert!(after.epoch >= before.epoch, "who was replaced has published: {after:?}");
-            assert!(after.behind >= before.behind, "{after:?}");
+            let place = |read: &Read<Output>| {
+                let Output { slot, epoch, behind, .. } = read.message;
+                format!("{}: slot {} of {epoch} behind {behind}", read.sequence, slot.0)
+            };
+            let what = format!("{}, then {}", place(&pair[0]), place(&pair[1]));
+            assert_eq!(after.slot.0, before.slot.0 + 1, "a slot is doubled or missing: {what}");
+            assert!(after.epoch >= before.epoch, "who was replaced has published: {what}");
+            assert!(after.behind >= before.behind, "{what}");
         }
         let engine = SiteEngine::new(Config::clone(&self.config), Masks::default(), now());
         let engine = engine.restored(Masks::default(), &self.from.engine).unwrap();
@@ -134,9 +156,10 @@ impl Watcher {
         assert!(seen.inputs.iter().any(|input| !input.message.heard.is_empty()), "no sensor was heard");
         let mut epochs: Vec<u64> = outputs.iter().map(|output| output.message.epoch).collect();
         epochs.dedup();
+        // The last one of before counts, too: silence begins with it.
         let live: Vec<_> = outputs.iter().filter(|output| output.sequence >= self.before).collect();
         let silence = live.windows(2).map(|pair| pair[1].at - pair[0].at).max().unwrap_or(Duration::ZERO);
-        let due_after = self.config.fusion.latency() - self.config.fusion.slot / 2;
+        let due_after = self.due_after();
         let late = |output: &&Read<Output>| output.clock - (grid.centre(output.message.slot) + due_after);
         let latest = live.iter().map(late).max().unwrap_or_default();
         let (picture, _) = pictures(&outputs.last().unwrap().message.picture).unwrap();
