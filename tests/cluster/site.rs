@@ -271,7 +271,7 @@ impl Site {
         .await
     }
 
-    /// The same, with that node as one of the two.
+    /// Who owns the cell after that one; waits for it.
     pub async fn owner_other_than(&self, before: &Holder) -> Holder {
         until("another owner", async || self.owner().await.filter(|owner| owner != before)).await
     }

@@ -134,6 +134,7 @@ async fn an_owner_is_drained_and_nobody_notices_and_what_differs_is_noticed() {
     site.watch().await.more(8).await;
     let (code, verdict) = verified(&site, "3s").await;
     println!("{code:?} {verdict}");
+    assert_eq!(verdict["differs"], false, "{verdict}");
 }
 
 async fn verified(site: &Site, lasts: &str) -> (Option<i32>, Value) {
