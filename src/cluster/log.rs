@@ -228,7 +228,7 @@ impl Log {
     pub async fn mark(&self, input: u64, output: u64) -> Result<Option<Mark>, LogError> {
         let at = async |stream: &Stream, sequence| match stream.get_raw_message(sequence).await {
             Ok(message) => Ok(Some(message.time.unix_timestamp_nanos())),
-            Err(error) if is_gone(error.kind()) => Ok(None),
+            Err(error) if is_gone(&error.kind()) => Ok(None),
             Err(error) => Err(LogError::unanswered(error)),
         };
         let (input, output) = (at(&self.input, input).await?, at(&self.output, output).await?);
@@ -413,7 +413,7 @@ impl Log {
 }
 
 /// Whether a message is not there, whatever the server's version calls that.
-fn is_gone(kind: RawMessageErrorKind) -> bool {
+fn is_gone(kind: &RawMessageErrorKind) -> bool {
     matches!(kind, RawMessageErrorKind::JetStream(_) | RawMessageErrorKind::NoMessageFound)
 }
 
