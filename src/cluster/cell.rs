@@ -147,6 +147,11 @@ impl<E: Fusing> Cell<E> {
         }
     }
 
+    /// The sequence of the last output that this node has made, too, or published.
+    pub const fn published(&self) -> u64 {
+        self.published
+    }
+
     /// Slots that others have published and this node has not made yet.
     pub fn behind(&self) -> u64 {
         self.outputs.len() as u64

@@ -228,7 +228,7 @@ impl Log {
     pub async fn mark(&self, input: u64, output: u64) -> Result<Option<Mark>, LogError> {
         let at = async |stream: &Stream, sequence| match stream.get_raw_message(sequence).await {
             Ok(message) => Ok(Some(message.time.unix_timestamp_nanos())),
-            Err(error) if matches!(error.kind(), RawMessageErrorKind::JetStream(_)) => Ok(None),
+            Err(error) if is_gone(&error.kind()) => Ok(None),
             Err(error) => Err(LogError::unanswered(error)),
         };
         let (input, output) = (at(&self.input, input).await?, at(&self.output, output).await?);
@@ -257,13 +257,17 @@ impl Log {
         Ok(())
     }
 
-    /// Writes an output of a cell if its last one has this sequence.
+    /// Writes an output of a cell if its last one has this sequence. Servers of several copies look at that before they agree on
+    /// a message, so two that are on their way at once would both get in: a slot has a name besides, of which one is written.
     pub async fn append(&self, cell: &str, expected: u64, output: &Output) -> Appended {
         let mut headers = HeaderMap::new();
         headers.insert(NATS_EXPECTED_LAST_SUBJECT_SEQUENCE, expected.to_string());
+        headers.insert(NATS_MESSAGE_ID, format!("{cell}:{}", output.slot.0));
         let sent = self.context.publish_with_headers(self.outputs_of(cell), headers, output.body().into());
         let Ok(acknowledged) = sent.await else { return Appended::Unknown };
         match acknowledged.await {
+            // Of this slot there is one already: whose, is to be read.
+            Ok(acknowledged) if acknowledged.duplicate => Appended::Refused,
             Ok(acknowledged) => Appended::Stored(acknowledged.sequence),
             Err(error) if error.kind() == PublishErrorKind::WrongLastSequence => Appended::Refused,
             Err(_) => Appended::Unknown,
@@ -406,6 +410,11 @@ impl Log {
         object.read_to_end(&mut octets).await.map_err(LogError::unanswered)?;
         Ok(postcard::from_bytes(&octets).ok())
     }
+}
+
+/// Whether a message is not there, whatever the server's version calls that.
+fn is_gone(kind: &RawMessageErrorKind) -> bool {
+    matches!(kind, RawMessageErrorKind::JetStream(_) | RawMessageErrorKind::NoMessageFound)
 }
 
 fn written(holder: &Holder) -> bytes::Bytes {

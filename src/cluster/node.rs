@@ -32,6 +32,8 @@ const AGAIN: Duration = Duration::from_millis(250);
 const SOON: Duration = Duration::from_millis(50);
 /// How often it says how it is.
 const SAYS: Duration = Duration::from_millis(500);
+/// The least time between two checkpoints that are asked for.
+const WRITTEN: Duration = Duration::from_secs(1);
 /// Refusals after which it is looked whether there is anything to take.
 const LOST: u32 = 8;
 /// Of the lease: how often it is renewed, and how often others look whether it is free.
@@ -184,8 +186,8 @@ impl Node {
 enum Left {
     /// It is to end.
     Stopped,
-    /// It has to begin anew.
-    Lost(Lost),
+    /// It has to begin anew; the last output that it had made as it was published.
+    Lost(Lost, u64),
     /// Another one has its seat: it was away for too long.
     Unseated,
 }
@@ -201,6 +203,10 @@ impl Desk {
 
     fn standby(&self) -> String {
         format!("{}.standby", self.cell)
+    }
+
+    fn wanted(&self) -> String {
+        format!("{}.wanted", self.cell)
     }
 
     fn lease(&self) -> Duration {
@@ -245,6 +251,8 @@ impl Desk {
     /// Takes the seat beside the owner whenever that is free, and stays until it is lost.
     async fn take_part(mut self) {
         let mut refused = 0_u32;
+        // Where its picture differed from the owner's: from a state of before it would do so again.
+        let mut from = 0;
         while !self.is_stopped() {
             if self.is_for_others().await {
                 self.pause(AGAIN).await;
@@ -260,17 +268,24 @@ impl Desk {
                 self.pause(AGAIN).await;
                 continue;
             };
-            match self.stay(seat).await {
+            match self.stay(seat, from).await {
                 Ok(Left::Stopped) => {}
-                Ok(Left::Lost(lost)) => {
+                Ok(Left::Lost(lost, published)) => {
                     warn!(reason = %lost, "begins anew");
+                    if lost == Lost::Diverged {
+                        from = published + 1;
+                    }
                     self.note(|counts| match lost {
                         Lost::Fenced => counts.fenced += 1,
                         Lost::Diverged => counts.diverged += 1,
                         Lost::Behind => {}
                     });
                 }
-                Ok(Left::Unseated) => info!("another node stands by"),
+                Ok(Left::Unseated) => {
+                    info!("another node stands by");
+                    // Or the streams were lost, and their sequences with them.
+                    from = 0;
+                }
                 Err(error) => {
                     info!(%error, "waits for the log");
                     self.pause(AGAIN).await;
@@ -307,10 +322,10 @@ impl Desk {
         false
     }
 
-    /// Follows the owner, and owns the cell when nobody does, until it is lost.
-    async fn stay(&self, seat: u64) -> Result<Left, LogError> {
+    /// Follows the owner from a state of that output or a later one, and owns the cell when nobody does, until it is lost.
+    async fn stay(&self, seat: u64, from: u64) -> Result<Left, LogError> {
         let mut seat = seat;
-        let Some((cell, handled, published)) = self.begin(&mut seat).await? else {
+        let Some((cell, handled, published)) = self.begin(&mut seat, from).await? else {
             return Ok(Left::Unseated);
         };
         self.note(|counts| counts.part = Part::Standby);
@@ -349,7 +364,11 @@ impl Desk {
 
     /// The cell as it was when the newest checkpoint was written, with its sequences; where nobody owns it and there is no such
     /// state, as of now. `None`: it took too long, and the seat is another's.
-    async fn begin(&self, seat: &mut u64) -> Result<Option<(Cell<SiteEngine>, u64, u64)>, LogError> {
+    async fn begin(
+        &self,
+        seat: &mut u64,
+        from: u64,
+    ) -> Result<Option<(Cell<SiteEngine>, u64, u64)>, LogError> {
         let grid = SlotGrid::new(self.config.fusion.slot);
         let wait = SignedDuration::from_nanos((self.cluster.wait_s * 1e9) as i64);
         let anew = || SiteEngine::new(Config::clone(&self.config), self.areas.masks(), now());
@@ -357,6 +376,7 @@ impl Desk {
             let oldest = self.log.oldest_input().await?;
             let checkpoint = self.log.checkpoint(&self.cell).await?;
             let known = match &checkpoint {
+                Some(kept) if kept.published < from => false,
                 Some(kept) => self.log.knows(kept).await?,
                 None => false,
             };
@@ -387,7 +407,8 @@ impl Desk {
                 let cell = Cell::new(engine, grid, wait, handled, published).silent_until(after);
                 return Ok(Some((cell, handled, published)));
             }
-            // The owner writes one now that somebody stands by.
+            // The owner writes one when it hears that.
+            _ = self.log.say(&self.wanted(), self.me.node.clone().into_bytes()).await;
             self.pause(AGAIN).await;
             match self.log.renew(&self.standby(), &self.me, *seat).await {
                 Renewed::Until(revision) => *seat = revision,
@@ -417,8 +438,8 @@ impl Desk {
             };
             match says {
                 // The thread has ended without a word.
-                None => return Left::Lost(Lost::Behind),
-                Some(Says::Lost(lost)) => return Left::Lost(lost),
+                None => return Left::Lost(Lost::Behind, 0),
+                Some(Says::Lost(lost, published)) => return Left::Lost(lost, published),
                 Some(Says::Unseated) => return Left::Unseated,
                 Some(Says::Wish(wish)) => {
                     tasks.spawn(self.clone().grant(wish, to_cell.clone(), held.clone()));
@@ -550,7 +571,10 @@ impl Desk {
             if let Ok(standby) = self.log.holder(&self.standby()).await {
                 let now_beside = standby.filter(|standby| standby.by != self.me).map(|standby| standby.by);
                 let is_new = now_beside.is_some() && now_beside != beside;
-                if is_new || (is_due && now_beside.is_none()) {
+                let is_wanted = now_beside.is_some()
+                    && written.elapsed() >= WRITTEN
+                    && matches!(self.log.said(&self.wanted()).await, Ok(Some(_)));
+                if is_new || is_wanted || (is_due && now_beside.is_none()) {
                     written = Instant::now();
                     tell(&to_cell, Told::Write);
                 }

@@ -58,8 +58,8 @@ pub(super) enum Says {
     Report(Box<CellReport>),
     /// Slots that wait to be made as the owner has made them.
     Behind(u64),
-    /// It has to begin anew.
-    Lost(Lost),
+    /// It has to begin anew; the last output that it had made as it was published.
+    Lost(Lost, u64),
     /// Somebody else has its seat.
     Unseated,
 }
@@ -93,13 +93,13 @@ pub(super) fn work(
                 told => hear(&mut cell, told),
             };
             if let Err(lost) = heard {
-                _ = says.send(Says::Lost(lost));
+                _ = says.send(Says::Lost(lost, cell.published()));
                 return;
             }
         }
         let at = now();
         if let Err(lost) = cell.pump(at) {
-            _ = says.send(Says::Lost(lost));
+            _ = says.send(Says::Lost(lost, cell.published()));
             return;
         }
         if cell.epoch() != owned {

@@ -94,9 +94,14 @@ async fn states(log: Log, cluster: Cluster, cell: String, seen: Sender<Seen>) {
                 warn!("a report of the log is not one of this version");
                 continue;
             };
+            let is_deaf = gateways.is_empty();
             let lines = lines(gateways);
             for (index, sensor) in report.status.sensors.iter_mut().enumerate() {
                 sensor.lines = lines.get(&index).cloned().unwrap_or_default();
+                if is_deaf {
+                    let name = "of a gateway (none is heard of)".to_owned();
+                    sensor.lines = vec![LineStatus { name, ..LineStatus::default() }];
+                }
             }
             let told = Seen::Told(report.status.into(), report.integrities.into(), report.correlations);
             if seen.send(told).is_err() {

@@ -7,6 +7,7 @@
 )]
 
 mod contract;
+mod outages;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "of the program, other tests of this target make use")]
 mod program;
@@ -14,7 +15,10 @@ mod proxy;
 mod readers;
 #[allow(dead_code, reason = "shared with an example")]
 mod servers;
+mod site;
+mod takeover;
 mod troubles;
+mod watcher;
 
 use std::time::Duration;
 

@@ -1,0 +1,216 @@
+//! What a cell needs is gone for some time: gateways, servers of the log, the way to them.
+
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+use async_nats::jetstream;
+use jiff::SignedDuration;
+use serde_json::Value;
+use utm_fusion::app::CELL;
+use utm_fusion::cluster::Output;
+
+use crate::proxy::Proxy;
+use crate::servers::Store;
+use crate::site::{GATEWAYS, NODES, PICTURE, SLACK_S, Setup, Site, until, variable};
+
+fn texts(value: &Value) -> Vec<&str> {
+    value.as_array().into_iter().flatten().filter_map(Value::as_str).collect()
+}
+
+/// The names of all lines of the sensors, as the picture shows them.
+async fn lines(site: &Site) -> Option<Vec<String>> {
+    let (_, sensors) = site.ask("/api/v1/sensors").await?;
+    let of = |sensor: &Value| sensor["properties"]["lines"].as_array().cloned().unwrap_or_default();
+    let lines = sensors["features"].as_array()?.iter().flat_map(of);
+    Some(lines.filter_map(|line| line["name"].as_str().map(str::to_owned)).collect())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn one_gateway_is_enough_and_without_any_the_picture_says_so() {
+    let Some(mut site) = Site::start(Setup::default()).await else { return };
+    let watcher = site.watch().await;
+    until("lines of both", async || (lines(&site).await?.len() == 4).then_some(())).await;
+    until("ready", async || (site.ask("/readyz").await?.0 == 200).then_some(())).await;
+    site.kill(GATEWAYS[0]);
+    watcher.more(20).await;
+    let left = until("lines of one", async || lines(&site).await.filter(|lines| lines.len() == 2)).await;
+    assert!(left.iter().all(|line| line.ends_with(" at g1")), "{left:?}");
+    let (code, _) = site.ask("/readyz").await.unwrap();
+    assert_eq!(code, 200);
+
+    site.kill(GATEWAYS[1]);
+    let began = Instant::now();
+    let not_ready = until("not ready", async || {
+        site.ask("/readyz").await.filter(|(code, _)| *code == 503).map(|(_, body)| body)
+    })
+    .await;
+    println!("without a gateway: not ready after {:.1} s: {not_ready}", began.elapsed().as_secs_f64());
+    let (_, status) = site.ask("/api/v1/status").await.unwrap();
+    assert!(texts(&status["reasons"]).iter().any(|reason| reason.contains("gateway")), "{status}");
+    site.run(GATEWAYS[1]);
+    until("ready again", async || (site.ask("/readyz").await?.0 == 200).then_some(())).await;
+    let summary = watcher.checked().await;
+    println!("{summary:?}");
+    assert!(summary.slots > 20 && summary.silence_s < SLACK_S && summary.epochs.len() == 1, "{summary:?}");
+}
+
+/// Each server of three, who leads the outputs first.
+#[tokio::test(flavor = "multi_thread")]
+async fn servers_killed_in_turn_lose_no_slot() {
+    let count = variable("UTM_FUSION_SERVERS_KILLED", 2.0) as usize;
+    let setup = Setup { servers: 3, checkpoint_s: 5.0, ..Setup::default() };
+    let Some(mut site) = Site::start(setup).await else { return };
+    let streams = jetstream::new(site.servers.client().await);
+    let watcher = site.watch().await;
+    let leader = site.servers.leader(&streams, "UTM_OUT_trial").await.unwrap();
+    for index in (0..count).map(|turn| (leader + turn) % 3) {
+        site.pair().await;
+        watcher.in_time().await;
+        let before = watcher.slots();
+        site.servers.kill(index);
+        watcher.more(20).await;
+        println!("server {index} killed: silence {:.2} s", watcher.silence_s(before));
+        site.servers.restart(index, Store::Kept);
+        site.servers.ready().await;
+    }
+    let summary = watcher.checked().await;
+    println!("{summary:?}");
+    assert!(summary.silence_s < 10.0 + SLACK_S, "{summary:?}");
+}
+
+/// What is published from now on, by slot.
+async fn slots(site: &Site, count: usize) -> BTreeSet<i64> {
+    let mut outputs = site.log.outputs(CELL, 1);
+    let mut slots = BTreeSet::new();
+    while slots.len() < count {
+        let read = tokio::time::timeout(Duration::from_secs(60), outputs.next()).await.expect("slots come");
+        let Some((_, octets)) = read else {
+            outputs = site.log.outputs(CELL, 1);
+            continue;
+        };
+        let slot = Output::parse(&octets).unwrap().slot.0;
+        assert!(slots.insert(slot), "slot {slot} is doubled");
+    }
+    slots
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn all_servers_killed_at_once_come_back_empty_and_numbers_are_kept() {
+    let servers = variable("UTM_FUSION_SERVERS", 1.0) as usize;
+    let setup = Setup { servers, checkpoint_s: 2.0, ..Setup::default() };
+    let Some(mut site) = Site::start(setup).await else { return };
+    let watcher = site.watch().await;
+    watcher.more(48).await;
+    let written = until("a checkpoint of the standby", async || {
+        let [_, standby] = site.pair().await;
+        let counts = site.report(standby).await?.cells[0].1;
+        (counts.checkpoints > 1).then_some(())
+    });
+    written.await;
+    let before = watcher.checked().await;
+    let last = site.log.last(CELL).await.unwrap().unwrap().1.slot.0;
+    let seq = site.ask("/api/v1/status").await.unwrap().1["seq"].as_u64().unwrap();
+    let began = Instant::now();
+    site.servers.kill_all();
+    site.servers.start_all(Store::Kept).await;
+    println!("servers are back after {:.1} s", began.elapsed().as_secs_f64());
+    let after = slots(&site, 8).await;
+    println!("slots again after {:.1} s", began.elapsed().as_secs_f64());
+    assert!(*after.first().unwrap() > last, "{last} {after:?}");
+    site.pair().await;
+    until("the picture goes on", async || {
+        let (_, status) = site.ask("/api/v1/status").await?;
+        (status["seq"].as_u64()? > seq + 8 && status["ready"] == true).then_some(())
+    })
+    .await;
+    assert!(!site.said(PICTURE).contains("came twice"), "{}", site.said(PICTURE));
+    let begun = NODES.iter().filter(|node| site.said(node).matches("begins without a state").count() > 0);
+    assert!(begun.count() > 0);
+    // Numbers of those whom a transponder names are given once and for all.
+    let watcher = site.watch().await;
+    watcher.more(48).await;
+    let after = watcher.checked().await;
+    println!("{before:?}\n{after:?}");
+    let own = |numbers: &[u32]| -> BTreeSet<u32> {
+        numbers.iter().filter(|number| **number >= 10_000).map(|number| number / 10_000).collect()
+    };
+    assert_eq!(own(&before.numbers), own(&after.numbers));
+}
+
+/// The nodes and servers are started anew, the latter without what was in memory: what is on disk is of other streams.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_checkpoint_of_other_streams_is_none() {
+    let Some(mut site) = Site::start(Setup { checkpoint_s: 2.0, ..Setup::default() }).await else { return };
+    site.watch().await.more(20).await;
+    NODES.iter().for_each(|node| site.kill(node));
+    site.servers.kill_all();
+    site.servers.start_all(Store::Kept).await;
+    NODES.iter().for_each(|node| site.run(node));
+    until("somebody begins without it", async || {
+        let said: String = NODES.iter().map(|node| site.said(node)).collect();
+        // Once at the very first, and once now.
+        (said.matches("begins without a state").count() > 1).then_some(())
+    })
+    .await;
+    site.pair().await;
+    let watcher = site.watch().await;
+    watcher.more(20).await;
+    println!("{:?}", watcher.checked().await);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_owner_that_is_cut_off_is_replaced_and_stands_by_again() {
+    let cut = Duration::from_secs_f64(variable("UTM_FUSION_CUT", 8.0));
+    let Some((servers, scratch)) = crate::cluster(1).await else { return };
+    let mut proxies = Vec::new();
+    for node in NODES {
+        proxies.push((node, Proxy::start(servers.address(0)).await));
+    }
+    let through = proxies.iter().map(|(node, proxy)| (*node, proxy.url())).collect();
+    let mut site = Site::over(servers, scratch, Setup { through, ..Setup::default() }).await;
+    let watcher = site.watch().await;
+    let [owner, standby] = site.pair().await;
+    let held = site.owner().await.unwrap();
+    let before = watcher.slots();
+    let proxy = &proxies.iter().find(|(node, _)| *node == owner).unwrap().1;
+    proxy.stall();
+    let began = Instant::now();
+    let next = site.owner_other_than(&held).await;
+    watcher.more(8).await;
+    println!("{owner} is cut off: {} owns, silence {:.2} s", next.node, watcher.silence_s(before));
+    assert_eq!(next.node, standby);
+    tokio::time::sleep(cut.saturating_sub(began.elapsed())).await;
+    proxy.go_on();
+    let third = NODES.into_iter().find(|node| ![owner, standby].contains(node)).unwrap();
+    site.kill(third);
+    until("it stands by", async || (site.pair().await == [standby, owner]).then_some(())).await;
+    watcher.more(8).await;
+    let summary = watcher.checked().await;
+    println!("{summary:?}");
+    assert!(summary.silence_s < 3.0 + 1.0 + SLACK_S, "{summary:?}");
+}
+
+/// A sensor's line is 2 s slower than the other one's; then both gateways stand still for 2 s.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_late_feed_makes_no_slot_late() {
+    let Some(mut site) = Site::start(Setup::default()).await else { return };
+    let watcher = site.watch().await;
+    site.fly_late(129, SignedDuration::from_secs(2));
+    let looked = Instant::now();
+    let mut is_late = false;
+    while looked.elapsed() < Duration::from_secs(12) {
+        if looked.elapsed() > Duration::from_secs(8) && !is_late {
+            GATEWAYS.iter().for_each(|gateway| site.signal(gateway, "-STOP"));
+            tokio::time::sleep(Duration::from_secs(2)).await;
+            GATEWAYS.iter().for_each(|gateway| site.signal(gateway, "-CONT"));
+            is_late = true;
+        }
+        let (_, status) = site.ask("/api/v1/status").await.unwrap();
+        let late_s = status["late_s"].as_f64().unwrap_or_default();
+        assert!(late_s <= 1.0 || status["state"] != "ok", "{status}");
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    let summary = watcher.checked().await;
+    println!("{summary:?}");
+    assert!(summary.latest_s < 0.5 + SLACK_S && summary.epochs.len() == 1, "{summary:?}");
+}

@@ -1,0 +1,340 @@
+//! A site over several processes: servers of the log, nodes, gateways and a picture, with a flight that is sent to them by UDP.
+
+use std::fs::{self, File};
+use std::io::{Read, Write};
+use std::net::{Ipv4Addr, TcpStream};
+use std::path::PathBuf;
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use fusion::time::{SECOND, Time};
+use jiff::SignedDuration;
+use serde_json::Value;
+use utm_fusion::app::CELL;
+use utm_fusion::cluster::{Holder, Log, NodeReport, Part};
+use utm_fusion::config::{Address, Category, Cluster, Config, Input, PictureKind, Role, Sink};
+use utm_fusion::live::now;
+use utm_fusion::net::send::socket;
+use utm_fusion::simulate::{Scenario, simulate};
+
+use crate::program::{Scratch, utm_fusion};
+use crate::servers::Servers;
+use crate::watcher::Watcher;
+
+/// What does not come within this time never does.
+pub const PATIENCE: Duration = Duration::from_secs(40);
+/// Beyond what is promised: machines that run tests are slow, and do other things, too.
+pub const SLACK_S: f64 = 4.0;
+/// Who is of the site.
+pub const NODES: [&str; 3] = ["n0", "n1", "n2"];
+pub const GATEWAYS: [&str; 2] = ["g0", "g1"];
+pub const PICTURE: &str = "p0";
+
+const SCENARIO: &str = "name = \"trial\"\nduration_s = 900\n[airspace]\nradius_m = 400\n\
+    [drones]\npattern = \"crossing\"\nmultirotors = 4\nequipped = 3\n[birds]\ncount = 2\n";
+
+/// A test's variable, or that number.
+pub fn variable(name: &str, otherwise: f64) -> f64 {
+    std::env::var(name).map_or(otherwise, |text| text.parse().unwrap())
+}
+
+/// Waits until there is what is looked for.
+pub async fn until<T>(what: &str, mut look: impl AsyncFnMut() -> Option<T>) -> T {
+    let began = Instant::now();
+    loop {
+        if let Some(found) = look().await {
+            return found;
+        }
+        assert!(began.elapsed() < PATIENCE, "not within {PATIENCE:?}: {what}");
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+}
+
+/// A process of the site; it ends with this.
+#[derive(Debug)]
+struct Running {
+    child: Child,
+    log: PathBuf,
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// How a site is to be.
+pub struct Setup {
+    /// Servers of the log, each with a copy of every stream.
+    pub servers: usize,
+    pub lease_s: f64,
+    pub checkpoint_s: f64,
+    /// Where the processes find the log, if not at its servers.
+    pub through: Vec<(&'static str, String)>,
+}
+
+impl Default for Setup {
+    fn default() -> Self {
+        Self { servers: 1, lease_s: 3.0, checkpoint_s: 30.0, through: Vec::new() }
+    }
+}
+
+/// The flight on its way to the gateways; it ends with this.
+struct Feed {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Drop for Feed {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        drop(self.thread.take().map(JoinHandle::join));
+    }
+}
+
+/// A site. Its processes end before its servers, and its directory last.
+pub struct Site {
+    running: Vec<(&'static str, Running)>,
+    feed: Option<Feed>,
+    /// The log, as this test reads it.
+    pub log: Log,
+    pub cluster: Cluster,
+    pub config: Arc<Config>,
+    pub servers: Servers,
+    scratch: Scratch,
+}
+
+impl Site {
+    /// All of its processes and a flight, as soon as a node owns the cell and another one stands by. `None` where there is no
+    /// server.
+    pub async fn start(setup: Setup) -> Option<Self> {
+        let (servers, scratch) = crate::cluster(setup.servers).await?;
+        Some(Self::over(servers, scratch, setup).await)
+    }
+
+    /// The same over servers that there are.
+    pub async fn over(servers: Servers, scratch: Scratch, setup: Setup) -> Self {
+        let start = Time::from_nanos((now().nanos() / SECOND + 2) * SECOND);
+        let simulation = simulate(&Scenario::parse(SCENARIO, "trial.toml").unwrap(), 1, Some(start)).unwrap();
+        let cluster = Cluster {
+            servers: servers.urls(),
+            credentials: None,
+            node: "watcher".to_owned(),
+            machine: None,
+            region: "trial".to_owned(),
+            roles: Role::ALL.to_vec(),
+            replicas: setup.servers as u32,
+            lease_s: setup.lease_s,
+            wait_s: 0.5,
+            checkpoint_s: setup.checkpoint_s,
+        };
+        let mut config = on_own_ports(simulation.config.clone());
+        config.cluster = Some(cluster.clone());
+        let log = Log::open(&cluster).await.unwrap();
+        let mut site = Self {
+            running: Vec::new(),
+            feed: None,
+            log,
+            cluster,
+            config: Arc::new(config),
+            servers,
+            scratch,
+        };
+        let roles = NODES.map(|name| (name, Role::Node)).into_iter();
+        let roles = roles.chain(GATEWAYS.map(|name| (name, Role::Gateway))).chain([(PICTURE, Role::Picture)]);
+        for (name, role) in roles {
+            let through = setup.through.iter().find(|(of, _)| *of == name).map(|(_, url)| url.clone());
+            site.configure(name, role, through);
+            site.run(name);
+        }
+        let datagrams: Vec<(Time, Vec<u8>)> =
+            simulation.datagrams.into_iter().map(|datagram| (datagram.received, datagram.payload)).collect();
+        site.fly(datagrams, |_| SignedDuration::ZERO);
+        site.pair().await;
+        site
+    }
+
+    fn configure(&self, name: &str, role: Role, through: Option<String>) {
+        let mut config = Config::clone(&self.config);
+        let mut cluster = Cluster { node: name.to_owned(), roles: vec![role], ..self.cluster.clone() };
+        cluster.servers = through.map_or(cluster.servers, |url| vec![url]);
+        config.cluster = Some(cluster);
+        config.state.dir = self.scratch.path(format!("{name}.state"));
+        self.scratch.file(&format!("{name}.toml"), config.to_string());
+    }
+
+    /// The configuration of a process.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.scratch.path(format!("{name}.toml"))
+    }
+
+    /// Starts a process, which may have run before.
+    pub fn run(&mut self, name: &'static str) {
+        assert!(self.running.iter().all(|(of, _)| *of != name), "{name} runs");
+        let log = self.scratch.path(format!("{name}.log"));
+        let stderr = File::options().create(true).append(true).open(&log).unwrap();
+        let mut command = utm_fusion("run");
+        let child = command.arg("--config").arg(self.file(name)).stdout(Stdio::null()).stderr(stderr).spawn();
+        self.running.push((name, Running { child: child.unwrap(), log }));
+    }
+
+    /// Sends the datagrams at their times, each as much later as its category says.
+    fn fly(&mut self, datagrams: Vec<(Time, Vec<u8>)>, late: impl Fn(u8) -> SignedDuration) {
+        let mut sent: Vec<_> =
+            datagrams.into_iter().map(|(at, payload)| (at + late(payload[0]), payload)).collect();
+        sent.sort_by_key(|(at, _)| *at);
+        let to = self.config.sensors.iter().map(|sensor| match sensor.inputs[0].address {
+            Address::Multicast { group, .. } => (group, sensor.inputs[0].port),
+            Address::Unicast(address) => (address, sensor.inputs[0].port),
+        });
+        let to: Vec<_> = to.collect();
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = stop.clone();
+        let thread = std::thread::spawn(move || {
+            let socket = socket(Some(Ipv4Addr::LOCALHOST), 1).unwrap();
+            for (at, payload) in sent {
+                if let Ok(early) = Duration::try_from(at - now()) {
+                    std::thread::sleep(early);
+                }
+                if stopped.load(Ordering::Relaxed) {
+                    return;
+                }
+                socket.send_to(&payload, to[usize::from(payload[0] == 129)]).unwrap();
+            }
+        });
+        self.feed = Some(Feed { stop, thread: Some(thread) });
+    }
+
+    /// Flies anew, with that sensor's datagrams later by so much.
+    pub fn fly_late(&mut self, category: u8, late: SignedDuration) {
+        self.feed = None;
+        let start = Time::from_nanos((now().nanos() / SECOND + 2) * SECOND);
+        let simulation = simulate(&Scenario::parse(SCENARIO, "trial.toml").unwrap(), 1, Some(start)).unwrap();
+        let datagrams =
+            simulation.datagrams.into_iter().map(|datagram| (datagram.received, datagram.payload)).collect();
+        self.fly(datagrams, |of| if of == category { late } else { SignedDuration::ZERO });
+    }
+
+    /// Ends a process as `kill -9` does.
+    pub fn kill(&mut self, name: &str) {
+        let at = self.running.iter().position(|(of, _)| *of == name).expect("it runs");
+        drop(self.running.remove(at));
+    }
+
+    /// Halts it, or lets it go on: `-STOP`, `-CONT`.
+    pub fn signal(&self, name: &str, signal: &str) {
+        let running = self.process(name);
+        let sent = Command::new("kill").args([signal, &running.child.id().to_string()]).status().unwrap();
+        assert!(sent.success(), "kill {signal} {name}");
+    }
+
+    fn process(&self, name: &str) -> &Running {
+        &self.running.iter().find(|(of, _)| *of == name).expect("it runs").1
+    }
+
+    /// What a process has said since it was started for the first time.
+    pub fn said(&self, name: &str) -> String {
+        fs::read_to_string(self.scratch.path(format!("{name}.log"))).unwrap_or_default()
+    }
+
+    /// Who owns the cell.
+    pub async fn owner(&self) -> Option<Holder> {
+        self.log.holder(&format!("{CELL}.owner")).await.ok().flatten().map(|held| held.by)
+    }
+
+    /// What a node says of itself.
+    pub async fn report(&self, node: &str) -> Option<NodeReport> {
+        let said = self.log.said(&format!("node.{node}")).await.ok().flatten()?;
+        postcard::from_bytes(&said).ok()
+    }
+
+    /// The owner and who stands by, both with the cell's state; waits for them.
+    pub async fn pair(&self) -> [&'static str; 2] {
+        until("an owner, and one who stands by", async || {
+            let owner = self.owner().await?;
+            let mut pair = [None; 2];
+            for node in NODES {
+                let Some(report) = self.report(node).await else { continue };
+                let counts = report.cells[0].1;
+                match counts.part {
+                    Part::Owner if report.holder == owner && counts.published > 0 => pair[0] = Some(node),
+                    Part::Standby if counts.behind < 4 => pair[1] = Some(node),
+                    _ => {}
+                }
+            }
+            Some([pair[0]?, pair[1]?])
+        })
+        .await
+    }
+
+    /// Who owns the cell after that one; waits for it.
+    pub async fn owner_other_than(&self, before: &Holder) -> Holder {
+        until("another owner", async || self.owner().await.filter(|owner| owner != before)).await
+    }
+
+    /// Reads along what is published.
+    pub async fn watch(&self) -> Watcher {
+        Watcher::start(&self.log, &self.cluster, &self.config).await
+    }
+
+    /// `utm-fusion cluster` with these arguments.
+    pub async fn command(&self, arguments: &[&str]) -> Output {
+        let mut command = utm_fusion("cluster");
+        command.args(arguments).arg("--config").arg(self.file(NODES[0]));
+        tokio::task::spawn_blocking(move || command.output().unwrap()).await.unwrap()
+    }
+
+    /// An answer of the picture: status and JSON.
+    pub async fn ask(&self, path: &str) -> Option<(u16, Value)> {
+        let log = fs::read_to_string(&self.process(PICTURE).log).ok()?;
+        let address = log.rsplit_once("url=\"http://")?.1.split('/').next()?.to_owned();
+        let request = format!("GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+        let answer = tokio::task::spawn_blocking(move || {
+            let mut socket = TcpStream::connect(address).ok()?;
+            socket.write_all(request.as_bytes()).ok()?;
+            let mut answer = String::new();
+            socket.read_to_string(&mut answer).ok()?;
+            Some(answer)
+        });
+        let answer = answer.await.unwrap()?;
+        let (head, body) = answer.split_once("\r\n\r\n")?;
+        Some((head.split(' ').nth(1)?.parse().ok()?, serde_json::from_str(body).ok()?))
+    }
+}
+
+impl Drop for Site {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            for (name, _) in &self.running {
+                let said = self.said(name);
+                let lines: Vec<&str> = said.lines().collect();
+                println!("--- {name}\n{}", lines[lines.len().saturating_sub(25)..].join("\n"));
+            }
+        }
+    }
+}
+
+/// A configuration in which everything stays here: groups of this process, ports of this site.
+fn on_own_ports(mut config: Config) -> Config {
+    static SITES: AtomicU16 = AtomicU16::new(0);
+    let port = 18_000 + 20 * SITES.fetch_add(1, Ordering::Relaxed);
+    let group = |last| Ipv4Addr::new(239, 192, 100 + (std::process::id() % 150) as u8, last);
+    let address = |last| Address::Multicast { group: group(last), interface: Ipv4Addr::LOCALHOST };
+    for (index, sensor) in (1..).zip(config.sensors.iter_mut()) {
+        let (address, port) = (address(index), port + u16::from(index));
+        sensor.inputs = vec![Input { address, port, source: None, trailer_octets: None }];
+    }
+    config.output.asterix = vec![Sink {
+        address: address(99),
+        port,
+        ttl: 1,
+        picture: PictureKind::Lagged,
+        category: Category::Cat129,
+    }];
+    config.http.listen = ([127, 0, 0, 1], 0).into();
+    config
+}

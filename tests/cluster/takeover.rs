@@ -1,0 +1,143 @@
+//! The owner of a cell is lost, in any way: somebody else goes on, and nobody notices but for a short silence.
+
+use std::time::{Duration, Instant};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
+use utm_fusion::app::CELL;
+use utm_fusion::cluster::{Appended, Output};
+
+use crate::site::{NODES, SLACK_S, Setup, Site, until, variable};
+
+/// `UTM_FUSION_TAKEOVERS` of them, with leases of `UTM_FUSION_LEASE` seconds.
+#[tokio::test(flavor = "multi_thread")]
+async fn an_owner_killed_at_any_moment_is_followed() {
+    let count = variable("UTM_FUSION_TAKEOVERS", 3.0) as usize;
+    let lease_s = variable("UTM_FUSION_LEASE", 3.0);
+    let Some(mut site) = Site::start(Setup { lease_s, ..Setup::default() }).await else { return };
+    let seed = variable("UTM_FUSION_SEED", 1.0) as u64;
+    let mut moments = ChaCha8Rng::seed_from_u64(seed);
+    let watcher = site.watch().await;
+    let mut silences = Vec::new();
+    for _ in 0..count {
+        let [owner, _] = site.pair().await;
+        let held = site.owner().await.unwrap();
+        tokio::time::sleep(Duration::from_millis(moments.random_range(0..1500))).await;
+        let (before, began) = (watcher.slots(), Instant::now());
+        site.kill(owner);
+        let next = site.owner_other_than(&held).await;
+        assert_ne!(next.node, owner);
+        watcher.more(8).await;
+        silences.push(watcher.silence_s(before));
+        println!(
+            "{owner} killed, {} owns: 8 slots within {:.2} s, silence {:.2} s",
+            next.node,
+            began.elapsed().as_secs_f64(),
+            silences[silences.len() - 1]
+        );
+        site.run(owner);
+    }
+    site.pair().await;
+    let summary = watcher.checked().await;
+    let mean_s = silences.iter().sum::<f64>() / count as f64;
+    println!(
+        "{count} owners killed, lease {lease_s} s, seed {seed}: silence {mean_s:.2} s in the mean, {:.2} s at most; {summary:?}",
+        summary.silence_s
+    );
+    assert!(summary.epochs.len() > count && summary.numbers.len() >= 3, "{summary:?}");
+    assert!(summary.silence_s < lease_s + 1.0 + SLACK_S, "{summary:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_owner_that_stood_still_publishes_nothing_and_stands_by_again() {
+    let Some(mut site) = Site::start(Setup::default()).await else { return };
+    let watcher = site.watch().await;
+    let [owner, standby] = site.pair().await;
+    let held = site.owner().await.unwrap();
+    let before = watcher.slots();
+    site.signal(owner, "-STOP");
+    let stood = Instant::now();
+    site.owner_other_than(&held).await;
+    watcher.more(8).await;
+    println!("{owner} stands still: silence {:.2} s", watcher.silence_s(before));
+    tokio::time::sleep(Duration::from_secs(10).saturating_sub(stood.elapsed())).await;
+    site.signal(owner, "-CONT");
+    until("it knows that it was replaced", async || {
+        site.report(owner).await.filter(|report| report.cells[0].1.fenced > 0)
+    })
+    .await;
+    // The seat is the third one's meanwhile, and there is one.
+    let third = NODES.into_iter().find(|node| ![owner, standby].contains(node)).unwrap();
+    site.kill(third);
+    until("it stands by", async || (site.pair().await == [standby, owner]).then_some(())).await;
+    watcher.more(8).await;
+    let status = until("a picture in time", async || {
+        let status = site.command(&["status"]).await;
+        status.status.success().then_some(status)
+    })
+    .await;
+    let status = String::from_utf8(status.stdout).unwrap();
+    let line = |node: &str| status.lines().find(|line| line.starts_with(node)).unwrap_or_default().to_owned();
+    assert!(line(owner).contains("standby") && line(standby).contains("owner"), "{status}");
+    let summary = watcher.checked().await;
+    println!("{summary:?}");
+    assert!(summary.silence_s < 3.0 + 1.0 + SLACK_S, "{summary:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_owner_is_drained_and_nobody_notices_and_what_differs_is_noticed() {
+    let Some(site) = Site::start(Setup::default()).await else { return };
+    let watcher = site.watch().await;
+    let [owner, standby] = site.pair().await;
+    let before = watcher.slots();
+    let drained = site.command(&["drain", owner]).await;
+    assert!(drained.status.success(), "{drained:?}");
+    assert_eq!(site.owner().await.unwrap().node, standby);
+    watcher.more(8).await;
+    println!("{owner} drained: silence {:.2} s", watcher.silence_s(before));
+    assert!(watcher.silence_s(before) < 0.5 + SLACK_S);
+    let [owner, standby] = site.pair().await;
+    let (code, verdict) = verified(&site, "10s").await;
+    println!("{verdict}");
+    // Nothing of it is a matter of how fast this machine is but whether a slot was late.
+    let is_late = verdict["late"] != 0;
+    assert!(verdict["slots"].as_u64().unwrap() > 20 && verdict["made"].as_u64().unwrap() > 20, "{verdict}");
+    assert_eq!((&verdict["doubled"], &verdict["missing"]), (&0.into(), &0.into()), "{verdict}");
+    assert_eq!((&verdict["differs"], code), (&false.into(), Some(if is_late { 5 } else { 0 })), "{verdict}");
+    watcher.checked().await;
+
+    // The owner stands still while somebody writes in its place what no input made.
+    let lease = site.owner().await.unwrap();
+    site.signal(owner, "-STOP");
+    let verifying = verified(&site, "15s");
+    let forging = async {
+        // Verifying begins with a checkpoint, and is to see it.
+        tokio::time::sleep(Duration::from_secs(1)).await;
+        let (sequence, last) = site.log.last(CELL).await.unwrap().unwrap();
+        // The picture of the slot before.
+        let forged = Output { slot: last.slot.plus(1), ..last };
+        assert!(matches!(site.log.append(CELL, sequence, &forged).await, Appended::Stored(_)));
+        site.signal(owner, "-CONT");
+        until("the standby notices", async || {
+            let report = site.report(standby).await?;
+            (report.cells[0].1.diverged > 0).then_some(())
+        })
+        .await;
+    };
+    let ((code, verdict), ()) = tokio::join!(verifying, forging);
+    println!("{verdict}");
+    assert_eq!((&verdict["differs"], code), (&true.into(), Some(5)), "{verdict}");
+    // And it is over: whoever differed stands by again with the state of whoever owns the cell.
+    let [owner, _] = site.pair().await;
+    println!("{lease:?} before, {owner} owns");
+    site.watch().await.more(8).await;
+    let (code, verdict) = verified(&site, "3s").await;
+    println!("{code:?} {verdict}");
+    assert_eq!(verdict["differs"], false, "{verdict}");
+}
+
+async fn verified(site: &Site, lasts: &str) -> (Option<i32>, Value) {
+    let output = site.command(&["verify", "--json", "--duration", lasts]).await;
+    (output.status.code(), serde_json::from_slice(&output.stdout).unwrap())
+}
