@@ -7,6 +7,7 @@ use fusion::time::Time;
 use jiff::SignedDuration;
 
 use super::message::{Heard, Input, Output};
+use super::region::Letter;
 use super::watermarks::Watermarks;
 
 /// What is handled after a slot was made is handled this much later than it was due, and before the next one is by as much.
@@ -25,6 +26,14 @@ pub trait Fusing {
 
     /// The next slot that was made, with its picture.
     fn poll(&mut self) -> Option<(Slot, Vec<u8>)>;
+
+    /// Takes in a letter to this cell.
+    fn letter(&mut self, _letter: &Letter) {}
+
+    /// What the slot that was polled last writes to others.
+    fn letters(&mut self) -> Vec<Letter> {
+        Vec::new()
+    }
 }
 
 /// Why a node has to begin this cell anew, from a checkpoint.

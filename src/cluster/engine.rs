@@ -8,13 +8,14 @@ use fusion::time::Time;
 
 use super::cell::Fusing;
 use super::message::Heard;
+use super::region::{Border, Letter, Word};
 use crate::areas::Masks;
 use crate::capture::{Reception, ReceptionKind};
 use crate::config::Config;
 use crate::live::{Driver, Made, PublishedPicture};
 use crate::net::listen::lines;
 use crate::picture::Picture;
-use crate::pipeline::NotRestored;
+use crate::pipeline::{NotRestored, Selection};
 
 /// A site's driver as a cell's engine.
 #[derive(Debug)]
@@ -23,7 +24,13 @@ pub struct SiteEngine {
     driver: Driver,
     /// Where the datagrams of each line go.
     lines: Vec<SocketAddr>,
-    made: VecDeque<(Slot, Vec<u8>)>,
+    made: VecDeque<(Slot, Vec<u8>, Vec<Letter>)>,
+    /// Of the slot that was polled last.
+    letters: Vec<Letter>,
+    /// Of a cell among others.
+    border: Option<Border>,
+    /// What operators have decided for slots that are still to come, in the order in which it came.
+    decided: Vec<Word>,
 }
 
 impl SiteEngine {
@@ -35,12 +42,30 @@ impl SiteEngine {
             lines: lines.iter().map(|line| line.destination().into()).collect(),
             config,
             made: VecDeque::new(),
+            letters: Vec::new(),
+            border: None,
+            decided: Vec::new(),
         }
+    }
+
+    /// The same for a cell among others: it sees what is in the cell and around it, and publishes what is the cell's.
+    #[must_use]
+    pub fn bordering(self, border: Border) -> Self {
+        let region = border.region();
+        let selection = Selection::new(region.outline().clone(), region.halo_m);
+        Self { driver: self.driver.selecting(selection), border: Some(border), ..self }
+    }
+
+    /// The border of its cell, where there is one.
+    pub const fn border(&self) -> Option<&Border> {
+        self.border.as_ref()
     }
 
     /// The state, where no slot waits to be polled.
     pub fn checkpoint(&self) -> Vec<u8> {
-        self.driver.checkpoint(&self.config)
+        let border = self.border.as_ref().map(Border::checkpoint);
+        postcard::to_stdvec(&(self.driver.checkpoint(&self.config), border, &self.decided))
+            .expect("every state can be written down")
     }
 
     /// The same as the one that wrote a checkpoint was then.
@@ -48,15 +73,39 @@ impl SiteEngine {
     /// # Errors
     /// It is of another version, or the site or its settings are others now.
     pub fn restored(mut self, masks: Masks, checkpoint: &[u8]) -> Result<Self, NotRestored> {
-        self.driver.restore(&self.config, masks, checkpoint)?;
-        Ok(self)
+        let written = postcard::from_bytes(checkpoint).map_err(|_| NotRestored::Unreadable)?;
+        let (driver, border, decided): (Vec<u8>, Option<Vec<u8>>, Vec<Word>) = written;
+        self.driver.restore(&self.config, masks, &driver)?;
+        let is_whole = match (&mut self.border, border) {
+            (Some(own), Some(octets)) => own.go_on(&octets),
+            (own, octets) => own.is_none() && octets.is_none(),
+        };
+        self.decided = decided;
+        if is_whole { Ok(self) } else { Err(NotRestored::Site) }
+    }
+
+    /// Carries out what was decided for the slot that is made next, or before.
+    fn carry_out(&mut self) {
+        let Some(next) = self.driver.next_slot() else { return };
+        let driver = &mut self.driver;
+        self.decided.retain(|word| match *word {
+            // What it is about may have ended meanwhile: then it says nothing.
+            Word::Correlate { from, correlation } if from <= next => {
+                driver.correlate(correlation).is_err() && false
+            }
+            Word::Say { from, word } if from <= next => driver.say(word).is_none() && false,
+            _ => true,
+        });
     }
 
     fn gather(&mut self) {
         while let Some(made) = self.driver.poll() {
-            if let Made::Slot(PublishedPicture { picture, now, .. }) = made {
+            if let Made::Slot(PublishedPicture { mut picture, now, .. }) = made {
                 let slot = picture.slot;
-                self.made.push_back((slot, octets(&picture, now.get().as_deref())));
+                let mut now = now.get().map(|now| Picture::clone(&now));
+                let turn = |border: &mut Border| border.turn(&mut picture, now.as_mut());
+                let letters = self.border.as_mut().map(turn).unwrap_or_default();
+                self.made.push_back((slot, octets(&picture, now.as_ref()), letters));
             }
         }
     }
@@ -88,6 +137,7 @@ impl Fusing for SiteEngine {
     }
 
     fn tick(&mut self, now: Time) {
+        self.carry_out();
         self.driver.tick(now);
         self.gather();
     }
@@ -97,6 +147,17 @@ impl Fusing for SiteEngine {
     }
 
     fn poll(&mut self) -> Option<(Slot, Vec<u8>)> {
-        self.made.pop_front()
+        let (slot, picture, letters) = self.made.pop_front()?;
+        self.letters = letters;
+        Some((slot, picture))
+    }
+
+    fn letter(&mut self, letter: &Letter) {
+        let word = self.border.as_mut().and_then(|border| border.letter(letter));
+        self.decided.extend(word);
+    }
+
+    fn letters(&mut self) -> Vec<Letter> {
+        std::mem::take(&mut self.letters)
     }
 }

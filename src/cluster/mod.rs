@@ -10,6 +10,7 @@
 mod cell;
 mod engine;
 mod message;
+pub mod region;
 mod watermarks;
 
 pub use cell::{Appended, Cell, Fusing, Lost, Wish};

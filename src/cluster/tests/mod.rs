@@ -1,5 +1,6 @@
 //! Seeded schedules of faults in virtual time, over a model of the log's four operations.
 
+mod cells;
 mod site;
 mod toy;
 mod world;

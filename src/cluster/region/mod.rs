@@ -1,0 +1,71 @@
+//! Several cells, one region: which aircraft each of them publishes, and under which id and number. Sans-IO.
+//!
+//! Every cell's engine sees what is in the cell and in a halo around it, so near a border two know the same aircraft. Who owns
+//! one is said by cells to each other in letters, which stand in the recipient's input like everything else that it handles.
+
+mod border;
+mod letter;
+mod matching;
+mod merge;
+mod numbers;
+mod public;
+
+use crate::territory::{CellName, Outline, Territory};
+use fusion::frames::Geodetic;
+
+pub use border::{Border, Counts};
+pub use letter::{Letter, Offer, Word};
+pub use merge::{Merger, Part};
+pub use numbers::{BLOCK, FIRST_BLOCK, LAST_BLOCK, numbers_office};
+
+/// Slots from a hand-over's being offered to the first one that the new owner publishes.
+pub const AHEAD: i64 = 8;
+
+/// One cell among those of its region.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Region {
+    /// All cells.
+    pub territory: Territory,
+    /// This one.
+    pub cell: CellName,
+    /// So far around it everything is seen, metres.
+    pub halo_m: f64,
+    /// An aircraft that has left it is kept so far, metres: less than the halo.
+    pub hysteresis_m: f64,
+    outline: Outline,
+    neighbours: Vec<CellName>,
+}
+
+impl Region {
+    /// The cell of this name; `None`: the territory has none.
+    pub fn new(territory: Territory, cell: CellName, halo_m: f64, hysteresis_m: f64) -> Option<Self> {
+        let outline = territory.outline(&cell)?;
+        let neighbours = territory.neighbours(&cell, halo_m);
+        Some(Self { territory, cell, halo_m, hysteresis_m, outline, neighbours })
+    }
+
+    /// Where the cell is.
+    pub const fn outline(&self) -> &Outline {
+        &self.outline
+    }
+
+    /// The cells that see some of what this one sees.
+    pub fn neighbours(&self) -> &[CellName] {
+        &self.neighbours
+    }
+
+    /// Whether a place is in the cell.
+    fn contains(&self, place: Geodetic) -> bool {
+        self.outline.contains(place)
+    }
+
+    /// Whether it is so far in it that no other cell keeps what is there.
+    fn is_deep(&self, place: Geodetic) -> bool {
+        self.contains(place) && self.outline.edge_m(place) > self.hysteresis_m
+    }
+
+    /// Whether it is outside, farther than an aircraft is kept.
+    fn is_left(&self, place: Geodetic) -> bool {
+        !self.outline.is_within(place, self.hysteresis_m)
+    }
+}

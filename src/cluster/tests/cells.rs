@@ -1,0 +1,388 @@
+//! Four cells that meet in a corner, and drones that fly across it, against one engine over all.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use fusion::frames::{Geodetic, TangentPlane};
+use fusion::point::Source;
+use fusion::slots::SlotGrid;
+use fusion::time::Time;
+use fusion::{Identity, RadarTrackKey};
+use jiff::SignedDuration;
+
+use crate::areas::Masks;
+use crate::cluster::cell::Fusing;
+use crate::cluster::engine::{SiteEngine, pictures};
+use crate::cluster::message::Heard;
+use crate::cluster::region::{
+    BLOCK, Border, Counts, FIRST_BLOCK, Letter, Merger, Part, Region, Word, numbers_office,
+};
+use crate::config::{Config, Registration, SensorKind};
+use crate::picture::{Picture, PictureTrack};
+use crate::simulate::{Scenario, Simulation, simulate};
+use crate::territory::{CellName, Territory};
+
+/// Where the cells meet, degrees.
+const CORNER: (f64, f64) = (52.5, -0.6);
+const CELLS: [&str; 4] = ["n524-w0006", "n524-w0007", "n525-w0006", "n525-w0007"];
+/// Nearer to a border than this is near one, metres.
+const NEAR_M: f64 = 300.0;
+
+/// What flies.
+#[derive(Clone, Debug)]
+pub(super) struct Setup {
+    pub(super) seconds: u32,
+    pub(super) drones: u32,
+    pub(super) birds: u32,
+    pub(super) radars: u32,
+    pub(super) seed: u64,
+    /// Registration and errors are learnt; else as configured.
+    pub(super) learns: bool,
+    pub(super) halo_m: f64,
+    /// Slots from a letter's being written to its being handled.
+    pub(super) delay: i64,
+}
+
+impl Setup {
+    pub(super) fn flight(&self) -> Simulation {
+        let Self { seconds, drones, birds, radars, .. } = *self;
+        let (latitude, longitude) = CORNER;
+        let (multirotors, equipped) = (drones * 7 / 10, drones / 2);
+        let mut text = format!(
+            "name = \"corner\"\nduration_s = {seconds}\n\
+             [place]\nlatitude_deg = {latitude}\nlongitude_deg = {longitude}\n\
+             [airspace]\neast_m = 0\nnorth_m = 0\nradius_m = 2500\n\
+             [drones]\nmultirotors = {multirotors}\nfixed_wings = {}\nequipped = {equipped}\n\
+             [birds]\ncount = {birds}\n",
+            drones - multirotors
+        );
+        if radars == 2 {
+            text += "[[radars]]\nid = \"middle\"\nsic = 200\n\
+                     [[radars]]\nid = \"east\"\nsic = 201\neast_m = 2800\nnorth_m = 700\nbias_azimuth_deg = -0.6\n\
+                     bias_range_m = -3.0\n";
+        }
+        let scenario = Scenario::parse(&text, "corner.toml").unwrap();
+        let mut flight = simulate(&scenario, self.seed, None).unwrap();
+        if !self.learns {
+            held(&mut flight.config);
+        }
+        flight
+    }
+}
+
+/// Nothing is learnt of radars and delays.
+fn held(config: &mut Config) {
+    for sensor in &mut config.sensors {
+        match &mut sensor.kind {
+            SensorKind::Radar(radar) => {
+                (radar.registration, radar.learn_accuracy) = (Registration::Off, false);
+            }
+            SensorKind::Transponder(transponder) => transponder.delay_s = Some(0.12),
+            _ => {}
+        }
+    }
+}
+
+/// What was found.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Found {
+    pub(super) slots: usize,
+    pub(super) points: usize,
+    pub(super) near_points: usize,
+    /// Points of one engine that no cell has; those near a border.
+    pub(super) lost: usize,
+    pub(super) near_lost: usize,
+    /// Points that one engine has not.
+    pub(super) extra: usize,
+    pub(super) near_extra: usize,
+    /// Points of one aircraft from two cells.
+    pub(super) doubled: usize,
+    /// Points that the merger left out.
+    pub(super) removed: u64,
+    /// Changes of an aircraft's id or number that one engine had not; those near a border.
+    pub(super) id_changes: usize,
+    pub(super) near_id_changes: usize,
+    pub(super) differences_mm: Vec<f64>,
+    pub(super) near_differences_mm: Vec<f64>,
+    pub(super) counts: Vec<(String, Counts)>,
+    /// The times in which an aircraft went from one cell's picture to another's.
+    pub(super) changes_of_cell: usize,
+}
+
+fn quantiles(values: &[f64]) -> String {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let at =
+        |share: f64| sorted.get(((sorted.len() as f64 * share) as usize).min(sorted.len().saturating_sub(1)));
+    let [half, most, all] = [0.5, 0.99, 1.0].map(|share| at(share).copied().unwrap_or(f64::NAN));
+    let above = sorted.iter().filter(|value| **value > 1.0).count() as f64 / sorted.len().max(1) as f64;
+    format!("p50 {half:.6} p99 {most:.3} max {all:.1} mm, above 1 mm {:.3} %", 100.0 * above)
+}
+
+impl Found {
+    pub(super) fn p99_mm(values: &[f64]) -> f64 {
+        let mut sorted = values.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        sorted.get(sorted.len() * 99 / 100).copied().unwrap_or_default()
+    }
+}
+
+impl fmt::Display for Found {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { slots, points, near_points, lost, near_lost, extra, near_extra, doubled, removed, .. } =
+            self;
+        writeln!(f, "{slots} slots, {points} points, {near_points} of them within {NEAR_M} m of a border")?;
+        writeln!(
+            f,
+            "lost {lost} ({near_lost} near), extra {extra} ({near_extra} near), doubled {doubled}, removed {removed}"
+        )?;
+        writeln!(
+            f,
+            "id changes {} ({} near), changes of cell {}",
+            self.id_changes, self.near_id_changes, self.changes_of_cell
+        )?;
+        writeln!(f, "all:  {}", quantiles(&self.differences_mm))?;
+        writeln!(f, "near: {}", quantiles(&self.near_differences_mm))?;
+        self.counts.iter().try_for_each(|(cell, counts)| writeln!(f, "{cell} {counts:?}"))
+    }
+}
+
+/// What tells aircraft apart in both pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Key {
+    Identity(Identity),
+    Radar(RadarTrackKey),
+}
+
+fn key(track: &PictureTrack) -> Key {
+    match &track.point.source {
+        Source::Fused(_, part, _) | Source::Transponder(part) => Key::Identity(part.identity),
+        Source::Radar(part) => Key::Radar(part.track),
+    }
+}
+
+/// Who keeps the numbers.
+#[derive(Debug)]
+pub(super) struct Office {
+    next: u32,
+    index: u16,
+    pub(super) numbers: BTreeMap<Identity, u32>,
+}
+
+impl Office {
+    pub(super) const fn new() -> Self {
+        Self { next: FIRST_BLOCK, index: 0, numbers: BTreeMap::new() }
+    }
+
+    pub(super) fn block(&mut self, to: &CellName, slot: fusion::slots::Slot) -> Letter {
+        self.next += BLOCK;
+        self.index += 1;
+        let word = Word::Block { first: self.next - BLOCK };
+        Letter { from: numbers_office(), to: to.clone(), slot, index: self.index, word }
+    }
+
+    fn answer(&mut self, letter: &Letter) -> Option<Letter> {
+        match &letter.word {
+            Word::Wanted => Some(self.block(&letter.from, letter.slot)),
+            Word::Number { identity, number: Some(number) } => {
+                let known = *self.numbers.entry(*identity).or_insert(*number);
+                (known != *number).then(|| {
+                    self.index += 1;
+                    let word = Word::Number { identity: *identity, number: Some(known) };
+                    Letter {
+                        from: numbers_office(),
+                        to: letter.from.clone(),
+                        slot: letter.slot,
+                        index: self.index,
+                        word,
+                    }
+                })
+            }
+            _ => None,
+        }
+    }
+}
+
+pub(super) fn territory() -> Territory {
+    Territory::grid(0.1).unwrap()
+}
+
+/// Flies it, with four cells and with one engine.
+pub(super) fn fly(setup: &Setup) -> Found {
+    let flight = setup.flight();
+    let started = flight.datagrams[0].received;
+    let engine = || SiteEngine::new(flight.config.clone(), Masks::default(), started);
+    let mut alone = engine();
+    let mut cells: Vec<(CellName, SiteEngine)> = CELLS
+        .iter()
+        .map(|name| {
+            let name = CellName::new(name).unwrap();
+            let region = Region::new(territory(), name.clone(), setup.halo_m, 150.0).unwrap();
+            (name, engine().bordering(Border::new(region)))
+        })
+        .collect();
+    let grid = SlotGrid::default();
+    let mut office = Office::new();
+    let mut letters: Vec<Letter> =
+        cells.iter().map(|(name, _)| office.block(name, grid.of(started))).collect();
+    let mut mail: Vec<(i64, Letter)> = Vec::new();
+    let mut found = Found::default();
+    let mut judge = Judge::default();
+    let mut merger = Merger::default();
+    let mut datagrams = flight.datagrams.iter().peekable();
+    let mut at = grid.of(started).plus(1);
+    let end = grid.of(flight.datagrams.last().unwrap().received);
+    while at <= end {
+        let due = grid.open(at);
+        for letter in letters.drain(..) {
+            for (name, engine) in &mut cells {
+                if letter.to == *name {
+                    engine.letter(&letter);
+                }
+            }
+        }
+        while let Some(datagram) = datagrams.next_if(|datagram| datagram.received < due) {
+            let heard = Heard {
+                received: datagram.received,
+                from: (datagram.flow.from, datagram.flow.port).into(),
+                to: (datagram.flow.to, datagram.flow.port).into(),
+                payload: datagram.payload.clone(),
+            };
+            alone.receive(&heard, heard.received);
+            cells.iter_mut().for_each(|(_, engine)| engine.receive(&heard, heard.received));
+        }
+        alone.tick(due);
+        cells.iter_mut().for_each(|(_, engine)| engine.tick(due));
+        if let Some((slot, octets)) = alone.poll() {
+            let (one, _) = pictures(&octets).unwrap();
+            let mut parts = Vec::new();
+            for (cell, engine) in &mut cells {
+                let (of, octets) = engine.poll().unwrap();
+                assert_eq!(of, slot);
+                let (picture, _) = pictures(&octets).unwrap();
+                parts.push(Part { cell: cell.clone(), epoch: 1, picture });
+                for letter in engine.letters() {
+                    let letter = match letter.to == numbers_office() {
+                        true => office.answer(&letter),
+                        false => Some(letter),
+                    };
+                    mail.extend(letter.map(|letter| (at.0 + setup.delay, letter)));
+                }
+            }
+            judge.look(&mut found, &one, &parts);
+            merger.merge(slot, &parts).unwrap();
+        }
+        at = at.plus(1);
+        let (now, later): (Vec<_>, Vec<_>) = mail.drain(..).partition(|(when, _)| *when <= at.0);
+        mail = later;
+        letters.extend(now.into_iter().map(|(_, letter)| letter));
+    }
+    found.removed = merger.doubled;
+    found.counts =
+        cells.iter().map(|(name, engine)| (name.to_string(), engine.border().unwrap().counts)).collect();
+    found
+}
+
+/// Compares, slot by slot.
+#[derive(Default)]
+struct Judge {
+    /// By the one engine's name of an aircraft: what the cells called it, and which did.
+    called: BTreeMap<(u32, Time), (String, u32, CellName)>,
+    /// Aircraft told of already.
+    told: BTreeSet<String>,
+}
+
+impl Judge {
+    fn look(&mut self, found: &mut Found, one: &Picture, parts: &[Part]) {
+        found.slots += 1;
+        let plane =
+            TangentPlane::<fusion::frames::AtSite>::at(Geodetic::from_degrees(CORNER.0, CORNER.1, 0.0));
+        let away_m = |track: &PictureTrack| {
+            let place = plane.from_geodetic(track.position);
+            place.east().abs().min(place.north().abs())
+        };
+        let mut by_key: BTreeMap<Key, (&PictureTrack, &CellName)> = BTreeMap::new();
+        for part in parts {
+            for track in &part.picture.tracks {
+                if let Some((_, other)) = by_key.insert(key(track), (track, &part.cell)) {
+                    found.doubled += usize::from(*other != part.cell);
+                }
+            }
+        }
+        for track in &one.tracks {
+            let is_near = away_m(track) < NEAR_M;
+            found.points += 1;
+            found.near_points += usize::from(is_near);
+            let Some((other, cell)) = by_key.remove(&key(track)) else {
+                found.lost += 1;
+                found.near_lost += usize::from(is_near);
+                self.tell("lost", one, track, away_m(track));
+                continue;
+            };
+            let difference = (track.position.to_ecef().0 - other.position.to_ecef().0).norm() * 1000.0;
+            found.differences_mm.push(difference);
+            if is_near {
+                found.near_differences_mm.push(difference);
+            }
+            let inner = (track.point.number, track.point.first_seen);
+            let named = (other.id.clone().unwrap(), other.point.number, cell.clone());
+            if let Some(before) = self.called.insert(inner, named.clone()) {
+                found.changes_of_cell += usize::from(before.2 != named.2);
+                if (&before.0, before.1) != (&named.0, named.1) {
+                    found.id_changes += 1;
+                    found.near_id_changes += usize::from(is_near);
+                    self.tell(&format!("{before:?} {named:?}"), one, track, away_m(track));
+                }
+            }
+        }
+        for (other, cell) in by_key.values() {
+            let is_near = away_m(other) < NEAR_M;
+            found.extra += 1;
+            found.near_extra += usize::from(is_near);
+            self.tell(&format!("extra in {cell}"), one, other, away_m(other));
+        }
+    }
+
+    fn tell(&mut self, what: &str, one: &Picture, track: &PictureTrack, away_m: f64) {
+        if std::env::var_os("UTM_FUSION_CELLS_TELL").is_some()
+            && self.told.insert(format!("{what} {:?} {}", key(track), track.point.number))
+        {
+            println!(
+                "{} {what} {:?} {} {away_m:.0} m {:?}",
+                one.slot.0,
+                key(track),
+                track.point.number,
+                track.motion.map(|m| (m.basis, m.accuracy_h_m))
+            );
+        }
+    }
+}
+
+fn setup() -> Setup {
+    Setup { seconds: 60, drones: 60, birds: 30, radars: 1, seed: 1, learns: false, halo_m: 1000.0, delay: 1 }
+}
+
+/// As many of each as `UTM_FUSION_CELLS` says: seconds, drones, birds, radars, seed, whether is learnt, halo.
+#[test]
+fn four_cells_publish_what_one_engine_does() {
+    let mut setup = setup();
+    if let Ok(text) = std::env::var("UTM_FUSION_CELLS") {
+        let numbers: Vec<u32> = text.split(',').map(|number| number.trim().parse().unwrap()).collect();
+        let [seconds, drones, birds, radars, seed, learns, halo_m] = numbers[..] else { panic!("{text}") };
+        setup = Setup {
+            seconds,
+            drones,
+            birds,
+            radars,
+            seed: seed.into(),
+            learns: learns != 0,
+            halo_m: halo_m.into(),
+            ..setup
+        };
+    }
+    let began = std::time::Instant::now();
+    let found = fly(&setup);
+    println!("{setup:?}\n{found}{:.1} s", began.elapsed().as_secs_f64());
+    let _ = SignedDuration::ZERO;
+    assert!(found.changes_of_cell > 0);
+}
