@@ -8,7 +8,7 @@ use fusion::time::Time;
 
 use super::cell::Fusing;
 use super::message::Heard;
-use super::region::{Border, Letter, Word};
+use super::region::{Border, Letter, Teaching, Word};
 use crate::areas::Masks;
 use crate::capture::{Reception, ReceptionKind};
 use crate::config::Config;
@@ -29,6 +29,7 @@ pub struct SiteEngine {
     letters: Vec<Letter>,
     /// Of a cell among others.
     border: Option<Border>,
+    teaching: Teaching,
     /// What operators have decided for slots that are still to come, in the order in which it came.
     decided: Vec<Word>,
 }
@@ -44,6 +45,7 @@ impl SiteEngine {
             made: VecDeque::new(),
             letters: Vec::new(),
             border: None,
+            teaching: Teaching::default(),
             decided: Vec::new(),
         }
     }
@@ -53,7 +55,16 @@ impl SiteEngine {
     pub fn bordering(self, border: Border) -> Self {
         let region = border.region();
         let selection = Selection::new(region.outline().clone(), region.halo_m);
-        Self { driver: self.driver.selecting(selection), border: Some(border), ..self }
+        let teaching = Teaching::new(&self.config, region);
+        let driver = self.driver.selecting(selection);
+        Self { driver, border: Some(border), teaching, ..self }.sharing()
+    }
+
+    /// The same that uses what it is told of sensors, and not what it learns itself.
+    #[must_use]
+    pub fn sharing(mut self) -> Self {
+        self.driver.engine_mut().share_values();
+        self
     }
 
     /// The border of its cell, where there is one.
@@ -103,7 +114,8 @@ impl SiteEngine {
             if let Made::Slot(PublishedPicture { mut picture, now, .. }) = made {
                 let slot = picture.slot;
                 let mut now = now.get().map(|now| Picture::clone(&now));
-                let turn = |border: &mut Border| border.turn(&mut picture, now.as_mut());
+                let words = self.teaching.turn(slot, self.driver.engine_mut());
+                let turn = |border: &mut Border| border.turn(&mut picture, now.as_mut(), words);
                 let letters = self.border.as_mut().map(turn).unwrap_or_default();
                 self.made.push_back((slot, octets(&picture, now.as_ref()), letters));
             }
@@ -153,8 +165,15 @@ impl Fusing for SiteEngine {
     }
 
     fn letter(&mut self, letter: &Letter) {
-        let word = self.border.as_mut().and_then(|border| border.letter(letter));
-        self.decided.extend(word);
+        let word = match &mut self.border {
+            Some(border) => border.letter(letter),
+            None => Some(letter.word.clone()),
+        };
+        match word {
+            Some(Word::Values { from, values }) => self.driver.engine_mut().use_values(from, *values),
+            Some(word) => self.decided.push(word),
+            None => {}
+        }
     }
 
     fn letters(&mut self) -> Vec<Letter> {

@@ -37,6 +37,7 @@ mod tracklets;
 mod transponder;
 mod transponder_types;
 mod tuning;
+mod values;
 mod walk_off;
 
 use serde::{Deserialize, Serialize};
@@ -59,6 +60,7 @@ use registrations::Registrations;
 use targets::Targets;
 use tracklets::Tracklets;
 use transponder_types::TransponderTypes;
+use values::Planned;
 
 pub use correlation::{
     Correlation, HeldCorrelation, NotCorrelated, ResumedCorrelation, SavedCorrelation, Verdict,
@@ -67,6 +69,7 @@ pub use registrations::{Registered, Step};
 pub(crate) use settings::Settings;
 pub(super) use tuning::DECIDED_AFTER;
 pub use tuning::{ASSOCIATE_LLR, DISSOCIATE_LLR};
+pub use values::SensorValues;
 
 /// What the profile knows, and the reports since the last slot.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -85,6 +88,8 @@ pub(super) struct Operational {
     integrities: Integrities,
     /// Centre of the slot that was decided last.
     decided: Option<Time>,
+    /// What others have learnt of the sensors, to be used from a slot on.
+    planned: Planned,
 }
 
 /// What a slot yields.
@@ -130,6 +135,7 @@ impl Operational {
         settings: &Settings,
         numbers: &mut Numbers,
     ) -> Yield {
+        self.turn_values(slot);
         let settings = &self.registrations.settings(settings, &mut self.types);
         let deadline = grid.open(slot) + settings.latency;
         let cycle_of = |slot, previous| Cycle::new(slot, deadline, grid, previous, settings);
@@ -286,6 +292,8 @@ impl Operational {
     pub(crate) fn inherit(&mut self, before: Self) {
         self.registrations = before.registrations.without_tracks();
         self.types = before.types;
+        self.classes = before.classes.only_shared();
+        self.planned = before.planned;
         self.integrities = before.integrities.without_tracks();
     }
 

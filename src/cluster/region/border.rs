@@ -173,7 +173,7 @@ impl Border {
             }
             Word::Number { identity, number } => self.state.numbers.learn(identity, number),
             Word::Wanted => {}
-            word @ (Word::Correlate { .. } | Word::Say { .. }) => return Some(word),
+            word @ (Word::Values { .. } | Word::Correlate { .. } | Word::Say { .. }) => return Some(word),
         }
         None
     }
@@ -270,8 +270,14 @@ impl Border {
         })
     }
 
-    /// Leaves in the pictures of a slot what this cell publishes, under its ids and numbers; what it has to write with it.
-    pub fn turn(&mut self, picture: &mut Picture, now: Option<&mut Picture>) -> Vec<Letter> {
+    /// Leaves in the pictures of a slot what this cell publishes, under its ids and numbers; what it has to write with it,
+    /// `words` among it.
+    pub fn turn(
+        &mut self,
+        picture: &mut Picture,
+        now: Option<&mut Picture>,
+        mut words: Vec<(CellName, Word)>,
+    ) -> Vec<Letter> {
         let slot = picture.slot;
         self.state.next_id = self.state.next_id.max(slot.0.unsigned_abs() * IDS_PER_SLOT);
         self.state.last = Some(slot);
@@ -281,7 +287,7 @@ impl Border {
             self.meet(track, slot);
         }
         self.end(slot);
-        let mut words = std::mem::take(&mut self.state.answers);
+        words.append(&mut self.state.answers);
         self.offer_all(picture, slot, &mut words);
         if self.state.numbers.are_few() && self.state.wanted.is_none_or(|last| slot >= last.plus(40)) {
             self.state.wanted = Some(slot);

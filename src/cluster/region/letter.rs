@@ -6,7 +6,7 @@ use crate::cluster::message::Malformed;
 use crate::territory::CellName;
 use fusion::frames::Geodetic;
 use fusion::integrity;
-use fusion::operational::Correlation;
+use fusion::operational::{Correlation, SensorValues};
 use fusion::slots::Slot;
 use fusion::time::Time;
 use fusion::{Identity, RadarTrackKey};
@@ -66,6 +66,13 @@ pub enum Word {
         identity: Identity,
         /// Which; `None`: it has none any more.
         number: Option<u32>,
+    },
+    /// What is known of a sensor, to be used from this slot on.
+    Values {
+        /// From when.
+        from: Slot,
+        /// What.
+        values: Box<SensorValues>,
     },
     /// An operator's decision, from this slot on.
     Correlate {

@@ -9,6 +9,7 @@ mod matching;
 mod merge;
 mod numbers;
 mod public;
+mod teaching;
 
 use crate::territory::{CellName, Outline, Territory};
 use fusion::frames::Geodetic;
@@ -16,6 +17,7 @@ use fusion::frames::Geodetic;
 pub use border::{Border, Counts};
 pub use letter::{Letter, Offer, Word};
 pub use merge::{Merger, Part};
+pub(super) use teaching::Teaching;
 pub use numbers::{BLOCK, FIRST_BLOCK, LAST_BLOCK, numbers_office};
 
 /// Slots from a hand-over's being offered to the first one that the new owner publishes.
@@ -32,16 +34,26 @@ pub struct Region {
     pub halo_m: f64,
     /// An aircraft that has left it is kept so far, metres: less than the halo.
     pub hysteresis_m: f64,
+    /// All cells that there are.
+    cells: Vec<CellName>,
     outline: Outline,
     neighbours: Vec<CellName>,
 }
 
 impl Region {
-    /// The cell of this name; `None`: the territory has none.
-    pub fn new(territory: Territory, cell: CellName, halo_m: f64, hysteresis_m: f64) -> Option<Self> {
+    /// The cell of this name among all that there are; `None`: the territory has none.
+    pub fn new(
+        territory: Territory,
+        mut cells: Vec<CellName>,
+        cell: CellName,
+        halo_m: f64,
+        hysteresis_m: f64,
+    ) -> Option<Self> {
         let outline = territory.outline(&cell)?;
-        let neighbours = territory.neighbours(&cell, halo_m);
-        Some(Self { territory, cell, halo_m, hysteresis_m, outline, neighbours })
+        cells.sort();
+        let mut neighbours = territory.neighbours(&cell, halo_m);
+        neighbours.retain(|other| cells.contains(other));
+        Some(Self { territory, cell, halo_m, hysteresis_m, cells, outline, neighbours })
     }
 
     /// Where the cell is.

@@ -35,8 +35,9 @@ pub(super) struct Setup {
     pub(super) birds: u32,
     pub(super) radars: u32,
     pub(super) seed: u64,
-    /// Registration and errors are learnt; else as configured.
-    pub(super) learns: bool,
+    /// 0: registration and errors are as configured; 1: they are learnt, and the one engine is told what the cells are; 2: it
+    /// learns itself.
+    pub(super) learns: u32,
     pub(super) halo_m: f64,
     pub(super) radius_m: f64,
     /// Slots from a letter's being written to its being handled.
@@ -63,7 +64,7 @@ impl Setup {
         }
         let scenario = Scenario::parse(&text, "corner.toml").unwrap();
         let mut flight = simulate(&scenario, self.seed, None).unwrap();
-        if !self.learns {
+        if self.learns == 0 {
             held(&mut flight.config);
         }
         flight
@@ -213,11 +214,15 @@ pub(super) fn fly(setup: &Setup) -> Found {
     let started = flight.datagrams[0].received;
     let engine = || SiteEngine::new(flight.config.clone(), Masks::default(), started);
     let mut alone = engine();
+    if setup.learns < 2 {
+        alone = alone.sharing();
+    }
+    let names: Vec<CellName> = CELLS.iter().map(|name| CellName::new(name).unwrap()).collect();
     let mut cells: Vec<(CellName, SiteEngine)> = CELLS
         .iter()
         .map(|name| {
             let name = CellName::new(name).unwrap();
-            let region = Region::new(territory(), name.clone(), setup.halo_m, 150.0).unwrap();
+            let region = Region::new(territory(), names.clone(), name.clone(), setup.halo_m, 150.0).unwrap();
             (name, engine().bordering(Border::new(region)))
         })
         .collect();
@@ -235,6 +240,10 @@ pub(super) fn fly(setup: &Setup) -> Found {
     while at <= end {
         let due = grid.open(at);
         for letter in letters.drain(..) {
+            let first = names.iter().find(|name| **name != letter.from);
+            if setup.learns < 2 && matches!(letter.word, Word::Values { .. }) && Some(&letter.to) == first {
+                alone.letter(&letter);
+            }
             for (name, engine) in &mut cells {
                 if letter.to == *name {
                     engine.letter(&letter);
@@ -359,7 +368,7 @@ impl Judge {
 }
 
 fn setup() -> Setup {
-    Setup { seconds: 60, drones: 60, birds: 30, radars: 1, seed: 1, learns: false, halo_m: 1000.0, radius_m: 2000.0, delay: 1 }
+    Setup { seconds: 60, drones: 60, birds: 30, radars: 1, seed: 1, learns: 1, halo_m: 1000.0, radius_m: 2000.0, delay: 1 }
 }
 
 /// As many of each as `UTM_FUSION_CELLS` says: seconds, drones, birds, radars, seed, whether is learnt, halo, radius.
@@ -375,7 +384,7 @@ fn four_cells_publish_what_one_engine_does() {
             birds,
             radars,
             seed: seed.into(),
-            learns: learns != 0,
+            learns,
             halo_m: halo_m.into(),
             radius_m: radius_m.into(),
             ..setup
