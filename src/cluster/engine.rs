@@ -115,7 +115,8 @@ impl SiteEngine {
                 let slot = picture.slot;
                 let mut now = now.get().map(|now| Picture::clone(&now));
                 let words = self.teaching.turn(slot, self.driver.engine_mut());
-                let turn = |border: &mut Border| border.turn(&mut picture, now.as_mut(), words);
+                let engine = self.driver.pipeline().engine();
+                let turn = |border: &mut Border| border.turn(&mut picture, now.as_mut(), engine, words);
                 let letters = self.border.as_mut().map(turn).unwrap_or_default();
                 self.made.push_back((slot, octets(&picture, now.as_ref()), letters));
             }
@@ -171,6 +172,7 @@ impl Fusing for SiteEngine {
         };
         match word {
             Some(Word::Values { from, values }) => self.driver.engine_mut().use_values(from, *values),
+            Some(Word::Known(values)) => self.driver.engine_mut().use_transponder_values(*values),
             Some(word) => self.decided.push(word),
             None => {}
         }

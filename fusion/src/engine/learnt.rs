@@ -2,9 +2,9 @@
 
 use super::{Engine, Rules};
 use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
-use crate::operational::{Operational, Registered, SensorValues};
+use crate::operational::{Operational, Registered, SensorValues, TransponderValues};
 use crate::registration::{RegistrationState, RegistrationStateError};
-use crate::report::{SensorIndex, TransponderType};
+use crate::report::{Identity, SensorIndex, TransponderType};
 use crate::slots::Slot;
 
 impl Engine {
@@ -65,6 +65,18 @@ impl Engine {
     pub fn use_values(&mut self, from: Slot, values: SensorValues) {
         if let Rules::Operational(operational, _) = &mut self.rules {
             operational.use_values(from, values);
+        }
+    }
+
+    /// What is known of a transponder, for an engine that will hear it soon.
+    pub fn transponder_values(&self, identity: Identity) -> Option<TransponderValues> {
+        self.operational()?.transponder_values(identity)
+    }
+
+    /// Goes on with what another engine knows of a transponder, as soon as that is heard.
+    pub fn use_transponder_values(&mut self, values: TransponderValues) {
+        if let Rules::Operational(operational, _) = &mut self.rules {
+            operational.use_transponder_values(values);
         }
     }
 

@@ -60,7 +60,7 @@ use registrations::Registrations;
 use targets::Targets;
 use tracklets::Tracklets;
 use transponder_types::TransponderTypes;
-use values::Planned;
+use values::{Awaited, Planned};
 
 pub use correlation::{
     Correlation, HeldCorrelation, NotCorrelated, ResumedCorrelation, SavedCorrelation, Verdict,
@@ -69,7 +69,7 @@ pub use registrations::{Registered, Step};
 pub(crate) use settings::Settings;
 pub(super) use tuning::DECIDED_AFTER;
 pub use tuning::{ASSOCIATE_LLR, DISSOCIATE_LLR};
-pub use values::SensorValues;
+pub use values::{SensorValues, TransponderValues};
 
 /// What the profile knows, and the reports since the last slot.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -90,6 +90,8 @@ pub(super) struct Operational {
     decided: Option<Time>,
     /// What others have learnt of the sensors, to be used from a slot on.
     planned: Planned,
+    /// What others know of transponders that were not heard here yet.
+    awaited: Awaited,
 }
 
 /// What a slot yields.
@@ -144,6 +146,7 @@ impl Operational {
         self.pass(cycle.centre, settings);
         self.sort_plots(settings);
         self.sort_fixes(settings);
+        self.hear_awaited();
         self.sort_bearings();
         self.forget(cycle);
         let Self {
@@ -242,6 +245,7 @@ impl Operational {
     /// Forgets what is too old, and what was about that.
     fn forget(&mut self, cycle: &Cycle) {
         let Cycle { centre, settings, .. } = *cycle;
+        self.forget_awaited(centre);
         self.tracklets.forget_before(centre + -tuning::PLOTS_KEPT);
         self.tracklets.turn(centre);
         self.registrations.end(&self.tracklets, &mut self.types);

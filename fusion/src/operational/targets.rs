@@ -17,7 +17,7 @@ use super::settings::{Radar, Settings};
 use super::shared;
 use super::track_numbers::{TrackNumber, TrackNumbers};
 use super::tracklets::{Tracklet, Tracklets};
-use super::transponder::{OnCurve, Transponder};
+use super::transponder::{Noise, OnCurve, Transponder};
 use super::transponder_types::TransponderTypes;
 use super::tuning::{TARGET_SILENT_MAX, TRANSPONDER_SILENT_S};
 use crate::filter::{Measurement, StateEstimate, TargetFilter};
@@ -67,6 +67,14 @@ impl Target {
 
     pub(super) fn transponder(&self) -> Option<&Transponder> {
         self.transponder.as_ref()
+    }
+
+    /// Goes on with what another engine knows of its transponder's noise; whether it has one.
+    pub(super) const fn use_noise(&mut self, noise: Noise) -> bool {
+        if let Some(transponder) = &mut self.transponder {
+            transponder.use_noise(noise);
+        }
+        self.transponder.is_some()
     }
 
     pub(super) fn identity(&self) -> Option<Identity> {

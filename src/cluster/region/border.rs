@@ -11,6 +11,7 @@ use super::public::{Public, publish};
 use super::{AHEAD, Region};
 use crate::picture::{Picture, PictureTrack};
 use crate::territory::CellName;
+use fusion::Engine;
 use fusion::slots::Slot;
 
 /// An offer that is not answered is made again after so many slots,
@@ -23,6 +24,8 @@ const STRANGE: i64 = 8;
 const ENDED: i64 = 2400;
 /// A number is its aircraft's for so many slots more: 24 h.
 const RESTS: i64 = 345_600;
+/// What is known of a transponder is written again after so many slots while it is near: 10 s.
+const KNOWN_AGAIN: i64 = 40;
 /// Letters older than so many slots are not told apart from those handled before: 2 min.
 const REMEMBERED: i64 = 480;
 /// The track number is T · this + R.
@@ -76,6 +79,8 @@ struct State {
     known: BTreeMap<Inner, Known>,
     /// Those of the last picture.
     seen: BTreeMap<Inner, Sighting>,
+    /// When what is known of an aircraft's transponder was written to a neighbour last.
+    written: BTreeMap<(Inner, CellName), Slot>,
     /// Where those went that were this cell's.
     given: BTreeMap<String, (CellName, Slot)>,
     /// What is to be written with the next slot.
@@ -173,7 +178,9 @@ impl Border {
             }
             Word::Number { identity, number } => self.state.numbers.learn(identity, number),
             Word::Wanted => {}
-            word @ (Word::Values { .. } | Word::Correlate { .. } | Word::Say { .. }) => return Some(word),
+            word @ (Word::Values { .. } | Word::Known(_) | Word::Correlate { .. } | Word::Say { .. }) => {
+                return Some(word);
+            }
         }
         None
     }
@@ -276,6 +283,7 @@ impl Border {
         &mut self,
         picture: &mut Picture,
         now: Option<&mut Picture>,
+        engine: &Engine,
         mut words: Vec<(CellName, Word)>,
     ) -> Vec<Letter> {
         let slot = picture.slot;
@@ -289,6 +297,7 @@ impl Border {
         self.end(slot);
         words.append(&mut self.state.answers);
         self.offer_all(picture, slot, &mut words);
+        self.write_known(picture, slot, engine, &mut words);
         if self.state.numbers.are_few() && self.state.wanted.is_none_or(|last| slot >= last.plus(40)) {
             self.state.wanted = Some(slot);
             words.push((numbers_office(), Word::Wanted));
@@ -343,7 +352,7 @@ impl Border {
             known.asked = Some(slot);
             self.counts.asked += 1;
             let sighting = Sighting::of(track, slot);
-            let asks = self.region.neighbours().iter().map(|to| (to.clone(), Word::Ask(sighting.clone())));
+            let asks = self.region.neighbours().map(|to| (to.clone(), Word::Ask(sighting.clone())));
             self.state.answers.extend(asks);
         }
     }
@@ -380,7 +389,7 @@ impl Border {
 
     /// Forgets what has ended, or is another cell's.
     fn end(&mut self, slot: Slot) {
-        let State { owned, known, given, numbers, answers, .. } = &mut self.state;
+        let State { owned, known, given, written, numbers, answers, .. } = &mut self.state;
         owned.retain(|_, owned| owned.until.is_none_or(|until| slot < until));
         if slot.0.rem_euclid(AGAIN) != 0 {
             return;
@@ -389,6 +398,7 @@ impl Border {
         known.retain(|_, known| known.seen >= before);
         owned.retain(|inner, owned| known.contains_key(inner) || owned.from > slot);
         given.retain(|_, (_, since)| *since >= before);
+        written.retain(|_, last| *last >= before);
         let forgotten = numbers.turn(slot.plus(-RESTS));
         answers.extend(
             forgotten.into_iter().map(|identity| (numbers_office(), Word::Number { identity, number: None })),
@@ -419,6 +429,33 @@ impl Border {
             if is_time && let Some(offer) = self.offer(inner) {
                 self.counts.offers += 1;
                 words.push((to, Word::Offer(offer)));
+            }
+        }
+    }
+
+    /// Writes what is known of transponders to who will hear them soon.
+    fn write_known(
+        &mut self,
+        picture: &Picture,
+        slot: Slot,
+        engine: &Engine,
+        words: &mut Vec<(CellName, Word)>,
+    ) {
+        let State { owned, written, .. } = &mut self.state;
+        for track in &picture.tracks {
+            let inner = Inner::of(track);
+            let Some(identity) = track.point.source.transponder().map(|part| part.identity) else { continue };
+            let Some(owned) = owned.get(&inner).filter(|owned| owned.is_published(slot)) else { continue };
+            // With the offer, so that nothing is learnt between.
+            let is_offered = owned.offered.as_ref().is_some_and(|offered| offered.last == slot);
+            for to in self.region.will_see(track.position) {
+                let last = written.get(&(inner, to.clone()));
+                if (is_offered || last.is_none_or(|last| slot >= last.plus(KNOWN_AGAIN)))
+                    && let Some(values) = engine.transponder_values(identity)
+                {
+                    written.insert((inner, to.clone()), slot);
+                    words.push((to.clone(), Word::Known(Box::new(values))));
+                }
             }
         }
     }

@@ -6,7 +6,7 @@ use crate::cluster::message::Malformed;
 use crate::territory::CellName;
 use fusion::frames::Geodetic;
 use fusion::integrity;
-use fusion::operational::{Correlation, SensorValues};
+use fusion::operational::{Correlation, SensorValues, TransponderValues};
 use fusion::slots::Slot;
 use fusion::time::Time;
 use fusion::{Identity, RadarTrackKey};
@@ -74,6 +74,8 @@ pub enum Word {
         /// What.
         values: Box<SensorValues>,
     },
+    /// What is known of a transponder that flies towards the recipient's cell.
+    Known(Box<TransponderValues>),
     /// An operator's decision, from this slot on.
     Correlate {
         /// From when.

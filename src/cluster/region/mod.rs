@@ -17,11 +17,15 @@ use fusion::frames::Geodetic;
 pub use border::{Border, Counts};
 pub use letter::{Letter, Offer, Word};
 pub use merge::{Merger, Part};
-pub(super) use teaching::Teaching;
 pub use numbers::{BLOCK, FIRST_BLOCK, LAST_BLOCK, numbers_office};
+pub(super) use teaching::Teaching;
 
 /// Slots from a hand-over's being offered to the first one that the new owner publishes.
 pub const AHEAD: i64 = 8;
+
+/// What flies so far outside of a halo may be in it when a letter about that is handled: 40 m/s for 6.25 s from a slot to its
+/// picture, and as long again, metres.
+const SOON_M: f64 = 500.0;
 
 /// One cell among those of its region.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +41,8 @@ pub struct Region {
     /// All cells that there are.
     cells: Vec<CellName>,
     outline: Outline,
-    neighbours: Vec<CellName>,
+    /// The cells that see some of what this one sees.
+    neighbours: Vec<(CellName, Outline)>,
 }
 
 impl Region {
@@ -51,8 +56,10 @@ impl Region {
     ) -> Option<Self> {
         let outline = territory.outline(&cell)?;
         cells.sort();
-        let mut neighbours = territory.neighbours(&cell, halo_m);
-        neighbours.retain(|other| cells.contains(other));
+        let neighbours =
+            territory.neighbours(&cell, halo_m).into_iter().filter(|other| cells.contains(other));
+        let neighbours =
+            neighbours.filter_map(|other| Some((other.clone(), territory.outline(&other)?))).collect();
         Some(Self { territory, cell, halo_m, hysteresis_m, cells, outline, neighbours })
     }
 
@@ -62,8 +69,15 @@ impl Region {
     }
 
     /// The cells that see some of what this one sees.
-    pub fn neighbours(&self) -> &[CellName] {
-        &self.neighbours
+    pub fn neighbours(&self) -> impl Iterator<Item = &CellName> {
+        self.neighbours.iter().map(|(cell, _)| cell)
+    }
+
+    /// Those that see a place, or will soon.
+    fn will_see(&self, place: Geodetic) -> impl Iterator<Item = &CellName> {
+        let within_m = self.halo_m + SOON_M;
+        let near = self.neighbours.iter().filter(move |(_, outline)| outline.is_within(place, within_m));
+        near.map(|(cell, _)| cell)
     }
 
     /// Whether a place is in the cell.

@@ -368,7 +368,17 @@ impl Judge {
 }
 
 fn setup() -> Setup {
-    Setup { seconds: 60, drones: 60, birds: 30, radars: 1, seed: 1, learns: 1, halo_m: 1000.0, radius_m: 2000.0, delay: 1 }
+    Setup {
+        seconds: 60,
+        drones: 60,
+        birds: 30,
+        radars: 1,
+        seed: 1,
+        learns: 1,
+        halo_m: 1000.0,
+        radius_m: 2000.0,
+        delay: 1,
+    }
 }
 
 /// As many of each as `UTM_FUSION_CELLS` says: seconds, drones, birds, radars, seed, whether is learnt, halo, radius.
@@ -377,7 +387,9 @@ fn four_cells_publish_what_one_engine_does() {
     let mut setup = setup();
     if let Ok(text) = std::env::var("UTM_FUSION_CELLS") {
         let numbers: Vec<u32> = text.split(',').map(|number| number.trim().parse().unwrap()).collect();
-        let [seconds, drones, birds, radars, seed, learns, halo_m, radius_m] = numbers[..] else { panic!("{text}") };
+        let [seconds, drones, birds, radars, seed, learns, halo_m, radius_m] = numbers[..] else {
+            panic!("{text}")
+        };
         setup = Setup {
             seconds,
             drones,
