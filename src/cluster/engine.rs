@@ -178,6 +178,10 @@ impl Fusing for SiteEngine {
         }
     }
 
+    fn recent_letters(&self) -> Vec<Letter> {
+        self.border.as_ref().map(Border::recent_letters).unwrap_or_default()
+    }
+
     fn letters(&mut self) -> Vec<Letter> {
         std::mem::take(&mut self.letters)
     }

@@ -156,6 +156,8 @@ impl Pipeline {
             self.note_step(received);
             self.now = self.now.max(received);
             self.journal.emit(self.engine.advance(received));
+            let left = self.selection.as_mut().map(|selection| selection.left(received));
+            left.into_iter().flatten().for_each(|left| self.engine.leave(left));
             if self.is_repeated(reception) {
                 return self.journal.note(Event::DuplicateDatagram);
             }

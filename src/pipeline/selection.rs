@@ -8,63 +8,80 @@ use serde::{Deserialize, Serialize};
 use crate::territory::Outline;
 use fusion::frames::TangentPlane;
 use fusion::time::Time;
-use fusion::{RadarTrackKey, Report};
+use fusion::{Identity, Left, RadarTrackKey, Report};
 
-/// A radar track is followed for so long outside: what returns is the same aircraft.
+/// Who was inside is followed for so long outside: what returns is the same aircraft.
 const FOLLOWED: SignedDuration = SignedDuration::from_secs(25);
+/// Who was inside and is silent is remembered for so long.
+const REMEMBERED: SignedDuration = SignedDuration::from_mins(10);
 
 /// What a cell's engine is given.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Selection {
     cell: Outline,
     halo_m: f64,
-    /// Radar tracks that had a plot inside: the time of the latest one.
-    inside: BTreeMap<RadarTrackKey, Time>,
-    /// The latest time of a plot.
-    latest: Option<Time>,
+    tracks: BTreeMap<RadarTrackKey, Inside>,
+    transponders: BTreeMap<Identity, Inside>,
+    /// When it was last looked who has left.
+    looked: Option<Time>,
+}
+
+/// Who was inside.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Inside {
+    /// The time of the latest report from there.
+    latest: Time,
+    /// Whether a report has come from outside since.
+    is_out: bool,
 }
 
 impl Selection {
     /// What lies in the cell or at most `halo_m` metres outside.
     pub const fn new(cell: Outline, halo_m: f64) -> Self {
-        Self { cell, halo_m, inside: BTreeMap::new(), latest: None }
+        Self { cell, halo_m, tracks: BTreeMap::new(), transponders: BTreeMap::new(), looked: None }
     }
 
-    /// The same with nothing seen yet.
-    #[must_use]
-    pub fn afresh(&self) -> Self {
-        Self::new(self.cell.clone(), self.halo_m)
-    }
-
-    /// Whether a report is for this cell: by its position, of a radar track the whole once a plot of it was inside, until it has
-    /// been outside for 25 s. A bearing has no position, and is for every cell.
+    /// Whether a report is for this cell: by its position; of a radar track and of a transponder all once one was inside, until
+    /// it has been outside for 25 s. A bearing has no position, and is for every cell.
     pub(super) fn takes(&mut self, report: &Report, frame: &TangentPlane) -> bool {
         let is_inside = |position| self.cell.is_within(frame.to_geodetic(position), self.halo_m);
-        let plot = match report {
-            Report::Bearing(_) => return true,
-            Report::Fix(fix) => return is_inside(fix.position),
-            Report::Plot(plot) => plot,
-        };
-        let is_inside = is_inside(plot.position);
-        self.forget(plot.time);
-        match self.inside.get_mut(&plot.track) {
-            Some(latest) if is_inside => *latest = plot.time.max(*latest),
-            Some(latest) => return plot.time - *latest <= FOLLOWED,
-            None if is_inside => {
-                self.inside.insert(plot.track, plot.time);
-            }
-            None => return false,
+        match report {
+            Report::Bearing(_) => true,
+            Report::Fix(fix) => note(&mut self.transponders, fix.identity, fix.time, is_inside(fix.position)),
+            Report::Plot(plot) => note(&mut self.tracks, plot.track, plot.time, is_inside(plot.position)),
         }
-        true
     }
 
-    /// Once a second: tracks that have been outside for too long.
-    fn forget(&mut self, now: Time) {
-        if self.latest.is_none_or(|latest| now - latest >= SignedDuration::from_secs(1)) {
-            self.latest = Some(now);
-            self.inside.retain(|_, latest| now - *latest <= FOLLOWED);
+    /// Once a second: who has left by `now`.
+    pub(super) fn left(&mut self, now: Time) -> Vec<Left> {
+        if self.looked.is_some_and(|looked| now - looked < SignedDuration::from_secs(1)) {
+            return Vec::new();
         }
+        self.looked = Some(now);
+        let tracks = leave(&mut self.tracks, now).into_iter().map(Left::Track);
+        let transponders = leave(&mut self.transponders, now).into_iter().map(Left::Transponder);
+        tracks.chain(transponders).collect()
     }
+}
+
+fn note<K: Ord>(known: &mut BTreeMap<K, Inside>, who: K, time: Time, is_inside: bool) -> bool {
+    match known.get_mut(&who) {
+        Some(inside) if is_inside => *inside = Inside { latest: time.max(inside.latest), is_out: false },
+        Some(inside) => {
+            inside.is_out = true;
+            return time - inside.latest <= FOLLOWED;
+        }
+        None if is_inside => _ = known.insert(who, Inside { latest: time, is_out: false }),
+        None => return false,
+    }
+    true
+}
+
+fn leave<K: Ord + Copy>(known: &mut BTreeMap<K, Inside>, now: Time) -> Vec<K> {
+    let is_left = |inside: &Inside| inside.is_out && now - inside.latest > FOLLOWED;
+    let left = known.iter().filter(|(_, inside)| is_left(inside)).map(|(who, _)| *who).collect();
+    known.retain(|_, inside| !is_left(inside) && now - inside.latest <= REMEMBERED);
+    left
 }
 
 #[cfg(test)]
@@ -72,7 +89,7 @@ mod tests {
     use super::*;
     use crate::territory::{CellName, Territory};
     use fusion::frames::Geodetic;
-    use fusion::{Enu, Fix, Identity, Plot, SensorIndex};
+    use fusion::{Enu, Fix, Plot, SensorIndex};
 
     const SENSOR: SensorIndex = SensorIndex(0);
 
@@ -89,29 +106,39 @@ mod tests {
         Report::Plot(Plot::new(track, time, Enu::new(0.0, north_m, 100.0), 1000.0))
     }
 
-    #[test]
-    fn a_radar_track_is_followed_out_of_the_halo_for_25_s() {
-        let (mut selection, frame) = selection();
-        let mut takes = |number, second, north_m| selection.takes(&plot(number, second, north_m), &frame);
-        // Coming from the south: not before it is in the halo.
-        assert!(!takes(1, 0, -1010.0));
-        assert!(takes(1, 1, -990.0));
-        assert!(takes(1, 2, -1010.0) && takes(1, 26, -1500.0));
-        assert!(!takes(1, 27, -1500.0), "outside for longer");
-        assert!(!takes(2, 27, -1010.0), "another track");
-        assert!(takes(2, 28, 3000.0));
-        assert!(!takes(2, 60, -1010.0), "silent for longer");
+    fn fix(second: i64, north_m: f64) -> Report {
+        let time = Time::from_nanos(second * 1_000_000_000);
+        Report::Fix(Fix::new(SENSOR, Identity::of_address(1), time, Enu::new(0.0, north_m, 100.0)))
     }
 
     #[test]
-    fn a_report_is_taken_by_its_own_place() {
+    fn who_was_inside_is_followed_for_25_s_and_has_left_then() {
         let (mut selection, frame) = selection();
-        let fix = |north_m| {
-            let identity = Identity::of_address(1);
-            Report::Fix(Fix::new(SENSOR, identity, Time::default(), Enu::new(0.0, north_m, 100.0)))
-        };
-        assert!(selection.takes(&fix(-990.0), &frame));
-        assert!(!selection.takes(&fix(-1010.0), &frame));
-        assert!(selection.takes(&fix(9000.0), &frame));
+        let at = |second: i64| Time::from_nanos(second * 1_000_000_000);
+        // Coming from the south: not before it is in the halo.
+        assert!(!selection.takes(&plot(1, 0, -1010.0), &frame) && !selection.takes(&fix(0, -1010.0), &frame));
+        assert!(selection.takes(&plot(1, 1, -990.0), &frame) && selection.takes(&fix(1, -990.0), &frame));
+        for second in [2, 26] {
+            assert!(selection.takes(&plot(1, second, -1500.0), &frame));
+            assert!(selection.takes(&fix(second, -1500.0), &frame));
+        }
+        assert_eq!(selection.left(at(26)), []);
+        assert!(
+            !selection.takes(&plot(1, 27, -1500.0), &frame) && !selection.takes(&fix(27, -1500.0), &frame)
+        );
+        assert!(!selection.takes(&plot(2, 27, -1010.0), &frame), "another track");
+        let key = RadarTrackKey { sensor: SENSOR, number: 1 };
+        assert_eq!(selection.left(at(27)), [Left::Track(key), Left::Transponder(Identity::of_address(1))]);
+        assert_eq!(selection.left(at(28)), []);
+    }
+
+    #[test]
+    fn who_is_silent_inside_has_not_left() {
+        let (mut selection, frame) = selection();
+        assert!(selection.takes(&fix(0, 500.0), &frame) && selection.takes(&plot(1, 0, 500.0), &frame));
+        for second in 1..700 {
+            assert_eq!(selection.left(Time::from_nanos(second * 1_000_000_000)), []);
+        }
+        assert!(selection.tracks.is_empty() && selection.transponders.is_empty(), "remembered for good");
     }
 }

@@ -40,6 +40,8 @@ mod tuning;
 mod values;
 mod walk_off;
 
+use std::collections::BTreeSet;
+
 use serde::{Deserialize, Serialize};
 
 use crate::integrity::{Assessment, Concern, HeldWord, Word};
@@ -47,7 +49,7 @@ use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
 use crate::numbering::Numbers;
 use crate::point::{Newcomers, NowPicture, Point};
 use crate::registration::{RegistrationState, RegistrationStateError};
-use crate::report::{Bearing, Fix, Identity, Plot, Report, SensorIndex, TransponderType};
+use crate::report::{Bearing, Fix, Identity, Left, Plot, Report, SensorIndex, TransponderType};
 use crate::slots::{Slot, SlotGrid};
 use crate::time::{SECOND, Time};
 use admission::{Admission, Admitted};
@@ -55,6 +57,7 @@ use cameras::Cameras;
 use classes::Classes;
 use correlation::Correlations;
 use cycle::Cycle;
+use ids::TargetId;
 use integrity::Integrities;
 use registrations::Registrations;
 use targets::Targets;
@@ -92,6 +95,8 @@ pub(super) struct Operational {
     planned: Planned,
     /// What others know of transponders that were not heard here yet.
     awaited: Awaited,
+    /// Who has left since the last slot.
+    left: Vec<Left>,
 }
 
 /// What a slot yields.
@@ -127,6 +132,11 @@ impl Operational {
             Report::Fix(fix) => self.fixes.push(fix),
             Report::Bearing(bearing) => self.bearings.push(bearing),
         }
+    }
+
+    /// Forgets who has left, with the next slot.
+    pub(super) fn leave(&mut self, left: Left) {
+        self.left.push(left);
     }
 
     /// Publishes a slot.
@@ -242,9 +252,26 @@ impl Operational {
         self.bearings.drain(..).for_each(|bearing| self.cameras.insert(bearing));
     }
 
+    /// Drops the targets of who has left. A radar track that goes with a transponder's leaves with that.
+    fn forget_left(&mut self, cycle: &Cycle) {
+        let Self { left, targets, tracklets, .. } = self;
+        let target = |left: Left| match left {
+            Left::Transponder(identity) => targets.of_identity(identity),
+            Left::Track(key) => {
+                let tracklet = tracklets.with_number(key, cycle.centre, cycle.settings)?;
+                tracklet
+                    .target()
+                    .filter(|&id| targets.get(id).is_some_and(|target| target.identity().is_none()))
+            }
+        };
+        let gone: BTreeSet<TargetId> = left.drain(..).filter_map(target).collect();
+        targets.forget_all(&gone);
+    }
+
     /// Forgets what is too old, and what was about that.
     fn forget(&mut self, cycle: &Cycle) {
         let Cycle { centre, settings, .. } = *cycle;
+        self.forget_left(cycle);
         self.forget_awaited(centre);
         self.tracklets.forget_before(centre + -tuning::PLOTS_KEPT);
         self.tracklets.turn(centre);

@@ -1,6 +1,6 @@
 //! Which aircraft of its engine's picture a cell publishes, and what it writes to its neighbours about that.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +22,8 @@ const PATIENCE: i64 = 16;
 const STRANGE: i64 = 8;
 /// What was not seen for so many slots has ended: 10 min.
 const ENDED: i64 = 2400;
+/// Letters of so many slots are written again by who takes over: 20 s, longer than an owner stands still and its lease lasts.
+const SENT: i64 = 80;
 /// A number is its aircraft's for so many slots more: 24 h.
 const RESTS: i64 = 345_600;
 /// What is known of a transponder is written again after so many slots while it is near: 10 s.
@@ -87,6 +89,8 @@ struct State {
     answers: Vec<(CellName, Word)>,
     /// Letters that were handled.
     handled: BTreeMap<CellName, BTreeSet<(Slot, u16)>>,
+    /// What was written lately.
+    sent: VecDeque<Letter>,
     /// When numbers were wanted last.
     wanted: Option<Slot>,
 }
@@ -203,8 +207,7 @@ impl Border {
             let word = Word::Take { id: offer.id, from: owned.from };
             return self.state.answers.push((by.clone(), word));
         }
-        let seen = self.state.seen.iter().map(|(inner, seen)| (*inner, seen));
-        let Some(inner) = matching::find(&offer.seen, seen) else {
+        let Some(inner) = self.find(&offer.seen) else {
             self.counts.unknown += 1;
             return self.state.answers.push((by.clone(), Word::Unknown { id: offer.id }));
         };
@@ -231,6 +234,20 @@ impl Border {
         self.state.given.remove(&offer.id);
         self.counts.taken += 1;
         self.state.answers.push((by.clone(), Word::Take { id: offer.id, from }));
+    }
+
+    /// Which aircraft of the last picture an offered one is: one that nobody owns here or, where both have published it, the one
+    /// that is certainly the same.
+    fn find(&self, wanted: &Sighting) -> Option<Inner> {
+        let State { seen, owned, .. } = &self.state;
+        let is_own = |inner: &Inner| owned.get(inner).is_some_and(|owned| owned.until.is_none());
+        let of = |own: bool| {
+            let seen = seen.iter().filter(move |(inner, _)| is_own(inner) == own);
+            seen.map(|(inner, seen)| (*inner, seen))
+        };
+        let certain =
+            of(true).filter(|(_, seen)| seen.identity == wanted.identity && wanted.is_certainly(seen));
+        matching::find(wanted, of(false)).or_else(|| certain.map(|(inner, _)| inner).next())
     }
 
     /// A neighbour takes an aircraft.
@@ -314,7 +331,16 @@ impl Border {
             let index = u16::try_from(index).ok()?;
             Some(Letter { from: from.clone(), to, slot, index, word })
         };
-        words.into_iter().enumerate().filter_map(letter).collect()
+        let letters: Vec<Letter> = words.into_iter().enumerate().filter_map(letter).collect();
+        let sent = &mut self.state.sent;
+        sent.extend(letters.iter().cloned());
+        while sent.pop_front_if(|letter| letter.slot < slot.plus(-SENT)).is_some() {}
+        letters
+    }
+
+    /// What was written in the last 20 s.
+    pub fn recent_letters(&self) -> Vec<Letter> {
+        self.state.sent.iter().cloned().collect()
     }
 
     /// Whose a track of the engine's picture is.

@@ -55,6 +55,11 @@ impl Sighting {
         track == of && time.seconds_since(at).abs() <= SAME_TRACK_S
     }
 
+    /// Whether they have one transponder, or one radar track.
+    pub(super) fn is_certainly(&self, other: &Self) -> bool {
+        self.is_same_identity(other) || self.is_same_track(other)
+    }
+
     /// Whether nothing says that the two are different aircraft.
     fn may_be(&self, other: &Self) -> bool {
         let (Some(one), Some(other)) = (self.identity, other.identity) else { return true };

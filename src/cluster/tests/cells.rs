@@ -1,6 +1,6 @@
 //! Four cells that meet in a corner, and drones that fly across it, against one engine over all.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fmt;
 
 use fusion::frames::{Geodetic, TangentPlane};
@@ -286,6 +286,13 @@ pub(super) fn fly(setup: &Setup) -> Found {
         mail = later;
         letters.extend(now.into_iter().map(|(_, letter)| letter));
     }
+    if std::env::var_os("UTM_FUSION_CELLS_TELL").is_some() {
+        let mut told: Vec<_> = judge.told.iter().collect();
+        told.sort_by_key(|(_, known)| known.1);
+        told.iter().for_each(|(who, (count, first, last, away_m))| {
+            println!("{first} to {last}: {count} times {who}, first {away_m:.0} m from a border");
+        });
+    }
     found.removed = merger.doubled;
     found.counts =
         cells.iter().map(|(name, engine)| (name.to_string(), engine.border().unwrap().counts)).collect();
@@ -298,7 +305,7 @@ struct Judge {
     /// By the one engine's name of an aircraft: what the cells called it, and which did.
     called: BTreeMap<(u32, Time), (String, u32, CellName)>,
     /// Aircraft told of already.
-    told: BTreeSet<String>,
+    told: BTreeMap<String, (usize, i64, i64, f64)>,
 }
 
 impl Judge {
@@ -313,8 +320,16 @@ impl Judge {
         let mut by_key: BTreeMap<Key, (&PictureTrack, &CellName)> = BTreeMap::new();
         for part in parts {
             for track in &part.picture.tracks {
-                if let Some((_, other)) = by_key.insert(key(track), (track, &part.cell)) {
-                    found.doubled += usize::from(*other != part.cell);
+                if let Some((twin, other)) = by_key.insert(key(track), (track, &part.cell))
+                    && *other != part.cell
+                {
+                    found.doubled += 1;
+                    self.tell(
+                        &format!("doubled {other} {} {:?} {:?}", part.cell, twin.id, track.id),
+                        one,
+                        track,
+                        away_m(track),
+                    );
                 }
             }
         }
@@ -352,18 +367,11 @@ impl Judge {
         }
     }
 
+    /// Notes what is not as it should be: who, how often, from when to when, and how far from a border.
     fn tell(&mut self, what: &str, one: &Picture, track: &PictureTrack, away_m: f64) {
-        if std::env::var_os("UTM_FUSION_CELLS_TELL").is_some()
-            && self.told.insert(format!("{what} {:?} {}", key(track), track.point.number))
-        {
-            println!(
-                "{} {what} {:?} {} {away_m:.0} m {:?}",
-                one.slot.0,
-                key(track),
-                track.point.number,
-                track.motion.map(|m| (m.basis, m.accuracy_h_m))
-            );
-        }
+        let who = format!("{what} {:?} {}", key(track), track.point.number);
+        let known = self.told.entry(who).or_insert((0, one.slot.0, one.slot.0, away_m));
+        *known = (known.0 + 1, known.1, one.slot.0, known.3);
     }
 }
 
