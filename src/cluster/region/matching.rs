@@ -24,6 +24,8 @@ impl Inner {
 const SAME_TRACK_S: f64 = 25.0;
 /// Squared Mahalanobis distance up to which two may be one.
 const GATE: f64 = 9.0;
+/// The same for one that was not seen for a while, which may have turned: it has only to wait.
+const WIDE_GATE: f64 = 25.0;
 /// Metres of a radian of latitude, and of longitude at the equator: good to 0.5 %.
 const RADIAN_M: f64 = 6_367_000.0;
 
@@ -64,6 +66,11 @@ impl Sighting {
     fn may_be(&self, other: &Self) -> bool {
         let (Some(one), Some(other)) = (self.identity, other.identity) else { return true };
         one == other
+    }
+
+    /// Whether what was not seen when it was offered may be what is seen now.
+    pub(super) fn may_have_been(&self, other: &Self) -> bool {
+        self.may_be(other) && self.away(other).is_some_and(|away| away < WIDE_GATE)
     }
 
     /// How far apart they are where this one was moved to the other's time, in standard deviations, squared.

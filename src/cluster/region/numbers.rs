@@ -13,7 +13,7 @@ pub const BLOCK: u32 = 64;
 /// The first number of the first block: those below are for whom the configuration names.
 pub const FIRST_BLOCK: u32 = 4096;
 /// The first number of the last block: T · 10,000 + R fits 32 bits.
-pub const LAST_BLOCK: u32 = 429_440;
+pub const LAST_BLOCK: u32 = 429_376;
 /// With fewer than two blocks left another one is wanted.
 const SPARE: usize = 2 * BLOCK as usize;
 
@@ -119,5 +119,42 @@ impl Numbers {
             false
         });
         forgotten
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_is_free_again_where_its_aircraft_ended() {
+        let [one, other] = [1, 2].map(Identity::of_address);
+        let (mut here, mut there) = (Numbers::default(), Numbers::default());
+        assert_eq!(here.of(Some(one), Slot(0)), None, "there is none");
+        here.add_block(FIRST_BLOCK);
+        there.add_block(FIRST_BLOCK + BLOCK);
+        assert_eq!(here.of(Some(one), Slot(0)), Some((FIRST_BLOCK, true)));
+        assert_eq!(here.of(Some(one), Slot(1)), Some((FIRST_BLOCK, false)), "its own again");
+        assert_eq!(here.of(None, Slot(1)), Some((FIRST_BLOCK + 1, true)), "of a radar's track");
+        assert_eq!(here.of(Some(other), Slot(1)), Some((FIRST_BLOCK + 2, true)));
+        // The first one flies on.
+        here.give(FIRST_BLOCK);
+        there.take(FIRST_BLOCK, Some(one), Slot(5));
+        assert_eq!(here.turn(Slot(2)), [other]);
+        assert_eq!(here.free.len(), BLOCK as usize - 1, "the given one is another cell's");
+        assert_eq!(there.turn(Slot(5)), []);
+        assert_eq!(there.turn(Slot(6)), [one]);
+        assert_eq!(there.free.len(), BLOCK as usize + 1);
+        assert_eq!(there.of(None, Slot(7)), Some((FIRST_BLOCK, true)));
+    }
+
+    #[test]
+    fn nobody_gets_a_number_that_does_not_fit() {
+        let mut numbers = Numbers::default();
+        [0, FIRST_BLOCK - 1, LAST_BLOCK + 1, u32::MAX].into_iter().for_each(|first| numbers.add_block(first));
+        assert!(numbers.free.is_empty());
+        numbers.add_block(LAST_BLOCK);
+        let most = numbers.free.last().map(|most| u64::from(*most) * 10_000 + 4095);
+        assert!(most.is_some_and(|most| most <= u64::from(u32::MAX)), "{most:?}");
     }
 }

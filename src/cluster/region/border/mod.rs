@@ -1,16 +1,20 @@
 //! Which aircraft of its engine's picture a cell publishes, and what it writes to its neighbours about that.
 
+mod handover;
+#[cfg(test)]
+mod tests;
+
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use serde::{Deserialize, Serialize};
 
-use super::letter::{Letter, Offer, Sighting, Word};
-use super::matching::{self, Inner};
+use super::Region;
+use super::letter::{Letter, Sighting, Word};
+use super::matching::Inner;
 use super::numbers::{Numbers, numbers_office};
 use super::public::{Public, publish};
-use super::{AHEAD, Region};
 use crate::picture::{Picture, PictureTrack};
-use crate::territory::CellName;
+use crate::territory::{CellName, Outline};
 use fusion::Engine;
 use fusion::slots::Slot;
 
@@ -19,7 +23,11 @@ const AGAIN: i64 = 4;
 /// and to another cell after so many.
 const PATIENCE: i64 = 16;
 /// Far inside a cell an aircraft that nobody has offered is asked after when it has been there for so many slots.
-const STRANGE: i64 = 8;
+const STRANGE: i64 = 4;
+/// What may have been offered before it was seen here begins after so many slots, if it is not offered again.
+const HELD: i64 = 2 * AGAIN;
+/// It is nobody's where that is not answered for so many.
+const ANSWERED: i64 = 8;
 /// What was not seen for so many slots has ended: 10 min.
 const ENDED: i64 = 2400;
 /// Letters of so many slots are written again by who takes over: 20 s, longer than an owner stands still and its lease lasts.
@@ -83,6 +91,8 @@ struct State {
     seen: BTreeMap<Inner, Sighting>,
     /// When what is known of an aircraft's transponder was written to a neighbour last.
     written: BTreeMap<(Inner, CellName), Slot>,
+    /// Offers of what was not seen here: when, by id.
+    unseen: BTreeMap<String, (Slot, Sighting)>,
     /// Where those went that were this cell's.
     given: BTreeMap<String, (CellName, Slot)>,
     /// What is to be written with the next slot.
@@ -127,6 +137,8 @@ struct Known {
     seen: Slot,
     strange_since: Option<Slot>,
     asked: Option<Slot>,
+    /// Since when it may be one that was offered before it was seen here.
+    held: Option<Slot>,
 }
 
 impl Border {
@@ -142,13 +154,20 @@ impl Border {
 
     /// The state as octets.
     pub fn checkpoint(&self) -> Vec<u8> {
-        postcard::to_stdvec(&self.state).expect("every state can be written down")
+        postcard::to_stdvec(&(self.whose(), &self.state)).expect("every state can be written down")
     }
 
-    /// Goes on with a checkpoint; whether it is one.
+    /// Goes on with a checkpoint; whether it is one of this cell.
     pub fn go_on(&mut self, octets: &[u8]) -> bool {
-        let state = postcard::take_from_bytes(octets).ok().filter(|(_, rest)| rest.is_empty());
-        state.map(|(state, _)| self.state = state).is_some()
+        let read: Result<((CellName, Outline, [f64; 2]), State), _> = postcard::from_bytes(octets);
+        let state = read.ok().filter(|(whose, _)| *whose == self.whose()).map(|(_, state)| state);
+        state.map(|state| self.state = state).is_some()
+    }
+
+    /// What a state is of.
+    fn whose(&self) -> (CellName, Outline, [f64; 2]) {
+        let Region { cell, halo_m, hysteresis_m, .. } = &self.region;
+        (cell.clone(), self.region.outline().clone(), [*halo_m, *hysteresis_m])
     }
 
     /// Handles a letter to this cell; again is as good as once. What is an engine's to handle is given back.
@@ -196,102 +215,6 @@ impl Border {
     /// The slot that is made next.
     fn next(&self) -> Slot {
         self.state.last.map_or(Slot(i64::MIN), |last| last.plus(1))
-    }
-
-    /// A neighbour offers an aircraft.
-    fn offered(&mut self, offer: Offer, by: &CellName) {
-        let (next, ahead) = (self.next(), offer.seen.slot.plus(AHEAD));
-        let from = ahead.max(next);
-        if let Some(owned) = self.owned(&offer.id).filter(|owned| owned.until.is_none()) {
-            // The answer is still on its way.
-            let word = Word::Take { id: offer.id, from: owned.from };
-            return self.state.answers.push((by.clone(), word));
-        }
-        let Some(inner) = self.find(&offer.seen) else {
-            self.counts.unknown += 1;
-            return self.state.answers.push((by.clone(), Word::Unknown { id: offer.id }));
-        };
-        let identity = offer.seen.identity;
-        let own_number = offer.number / PER_TRANSPONDER;
-        let numbers = &mut self.state.numbers;
-        // The number of a transponder is its identity's; that of the aircraft may be another one, of before it was known.
-        let is_same = offer.transponder_number == Some(own_number);
-        numbers.take(own_number, identity.filter(|_| is_same), next);
-        if let Some((number, identity)) = offer.transponder_number.zip(identity) {
-            numbers.take(number, Some(identity), next);
-        }
-        let before = self.state.owned.get(&inner).filter(|owned| owned.until.is_none());
-        self.counts.renamed += u64::from(before.is_some());
-        let owned = Owned {
-            public: Public { id: offer.id.clone(), number: offer.number, first_seen: offer.first_seen },
-            numbers: [Some(own_number), offer.transponder_number],
-            // What is shown already stays.
-            from: before.map_or(from, |before| before.from),
-            until: None,
-            offered: None,
-        };
-        self.state.owned.insert(inner, owned);
-        self.state.given.remove(&offer.id);
-        self.counts.taken += 1;
-        self.state.answers.push((by.clone(), Word::Take { id: offer.id, from }));
-    }
-
-    /// Which aircraft of the last picture an offered one is: one that nobody owns here or, where both have published it, the one
-    /// that is certainly the same.
-    fn find(&self, wanted: &Sighting) -> Option<Inner> {
-        let State { seen, owned, .. } = &self.state;
-        let is_own = |inner: &Inner| owned.get(inner).is_some_and(|owned| owned.until.is_none());
-        let of = |own: bool| {
-            let seen = seen.iter().filter(move |(inner, _)| is_own(inner) == own);
-            seen.map(|(inner, seen)| (*inner, seen))
-        };
-        let certain =
-            of(true).filter(|(_, seen)| seen.identity == wanted.identity && wanted.is_certainly(seen));
-        matching::find(wanted, of(false)).or_else(|| certain.map(|(inner, _)| inner).next())
-    }
-
-    /// A neighbour takes an aircraft.
-    fn taken(&mut self, id: &str, from: Slot, by: &CellName) {
-        let until = from.max(self.next());
-        let others = self.state.given.get(id).is_some_and(|(to, _)| to != by);
-        match self.owned(id) {
-            Some(owned) if owned.until.is_none() => {
-                owned.until = Some(until);
-                let numbers = owned.numbers;
-                numbers.into_iter().flatten().for_each(|number| self.state.numbers.give(number));
-                self.state.given.insert(id.to_owned(), (by.clone(), until));
-                self.counts.given += 1;
-            }
-            _ if others => self.state.answers.push((by.clone(), Word::Gone { id: id.to_owned() })),
-            _ => {}
-        }
-    }
-
-    /// A neighbour asks whose an aircraft is that is far inside its cell.
-    fn asked(&mut self, sighting: &Sighting, by: &CellName) {
-        let Some(slot) = self.state.last else { return };
-        let mine = self.state.owned.iter().filter(|(_, owned)| owned.until.is_none() && owned.from <= slot);
-        let seen = mine.filter_map(|(inner, _)| Some((*inner, self.state.seen.get(inner)?)));
-        let Some(inner) = matching::find(sighting, seen) else { return };
-        let Some(offer) = self.offer(inner) else { return };
-        if let Some(owned) = self.state.owned.get_mut(&inner) {
-            owned.offered = Some(Offered { to: by.clone(), first: slot, last: slot });
-        }
-        self.counts.offers += 1;
-        self.state.answers.push((by.clone(), Word::Offer(offer)));
-    }
-
-    fn offer(&self, inner: Inner) -> Option<Offer> {
-        let Owned { public, .. } = self.state.owned.get(&inner)?;
-        let seen = self.state.seen.get(&inner)?.clone();
-        let transponder_number = seen.identity.and_then(|identity| self.state.numbers.known(identity));
-        Some(Offer {
-            id: public.id.clone(),
-            number: public.number,
-            first_seen: public.first_seen,
-            transponder_number,
-            seen,
-        })
     }
 
     /// Leaves in the pictures of a slot what this cell publishes, under its ids and numbers; what it has to write with it,
@@ -347,8 +270,12 @@ impl Border {
     fn meet(&mut self, track: &PictureTrack, slot: Slot) {
         let inner = Inner::of(track);
         let is_new = !self.state.known.contains_key(&inner);
-        let known =
-            self.state.known.entry(inner).or_insert(Known { seen: slot, strange_since: None, asked: None });
+        let known = self.state.known.entry(inner).or_insert(Known {
+            seen: slot,
+            strange_since: None,
+            asked: None,
+            held: None,
+        });
         known.seen = slot;
         let identity = track.point.source.transponder().map(|part| part.identity);
         if let Some(owned) = self.state.owned.get_mut(&inner) {
@@ -368,8 +295,15 @@ impl Border {
             (known.strange_since, known.asked) = (None, None);
             return;
         }
-        let is_born = is_new || known.asked.is_some_and(|asked| slot >= asked.plus(PATIENCE));
-        if is_born {
+        let is_answered = |asked: Slot| slot < asked.plus(ANSWERED);
+        let sighting = Sighting::of(track, slot);
+        if is_new && self.state.unseen.values().any(|(_, offered)| offered.may_have_been(&sighting)) {
+            // Its owner sees it again, too, and will offer it again.
+            known.held = Some(slot);
+        }
+        let is_held = known.held.take_if(|since| slot >= since.plus(HELD)).is_some();
+        if is_held || known.asked.is_some_and(|asked| !is_answered(asked)) || (is_new && known.held.is_none())
+        {
             return self.give_birth(track, slot);
         }
         if !self.region.is_deep(track.position) {
@@ -377,7 +311,6 @@ impl Border {
         } else if slot >= known.strange_since.get_or_insert(slot).plus(STRANGE) && known.asked.is_none() {
             known.asked = Some(slot);
             self.counts.asked += 1;
-            let sighting = Sighting::of(track, slot);
             let asks = self.region.neighbours().map(|to| (to.clone(), Word::Ask(sighting.clone())));
             self.state.answers.extend(asks);
         }
@@ -415,12 +348,13 @@ impl Border {
 
     /// Forgets what has ended, or is another cell's.
     fn end(&mut self, slot: Slot) {
-        let State { owned, known, given, written, numbers, answers, .. } = &mut self.state;
+        let State { owned, known, unseen, given, written, numbers, answers, .. } = &mut self.state;
         owned.retain(|_, owned| owned.until.is_none_or(|until| slot < until));
         if slot.0.rem_euclid(AGAIN) != 0 {
             return;
         }
         let before = slot.plus(-ENDED);
+        unseen.retain(|_, (since, _)| *since >= slot.plus(-PATIENCE));
         known.retain(|_, known| known.seen >= before);
         owned.retain(|inner, owned| known.contains_key(inner) || owned.from > slot);
         given.retain(|_, (_, since)| *since >= before);
@@ -429,34 +363,6 @@ impl Border {
         answers.extend(
             forgotten.into_iter().map(|identity| (numbers_office(), Word::Number { identity, number: None })),
         );
-    }
-
-    /// Offers what has left the cell to who has it now.
-    fn offer_all(&mut self, picture: &Picture, slot: Slot, words: &mut Vec<(CellName, Word)>) {
-        for track in &picture.tracks {
-            let inner = Inner::of(track);
-            let Some(owned) = self.state.owned.get_mut(&inner) else { continue };
-            if !owned.is_published(slot) || owned.until.is_some() {
-                continue;
-            }
-            if !self.region.is_left(track.position) {
-                // It has come back, unless it was offered because somebody asked.
-                owned.offered = owned.offered.take().filter(|offered| slot < offered.last.plus(AGAIN));
-                continue;
-            }
-            let here = self.region.territory.cell_of(track.position);
-            let Some(here) = here.filter(|here| *here != self.region.cell) else { continue };
-            let offered = owned.offered.take();
-            let offered = offered.filter(|known| known.to == here || slot < known.first.plus(PATIENCE));
-            let is_time = offered.as_ref().is_none_or(|offered| slot >= offered.last.plus(AGAIN));
-            let (to, first) = offered.as_ref().map_or((here, slot), |known| (known.to.clone(), known.first));
-            let last = if is_time { slot } else { offered.map_or(slot, |offered| offered.last) };
-            owned.offered = Some(Offered { to: to.clone(), first, last });
-            if is_time && let Some(offer) = self.offer(inner) {
-                self.counts.offers += 1;
-                words.push((to, Word::Offer(offer)));
-            }
-        }
     }
 
     /// Writes what is known of transponders to who will hear them soon.
