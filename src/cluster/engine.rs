@@ -176,7 +176,7 @@ impl Fusing for SiteEngine {
         };
         match word {
             Some(Word::Values { from, values }) => self.driver.engine_mut().use_values(from, *values),
-            Some(Word::Known(values)) => self.driver.engine_mut().use_transponder_values(*values),
+            Some(Word::Known(values)) => self.driver.engine_mut().use_transponder_values(&values),
             Some(word) => self.decided.push(word),
             None => {}
         }

@@ -74,7 +74,7 @@ impl Engine {
     }
 
     /// Goes on with what another engine knows of a transponder, as soon as that is heard.
-    pub fn use_transponder_values(&mut self, values: TransponderValues) {
+    pub fn use_transponder_values(&mut self, values: &TransponderValues) {
         if let Rules::Operational(operational, _) = &mut self.rules {
             operational.use_transponder_values(values);
         }

@@ -82,7 +82,7 @@ impl Operational {
     }
 
     /// Goes on with what another engine knows of a transponder, as soon as that is heard.
-    pub(crate) fn use_transponder_values(&mut self, values: TransponderValues) {
+    pub(crate) fn use_transponder_values(&mut self, values: &TransponderValues) {
         self.awaited.0.insert(values.identity, values.noise);
         self.hear_awaited();
     }

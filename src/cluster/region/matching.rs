@@ -92,7 +92,7 @@ impl Sighting {
 /// The one of `seen` that is the aircraft `wanted`: by identity, else by radar track, else by place, where just one is near.
 pub(super) fn find<'a>(
     wanted: &Sighting,
-    seen: impl Iterator<Item = (Inner, &'a Sighting)> + Clone,
+    seen: &(impl Iterator<Item = (Inner, &'a Sighting)> + Clone),
 ) -> Option<Inner> {
     let first =
         |of: &dyn Fn(&Sighting) -> bool| seen.clone().find(|(_, other)| of(other)).map(|(inner, _)| inner);

@@ -47,7 +47,7 @@ pub(super) fn publish(
     // Of an aircraft that is not this cell's its own cell speaks.
     picture.concerns.retain_mut(|concern| match concern {
         Concern::Integrity { track, twin, .. } => {
-            *twin = twin.and_then(|twin| of_number(twin)).map(|twin| twin.number);
+            *twin = twin.and_then(&of_number).map(|twin| twin.number);
             is_own(track, of_number)
         }
         Concern::Silent { track, .. } => is_own(track, of_number),

@@ -103,7 +103,9 @@ impl Fusing for Toy {
         let word = Word::Unknown { id: format!("{:x}", self.hash) };
         self.letters = vec![Letter { from: name.clone(), to: name, slot, index: 0, word }];
         self.recent.extend(self.letters.clone());
-        while self.recent.pop_front_if(|letter| letter.slot < slot.plus(-80)).is_some() {}
+        while self.recent.front().is_some_and(|letter| letter.slot < slot.plus(-80)) {
+            self.recent.pop_front();
+        }
         Some((slot, picture))
     }
 }

@@ -87,7 +87,7 @@ impl Faults {
 #[derive(Clone, Debug)]
 pub(super) enum Logged {
     Input(Input),
-    Letter(Letter),
+    Letter(Box<Letter>),
 }
 
 impl Logged {
@@ -95,7 +95,7 @@ impl Logged {
     pub(super) fn to<E: Fusing>(&self, cell: &mut Cell<E>, sequence: u64) {
         match self.clone() {
             Self::Input(input) => cell.input(sequence, input),
-            Self::Letter(letter) => cell.letter(sequence, letter),
+            Self::Letter(letter) => cell.letter(sequence, *letter),
         }
     }
 
@@ -446,7 +446,7 @@ impl<E: Engine> World<E> {
             && random.random_bool(0.7)
             && let Some(letter) = node.post.pop_front()
         {
-            log.write(Logged::Letter(letter), random);
+            log.write(Logged::Letter(Box::new(letter)), random);
         }
         if let Some(wish) = cell.wish() {
             // Now and then an answer is lost, where much goes wrong.

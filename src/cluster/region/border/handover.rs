@@ -60,7 +60,7 @@ impl Border {
         };
         let certain =
             of(true).filter(|(_, seen)| seen.identity == wanted.identity && wanted.is_certainly(seen));
-        matching::find(wanted, of(false)).or_else(|| certain.map(|(inner, _)| inner).next())
+        matching::find(wanted, &of(false)).or_else(|| certain.map(|(inner, _)| inner).next())
     }
 
     /// A neighbour takes an aircraft.
@@ -85,7 +85,7 @@ impl Border {
         let Some(slot) = self.state.last else { return };
         let mine = self.state.owned.iter().filter(|(_, owned)| owned.until.is_none() && owned.from <= slot);
         let seen = mine.filter_map(|(inner, _)| Some((*inner, self.state.seen.get(inner)?)));
-        let Some(inner) = matching::find(sighting, seen) else { return };
+        let Some(inner) = matching::find(sighting, &seen) else { return };
         let Some(offer) = self.offer(inner) else { return };
         if let Some(owned) = self.state.owned.get_mut(&inner) {
             owned.offered = Some(Offered { to: by.clone(), first: slot, last: slot });

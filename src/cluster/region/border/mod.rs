@@ -105,6 +105,9 @@ struct State {
     wanted: Option<Slot>,
 }
 
+/// A cell, where that is, its halo and its hysteresis, metres.
+type Whose = (CellName, Outline, [f64; 2]);
+
 /// An aircraft of this cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Owned {
@@ -159,13 +162,13 @@ impl Border {
 
     /// Goes on with a checkpoint; whether it is one of this cell.
     pub fn go_on(&mut self, octets: &[u8]) -> bool {
-        let read: Result<((CellName, Outline, [f64; 2]), State), _> = postcard::from_bytes(octets);
-        let state = read.ok().filter(|(whose, _)| *whose == self.whose()).map(|(_, state)| state);
+        let read: Option<(Whose, State)> = postcard::from_bytes(octets).ok();
+        let state = read.filter(|(whose, _)| *whose == self.whose()).map(|(_, state)| state);
         state.map(|state| self.state = state).is_some()
     }
 
     /// What a state is of.
-    fn whose(&self) -> (CellName, Outline, [f64; 2]) {
+    fn whose(&self) -> Whose {
         let Region { cell, halo_m, hysteresis_m, .. } = &self.region;
         (cell.clone(), self.region.outline().clone(), [*halo_m, *hysteresis_m])
     }
@@ -257,7 +260,9 @@ impl Border {
         let letters: Vec<Letter> = words.into_iter().enumerate().filter_map(letter).collect();
         let sent = &mut self.state.sent;
         sent.extend(letters.iter().cloned());
-        while sent.pop_front_if(|letter| letter.slot < slot.plus(-SENT)).is_some() {}
+        while sent.front().is_some_and(|letter| letter.slot < slot.plus(-SENT)) {
+            sent.pop_front();
+        }
         letters
     }
 
