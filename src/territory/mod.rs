@@ -159,6 +159,25 @@ impl Territory {
         near
     }
 
+    /// The cells of which a part lies within so many metres of a place, in the order of their names: those that a sensor there
+    /// is of use to.
+    pub fn around(&self, place: Geodetic, within_m: f64) -> Vec<CellName> {
+        match self {
+            Self::Grid(_) => {
+                let Some(own) = self.cell_of(place) else { return Vec::new() };
+                let mut near = self.neighbours(&own, within_m);
+                near.push(own);
+                near.sort();
+                near.retain(|cell| self.outline(cell).is_some_and(|cell| cell.is_within(place, within_m)));
+                near
+            }
+            Self::Polygons(cells) => {
+                let near = cells.iter().filter(|(_, outline)| outline.is_within(place, within_m));
+                near.map(|(name, _)| name.clone()).collect()
+            }
+        }
+    }
+
     /// The cell that a place lies in, else the one that is nearest to it of these.
     pub fn home<'a>(
         &self,

@@ -108,6 +108,18 @@ fn squares_are_called_by_their_south_west_corner() {
 }
 
 #[test]
+fn a_sensor_in_a_corner_is_of_use_to_all_four_cells() {
+    let territory = Territory::grid(0.1).unwrap();
+    let all = ["n524-w0006", "n524-w0007", "n525-w0006", "n525-w0007"].map(named);
+    assert_eq!(territory.around(place(52.5, -0.6), 3000.0), all);
+    assert_eq!(territory.around(place(52.55, -0.55), 1000.0), [all[2].clone()]);
+    assert_eq!(territory.home(place(52.5, -0.6), &all), Some(all[2].clone()));
+    // Without a cell of its own it is the nearest one's.
+    assert_eq!(territory.home(place(52.7, -0.55), &all), Some(all[2].clone()));
+    assert_eq!(territory.home(place(52.5, -0.6), []), None);
+}
+
+#[test]
 fn what_is_no_territory_is_refused_by_name() {
     assert_eq!(Territory::grid(0.3), Err(TerritoryError::Grid(0.3)));
     assert!(matches!(Territory::grid(0.5), Err(TerritoryError::Large { .. })));

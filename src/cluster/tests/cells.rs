@@ -14,9 +14,7 @@ use crate::areas::Masks;
 use crate::cluster::cell::Fusing;
 use crate::cluster::engine::{SiteEngine, pictures};
 use crate::cluster::message::Heard;
-use crate::cluster::region::{
-    BLOCK, Border, Counts, FIRST_BLOCK, Letter, Merger, Part, Region, Word, numbers_office,
-};
+use crate::cluster::region::{Border, Counts, Letter, Merger, Office, Part, Region, Word, numbers_office};
 use crate::config::{Config, Registration, SensorKind};
 use crate::picture::{Picture, PictureTrack};
 use crate::simulate::{Scenario, Simulation, simulate};
@@ -108,6 +106,8 @@ pub(super) struct Found {
     /// Changes of an aircraft's id or number that one engine had not; those near a border.
     pub(super) id_changes: usize,
     pub(super) near_id_changes: usize,
+    /// Points that are where the one engine has them, to the bit.
+    pub(super) equal: usize,
     pub(super) differences_mm: Vec<f64>,
     pub(super) near_differences_mm: Vec<f64>,
     pub(super) counts: Vec<(String, Counts)>,
@@ -149,6 +149,11 @@ impl fmt::Display for Found {
             "id changes {} ({} near), changes of cell {}",
             self.id_changes, self.near_id_changes, self.changes_of_cell
         )?;
+        writeln!(
+            f,
+            "equal to the bit: {:.3} %",
+            100.0 * self.equal as f64 / self.differences_mm.len() as f64
+        )?;
         writeln!(f, "all:  {}", quantiles(&self.differences_mm))?;
         writeln!(f, "near: {}", quantiles(&self.near_differences_mm))?;
         self.counts.iter().try_for_each(|(cell, counts)| writeln!(f, "{cell} {counts:?}"))
@@ -166,48 +171,6 @@ fn key(track: &PictureTrack) -> Key {
     match &track.point.source {
         Source::Fused(_, part, _) | Source::Transponder(part) => Key::Identity(part.identity),
         Source::Radar(part) => Key::Radar(part.track),
-    }
-}
-
-/// Who keeps the numbers.
-#[derive(Debug)]
-pub(super) struct Office {
-    next: u32,
-    index: u16,
-    pub(super) numbers: BTreeMap<Identity, u32>,
-}
-
-impl Office {
-    pub(super) const fn new() -> Self {
-        Self { next: FIRST_BLOCK, index: 0, numbers: BTreeMap::new() }
-    }
-
-    pub(super) fn block(&mut self, to: &CellName, slot: fusion::slots::Slot) -> Letter {
-        self.next += BLOCK;
-        self.index += 1;
-        let word = Word::Block { first: self.next - BLOCK };
-        Letter { from: numbers_office(), to: to.clone(), slot, index: self.index, word }
-    }
-
-    fn answer(&mut self, letter: &Letter) -> Option<Letter> {
-        match &letter.word {
-            Word::Wanted => Some(self.block(&letter.from, letter.slot)),
-            Word::Number { identity, number: Some(number) } => {
-                let known = *self.numbers.entry(*identity).or_insert(*number);
-                (known != *number).then(|| {
-                    self.index += 1;
-                    let word = Word::Number { identity: *identity, number: Some(known) };
-                    Letter {
-                        from: numbers_office(),
-                        to: letter.from.clone(),
-                        slot: letter.slot,
-                        index: self.index,
-                        word,
-                    }
-                })
-            }
-            _ => None,
-        }
     }
 }
 
@@ -237,9 +200,12 @@ pub(super) fn fly(setup: &Setup) -> Found {
     let new = |name: &CellName| (name.clone(), engine(&flight, started).bordering(border(name)));
     let mut cells: Vec<(CellName, SiteEngine)> = names.iter().map(new).collect();
     let grid = SlotGrid::default();
-    let mut office = Office::new();
-    let mut letters: Vec<Letter> =
-        cells.iter().map(|(name, _)| office.block(name, grid.of(started))).collect();
+    let mut office = Office::default();
+    let first = |name: &CellName| {
+        let (from, to) = (name.clone(), numbers_office());
+        office.letter(&Letter { from, to, slot: grid.of(started), index: 0, word: Word::Wanted }).unwrap()
+    };
+    let mut letters: Vec<Letter> = names.iter().map(first).collect();
     let mut mail: Vec<(i64, Letter)> = Vec::new();
     let mut found = Found::default();
     let mut judge = Judge::default();
@@ -285,7 +251,7 @@ pub(super) fn fly(setup: &Setup) -> Found {
                 for letter in engine.letters() {
                     letter.body().hash(&mut hasher);
                     let letter = match letter.to == numbers_office() {
-                        true => office.answer(&letter),
+                        true => office.letter(&letter),
                         false => Some(letter),
                     };
                     let Some(letter) = letter else { continue };
@@ -378,6 +344,7 @@ impl Judge {
                 continue;
             };
             let difference = (track.position.to_ecef().0 - other.position.to_ecef().0).norm() * 1000.0;
+            found.equal += usize::from(track.position == other.position);
             found.differences_mm.push(difference);
             if is_near {
                 found.near_differences_mm.push(difference);
