@@ -31,4 +31,5 @@ pub mod sinks;
 pub mod state;
 mod statistics;
 pub mod survey;
+pub mod territory;
 mod xml;

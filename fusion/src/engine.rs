@@ -19,7 +19,7 @@ use crate::operational::{
 };
 use crate::point::Emission;
 use crate::reference::Reference;
-use crate::report::{Identity, Report};
+use crate::report::{Identity, Left, Report};
 use crate::settings::{Profile, Settings, SettingsError};
 use crate::slots::{Slot, Window};
 use crate::time::Time;
@@ -176,6 +176,13 @@ impl Engine {
             return Err(Refused::Future);
         }
         Ok(Offer { engine: self, slot, report })
+    }
+
+    /// Forgets the aircraft of somebody who has left with the next slot: else it would look for it where it was last.
+    pub fn leave(&mut self, left: Left) {
+        if let Rules::Operational(operational, _) = &mut self.rules {
+            operational.leave(left);
+        }
     }
 
     /// Takes a report in.

@@ -53,6 +53,6 @@ pub use checkpoint::CheckpointError;
 pub use engine::{Due, Engine, Offer, Refused};
 pub use frames::Enu;
 pub use point::{Emission, Point, Source};
-pub use report::{Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex};
+pub use report::{Fix, Identity, Left, Plot, RadarTrackKey, Report, SensorIndex};
 pub use settings::{Profile, Settings};
 pub use time::Time;

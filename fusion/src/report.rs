@@ -371,6 +371,15 @@ pub enum Report {
     Bearing(Bearing),
 }
 
+/// Who has flown where this engine is told of nobody: it is not silent, it is elsewhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Left {
+    /// A radar track.
+    Track(RadarTrackKey),
+    /// A transponder.
+    Transponder(Identity),
+}
+
 impl Report {
     /// The report's own time.
     pub fn time(&self) -> Time {

@@ -7,6 +7,7 @@ use fusion::time::Time;
 use jiff::SignedDuration;
 
 use super::message::{Heard, Input, Output};
+use super::region::Letter;
 use super::watermarks::Watermarks;
 
 /// What is handled after a slot was made is handled this much later than it was due, and before the next one is by as much.
@@ -25,6 +26,33 @@ pub trait Fusing {
 
     /// The next slot that was made, with its picture.
     fn poll(&mut self) -> Option<(Slot, Vec<u8>)>;
+
+    /// Takes in a letter to this cell.
+    fn letter(&mut self, _letter: &Letter) {}
+
+    /// What the slot that was polled last writes to others.
+    fn letters(&mut self) -> Vec<Letter> {
+        Vec::new()
+    }
+
+    /// What the slots of the last 20 s have written: who takes over writes it again.
+    fn recent_letters(&self) -> Vec<Letter> {
+        Vec::new()
+    }
+}
+
+/// What a cell handles, in the order of the log.
+#[derive(Clone, Debug, PartialEq)]
+enum Message {
+    Input(Input),
+    Letter(Box<Letter>),
+}
+
+/// A slot that this node has made, and what it writes to other cells.
+#[derive(Clone, Debug)]
+struct Made {
+    output: Output,
+    letters: Vec<Letter>,
 }
 
 /// Why a node has to begin this cell anew, from a checkpoint.
@@ -88,7 +116,7 @@ pub struct Cell<E> {
     wait: SignedDuration,
     role: Role,
     /// Read and not handled yet, with their sequences.
-    inputs: VecDeque<(u64, Input)>,
+    inputs: VecDeque<(u64, Message)>,
     /// Sequences of the last input that was read, and of the last that was handled.
     read: u64,
     handled: u64,
@@ -98,7 +126,9 @@ pub struct Cell<E> {
     /// Sequence of the last output that this node has made, too, or published.
     published: u64,
     /// Own slots that are not in the log yet.
-    made: VecDeque<Output>,
+    made: VecDeque<Made>,
+    /// Letters that are to be sent.
+    post: VecDeque<Letter>,
     /// Slots up to this one are not this node's to publish.
     silent_until: Option<Slot>,
     is_lease_free: bool,
@@ -122,6 +152,7 @@ impl<E: Fusing> Cell<E> {
             outputs: VecDeque::new(),
             published,
             made: VecDeque::new(),
+            post: VecDeque::new(),
             silent_until: None,
             is_lease_free: false,
             is_asking: false,
@@ -176,8 +207,21 @@ impl<E: Fusing> Cell<E> {
     pub fn input(&mut self, sequence: u64, input: Input) {
         if sequence > self.read {
             self.read = sequence;
-            self.inputs.push_back((sequence, input));
+            self.inputs.push_back((sequence, Message::Input(input)));
         }
+    }
+
+    /// A letter to this cell, which stands in the same order as the input.
+    pub fn letter(&mut self, sequence: u64, letter: Letter) {
+        if sequence > self.read {
+            self.read = sequence;
+            self.inputs.push_back((sequence, Message::Letter(Box::new(letter))));
+        }
+    }
+
+    /// The next letter to another cell that is to be written into the log: at least once, in this order, until it is there.
+    pub fn post(&mut self) -> Option<Letter> {
+        self.post.pop_front()
     }
 
     /// An output of the cell, likewise.
@@ -215,6 +259,8 @@ impl<E: Fusing> Cell<E> {
             && self.published >= until
         {
             self.role = Role::Owns { epoch };
+            // Whether who owned it before has sent them is not known.
+            self.post.extend(self.engine.recent_letters());
         }
         if let Role::Owns { epoch } = self.role {
             self.lead(epoch, now);
@@ -233,7 +279,7 @@ impl<E: Fusing> Cell<E> {
             Role::Claims { .. } => None,
             Role::Owns { .. } if self.is_in_doubt => Some(Wish::Last),
             Role::Owns { .. } => {
-                let output = self.made.front().cloned();
+                let output = self.made.front().map(|made| made.output.clone());
                 output.map(|output| Wish::Append { expected: self.published, output })
             }
         };
@@ -277,7 +323,7 @@ impl<E: Fusing> Cell<E> {
                     last.is_some_and(|(_, slot, by)| (slot, by) == (output.slot, output.epoch))
                 };
                 match self.made.front() {
-                    Some(output) if is_own(output) => self.stored(sequence),
+                    Some(made) if is_own(&made.output) => self.stored(sequence),
                     _ if sequence == self.published => self.is_in_doubt = false,
                     _ => return Err(Lost::Fenced),
                 }
@@ -296,7 +342,7 @@ impl<E: Fusing> Cell<E> {
     }
 
     fn stored(&mut self, sequence: u64) {
-        self.made.pop_front();
+        self.post.extend(self.made.pop_front().into_iter().flat_map(|made| made.letters));
         self.published = sequence;
         self.is_in_doubt = false;
     }
@@ -331,10 +377,12 @@ impl<E: Fusing> Cell<E> {
                 && self.is_time_for(due, now)
             {
                 while let Some((slot, picture)) = self.make(due) {
+                    let letters = self.engine.letters();
                     if self.silent_until.is_some_and(|until| slot <= until) {
                         continue;
                     }
-                    self.made.push_back(Output { slot, epoch, behind: self.handled, picture });
+                    let output = Output { slot, epoch, behind: self.handled, picture };
+                    self.made.push_back(Made { output, letters });
                 }
             } else if !self.handle() {
                 return;
@@ -346,13 +394,24 @@ impl<E: Fusing> Cell<E> {
         let latest = due + self.wait;
         let is_whole = self.watermarks.whole().is_some_and(|slot| self.grid.open(slot.plus(1)) >= due);
         // What is that new would not be in the log if older things were still on their way.
-        let is_passed = self.inputs.front().is_some_and(|(_, input)| self.grid.open(input.slot) >= latest);
+        let is_passed = match self.inputs.front() {
+            Some((_, Message::Input(input))) => self.grid.open(input.slot) >= latest,
+            Some((_, Message::Letter(_))) | None => false,
+        };
         is_whole || is_passed || now >= latest
     }
 
     /// Handles the next input; whether there was one.
     fn handle(&mut self) -> bool {
-        let Some((sequence, input)) = self.inputs.pop_front() else { return false };
+        let Some((sequence, message)) = self.inputs.pop_front() else { return false };
+        self.handled = sequence;
+        let input = match message {
+            Message::Input(input) => input,
+            Message::Letter(letter) => {
+                self.engine.letter(&letter);
+                return true;
+            }
+        };
         let slot = self.grid.slot();
         for heard in &input.heard {
             // Between the slot that was made last and the next, by what the engine knows: so on every node.
@@ -365,7 +424,6 @@ impl<E: Fusing> Cell<E> {
         if input.is_last {
             self.watermarks.note(input.sensor, input.slot);
         }
-        self.handled = sequence;
         true
     }
 

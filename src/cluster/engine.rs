@@ -9,6 +9,7 @@ use fusion::time::Time;
 
 use super::cell::Fusing;
 use super::message::Heard;
+use super::region::{Border, Letter, Teaching, Word};
 use super::report::CellReport;
 use crate::areas::Masks;
 use crate::capture::{Reception, ReceptionKind};
@@ -16,8 +17,11 @@ use crate::config::Config;
 use crate::live::{Driver, Integrities, Made, PublishedPicture, Status};
 use crate::net::listen::lines;
 use crate::picture::Picture;
-use crate::pipeline::NotRestored;
+use crate::pipeline::{NotRestored, Selection};
 use crate::state::Registrations;
+
+/// A checkpoint: driver, border, decisions to come.
+type Written = (Vec<u8>, Option<Vec<u8>>, Vec<Word>);
 
 /// A site's driver as a cell's engine.
 #[derive(Debug)]
@@ -26,7 +30,14 @@ pub struct SiteEngine {
     driver: Driver,
     /// Where the datagrams of each line go.
     lines: Vec<SocketAddr>,
-    made: VecDeque<(Slot, Vec<u8>)>,
+    made: VecDeque<(Slot, Vec<u8>, Vec<Letter>)>,
+    /// Of the slot that was polled last.
+    letters: Vec<Letter>,
+    /// Of a cell among others.
+    border: Option<Border>,
+    teaching: Teaching,
+    /// What operators have decided for slots that are still to come, in the order in which it came.
+    decided: Vec<Word>,
 }
 
 impl SiteEngine {
@@ -38,12 +49,40 @@ impl SiteEngine {
             lines: lines.iter().map(|line| line.destination().into()).collect(),
             config,
             made: VecDeque::new(),
+            letters: Vec::new(),
+            border: None,
+            teaching: Teaching::default(),
+            decided: Vec::new(),
         }
+    }
+
+    /// The same for a cell among others: it sees what is in the cell and around it, and publishes what is the cell's.
+    #[must_use]
+    pub fn bordering(self, border: Border) -> Self {
+        let region = border.region();
+        let selection = Selection::new(region.outline().clone(), region.halo_m);
+        let teaching = Teaching::new(&self.config, region);
+        let driver = self.driver.selecting(selection);
+        Self { driver, border: Some(border), teaching, ..self }.sharing()
+    }
+
+    /// The same that uses what it is told of sensors, and not what it learns itself.
+    #[must_use]
+    pub fn sharing(mut self) -> Self {
+        self.driver.engine_mut().share_values();
+        self
+    }
+
+    /// The border of its cell, where there is one.
+    pub const fn border(&self) -> Option<&Border> {
+        self.border.as_ref()
     }
 
     /// The state, where no slot waits to be polled.
     pub fn checkpoint(&self) -> Vec<u8> {
-        self.driver.checkpoint(&self.config)
+        let border = self.border.as_ref().map(Border::checkpoint);
+        postcard::to_stdvec(&(self.driver.checkpoint(&self.config), border, &self.decided))
+            .expect("every state can be written down")
     }
 
     /// The same as the one that wrote a checkpoint was then.
@@ -51,14 +90,46 @@ impl SiteEngine {
     /// # Errors
     /// It is of another version, or the site or its settings are others now.
     pub fn restored(mut self, masks: Masks, checkpoint: &[u8]) -> Result<Self, NotRestored> {
-        self.driver.restore(&self.config, masks, checkpoint)?;
-        Ok(self)
+        let written: Written = postcard::from_bytes(checkpoint).map_err(|_| NotRestored::Unreadable)?;
+        let (driver, border, decided) = written;
+        self.driver.restore(&self.config, masks, &driver)?;
+        let is_whole = match (&mut self.border, border) {
+            (Some(own), Some(octets)) => own.go_on(&octets),
+            (own, octets) => own.is_none() && octets.is_none(),
+        };
+        self.decided = decided;
+        if is_whole { Ok(self) } else { Err(NotRestored::Site) }
+    }
+
+    /// The state of the driver in a checkpoint, as [`Driver::restore`] takes it. `None`: it is none of this version.
+    pub fn driver_in(checkpoint: &[u8]) -> Option<Vec<u8>> {
+        let written: Written = postcard::from_bytes(checkpoint).ok()?;
+        Some(written.0)
+    }
+
+    /// Carries out what was decided for the slot that is made next, or before.
+    fn carry_out(&mut self) {
+        let Some(next) = self.driver.next_slot() else { return };
+        let driver = &mut self.driver;
+        self.decided.retain(|word| match *word {
+            // What it is about may have ended meanwhile: then it says nothing.
+            Word::Correlate { from, correlation } if from <= next => {
+                _ = driver.correlate(correlation);
+                false
+            }
+            Word::Say { from, word } if from <= next => {
+                _ = driver.say(word);
+                false
+            }
+            _ => true,
+        });
     }
 
     /// Takes what outlives a gap from a state that is too old to go on with: numbers, registration, decisions.
     pub fn remember(&mut self, masks: Masks, checkpoint: &[u8], now: Time) {
         let mut before = Driver::new(&self.config, masks.clone(), now, self.lines.len());
-        if before.restore(&self.config, masks, checkpoint).is_err() {
+        let Some(driver) = Self::driver_in(checkpoint) else { return };
+        if before.restore(&self.config, masks, &driver).is_err() {
             return;
         }
         let engine = before.pipeline().engine();
@@ -101,9 +172,14 @@ impl SiteEngine {
 
     fn gather(&mut self) {
         while let Some(made) = self.driver.poll() {
-            if let Made::Slot(PublishedPicture { picture, now, .. }) = made {
+            if let Made::Slot(PublishedPicture { mut picture, now, .. }) = made {
                 let slot = picture.slot;
-                self.made.push_back((slot, octets(&picture, now.get().as_deref())));
+                let mut now = now.get().map(|now| Picture::clone(&now));
+                let words = self.teaching.turn(slot, self.driver.engine_mut());
+                let engine = self.driver.pipeline().engine();
+                let turn = |border: &mut Border| border.turn(&mut picture, now.as_mut(), engine, words);
+                let letters = self.border.as_mut().map(turn).unwrap_or_default();
+                self.made.push_back((slot, octets(&picture, now.as_ref()), letters));
             }
         }
     }
@@ -134,6 +210,7 @@ impl Fusing for SiteEngine {
     }
 
     fn tick(&mut self, now: Time) {
+        self.carry_out();
         self.driver.tick(now);
         self.gather();
     }
@@ -143,6 +220,29 @@ impl Fusing for SiteEngine {
     }
 
     fn poll(&mut self) -> Option<(Slot, Vec<u8>)> {
-        self.made.pop_front()
+        let (slot, picture, letters) = self.made.pop_front()?;
+        self.letters = letters;
+        Some((slot, picture))
+    }
+
+    fn letter(&mut self, letter: &Letter) {
+        let word = match &mut self.border {
+            Some(border) => border.letter(letter),
+            None => Some(letter.word.clone()),
+        };
+        match word {
+            Some(Word::Values { from, values }) => self.driver.engine_mut().use_values(from, *values),
+            Some(Word::Known(values)) => self.driver.engine_mut().use_transponder_values(&values),
+            Some(word) => self.decided.push(word),
+            None => {}
+        }
+    }
+
+    fn recent_letters(&self) -> Vec<Letter> {
+        self.border.as_ref().map(Border::recent_letters).unwrap_or_default()
+    }
+
+    fn letters(&mut self) -> Vec<Letter> {
+        std::mem::take(&mut self.letters)
     }
 }

@@ -19,6 +19,7 @@ mod message;
 mod node;
 #[cfg(feature = "cluster")]
 mod recording;
+pub mod region;
 mod report;
 #[cfg(feature = "cluster")]
 mod seat;

@@ -104,7 +104,8 @@ pub async fn record(
     let settings = crate::config::Record { dir: directory.to_owned(), ..settings };
     let started = Recorder::start(&site, &settings, numbers, true);
     let (queue, recorder) = started.map_err(|error| NotRecorded::Recorder(error.to_string()))?;
-    queue.wait(Recorded::Checkpoint(kept.engine.into()));
+    let state = SiteEngine::driver_in(&kept.engine).ok_or(NotRecorded::NoCheckpoint)?;
+    queue.wait(Recorded::Checkpoint(state.into()));
     let noted = Noted {
         engine,
         queue,

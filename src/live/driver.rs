@@ -13,7 +13,7 @@ use crate::capture::Reception;
 use crate::config::Config;
 use crate::integrity::{Flags, Lookout};
 use crate::picture::PictureMaker;
-use crate::pipeline::{Event, NotRestored, Output, Pipeline};
+use crate::pipeline::{Event, NotRestored, Output, Pipeline, Selection};
 use crate::state::{EngineState, Warm};
 use fusion::Engine;
 use fusion::integrity::Word;
@@ -117,6 +117,16 @@ impl Driver {
     pub fn checkpoint(&self, config: &Config) -> Vec<u8> {
         EngineState { pipeline: self.pipeline.checkpoint(config), lookout: self.lookout.checkpoint() }
             .octets()
+    }
+
+    /// The same for a cell: its engine is given what is for it.
+    pub fn selecting(self, selection: Selection) -> Self {
+        Self { pipeline: self.pipeline.selecting(selection), ..self }
+    }
+
+    /// The slot that is made next; `None` before the first arrival.
+    pub fn next_slot(&self) -> Option<Slot> {
+        self.pipeline.engine().next_slot()
     }
 
     /// The same with somebody on the lookout for drones without a transponder.

@@ -226,7 +226,8 @@ impl Health {
     /// Notes what became of a record received at `now`.
     pub fn note(&mut self, event: &Event, now: Time) {
         match *event {
-            Event::Accepted { sensor, report } => {
+            // A sensor is as well as it is, wherever its aircraft are.
+            Event::Accepted { sensor, report } | Event::Elsewhere { sensor, report } => {
                 let sensor = self.heard(sensor, now);
                 sensor.accepted += 1;
                 (sensor.taken, sensor.untimely) = (Some(now), None);

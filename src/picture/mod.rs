@@ -93,6 +93,8 @@ pub struct PictureTrack {
     pub motion: Option<Motion>,
     /// Ids of the tracks of this picture that claim to be the same aircraft elsewhere.
     pub disputed: Vec<String>,
+    /// Its aircraft's id where a region of several cells gave it one.
+    pub id: Option<String>,
     /// Whether it flies without a transponder where one is to be heard; [`Lookout`](crate::integrity::Lookout) finds that out.
     pub is_uncooperative: bool,
 }
@@ -101,6 +103,17 @@ impl PictureTrack {
     /// What tells its aircraft from all others: numbers come again.
     fn key(&self) -> (u32, Time) {
         (self.point.number, self.point.first_seen)
+    }
+
+    /// Where it stands in a picture: fused, then radar, then transponder; each by track number.
+    #[cfg(any(test, feature = "cluster"))]
+    pub(crate) const fn order(&self) -> (u8, u32) {
+        let rank = match self.point.source {
+            Source::Fused(..) => 0,
+            Source::Radar(_) => 1,
+            Source::Transponder(_) => 2,
+        };
+        (rank, self.point.number)
     }
 
     /// Whether it is a vehicle on the ground of an aerodrome, which is for readers who ask for those.
@@ -241,6 +254,7 @@ impl PictureMaker {
                 altitude_amsl_m: measured.then_some(position.height_m - self.undulation_m),
                 motion: estimate.map(|estimate| Motion::new(estimate, point.position, position, &self.frame)),
                 disputed,
+                id: None,
                 is_uncooperative: false,
                 point,
             }
@@ -292,11 +306,11 @@ impl PictureMaker {
         &self.sensors[usize::from(index.0)]
     }
 
-    /// The track's id, of letters, digits, `-`, `.`, `_`. In the `operational` profile one per aircraft for its life:
+    /// The track's id, of letters, digits, `-`, `.`, `_`. Of a region of several cells `U-<cell>-<count>`; of one site in the `operational` profile one per aircraft for its life:
     /// `U-<number>`, with `-<first seen>` where the number is one that comes again. In the `reference` profile
     /// `F-<number>`, `T-<number>`, or `R-<sensor>-<number>-<first seen>`, because a radar gives its numbers again.
     pub fn track_id(&self, track: &PictureTrack) -> String {
-        self.id(&track.point)
+        track.id.clone().unwrap_or_else(|| self.id(&track.point))
     }
 
     fn id(&self, point: &Point) -> String {

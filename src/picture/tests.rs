@@ -49,6 +49,7 @@ fn track(estimate: Option<(Basis, f64)>) -> PictureTrack {
         position: place,
         altitude_amsl_m: None,
         disputed: Vec::new(),
+        id: None,
         is_uncooperative: false,
     }
 }

@@ -9,13 +9,13 @@ use sha2::{Digest, Sha256};
 use super::duplicates::Duplicates;
 use super::senders::Senders;
 use super::settings::settings;
-use super::{Pipeline, RemoteId};
+use super::{Pipeline, RemoteId, Selection};
 use crate::areas::Masks;
 use crate::config::Config;
 use crate::normalise::Barometer;
 
 /// Number of the layout below; that of the engine is its own.
-const LAYOUT: u16 = 1;
+const LAYOUT: u16 = 2;
 
 /// Why a pipeline does not go on where another one was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -43,11 +43,12 @@ struct Written<State> {
 
 /// What the pipeline knows besides the engine.
 #[derive(Serialize, Deserialize)]
-struct State<D, S, B, R> {
+struct State<D, S, B, R, H> {
     duplicates: D,
     senders: S,
     barometer: B,
     remote_id: R,
+    selection: H,
     now: Time,
     clock_behind: bool,
 }
@@ -56,9 +57,10 @@ impl Pipeline {
     /// The state as octets.
     #[must_use]
     pub fn checkpoint(&self, config: &Config) -> Vec<u8> {
-        let Self { duplicates, senders, barometer, remote_id, engine, now, clock_behind, .. } = self;
+        let Self { duplicates, senders, barometer, remote_id, selection, engine, now, clock_behind, .. } =
+            self;
         let (now, clock_behind) = (*now, *clock_behind);
-        let state = State { duplicates, senders, barometer, remote_id, now, clock_behind };
+        let state = State { duplicates, senders, barometer, remote_id, selection, now, clock_behind };
         let written = Written { layout: LAYOUT, site: site(config), engine: engine.checkpoint(), state };
         postcard::to_stdvec(&written).expect("every state can be written down")
     }
@@ -68,7 +70,7 @@ impl Pipeline {
     /// # Errors
     /// It is none, of another version, damaged, or of a site with other sensors or settings.
     pub fn restored(config: &Config, masks: Masks, octets: &[u8]) -> Result<Self, NotRestored> {
-        type Known = State<Duplicates, Senders, Barometer, Option<RemoteId>>;
+        type Known = State<Duplicates, Senders, Barometer, Option<RemoteId>, Option<Selection>>;
         let (layout, _) = postcard::take_from_bytes::<u16>(octets).map_err(|_| NotRestored::Unreadable)?;
         if layout != LAYOUT {
             return Err(NotRestored::Unreadable);
@@ -79,9 +81,9 @@ impl Pipeline {
         }
         let new = Self::new(config, masks);
         let engine = Engine::restored(settings(config, &new.normaliser), &written.engine)?;
-        let State { duplicates, senders, barometer, remote_id, now, clock_behind } = written.state;
+        let State { duplicates, senders, barometer, remote_id, selection, now, clock_behind } = written.state;
         let senders = new.senders.going_on(senders);
-        Ok(Self { duplicates, senders, barometer, remote_id, engine, now, clock_behind, ..new })
+        Ok(Self { duplicates, senders, barometer, remote_id, selection, engine, now, clock_behind, ..new })
     }
 }
 

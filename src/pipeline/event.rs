@@ -47,6 +47,13 @@ pub enum Event {
         /// What the engine was given.
         report: Report,
     },
+    /// A record became a report that is for other cells.
+    Elsewhere {
+        /// From this sensor.
+        sensor: SensorIndex,
+        /// What they are given.
+        report: Report,
+    },
     /// A service message of a radar (CAT034), or who a drone is (Remote ID).
     Service {
         /// The sensor.
@@ -143,6 +150,8 @@ pub struct Tally {
     pub several_records: u64,
     /// Reports, by sensor.
     pub accepted: BTreeMap<SensorIndex, u64>,
+    /// Reports for other cells, by sensor.
+    pub elsewhere: BTreeMap<SensorIndex, u64>,
     /// Service messages (CAT034) and Basic IDs (Remote ID), by sensor.
     pub service: BTreeMap<SensorIndex, u64>,
     /// Records without a report, by sensor and reason.
@@ -173,6 +182,7 @@ impl Tally {
             Event::SkippedBlock { category } => add(&mut self.skipped, category),
             Event::SeveralRecords => self.several_records += 1,
             Event::Accepted { sensor, .. } => add(&mut self.accepted, sensor),
+            Event::Elsewhere { sensor, .. } => add(&mut self.elsewhere, sensor),
             Event::Service { sensor, .. } => add(&mut self.service, sensor),
             Event::Refused { refusal: Refusal::UnknownSource { category, source }, .. } => {
                 add(&mut self.unknown_sources, (category, source));

@@ -6,6 +6,7 @@ mod event;
 mod generations;
 mod names;
 mod remote_id;
+mod selection;
 mod senders;
 mod settings;
 
@@ -33,6 +34,7 @@ pub use event::{Event, Tally};
 use names::Names;
 pub use remote_id::LineFault;
 use remote_id::{Said, Transmitters};
+pub use selection::Selection;
 pub use senders::Contest;
 use senders::{Judged, Senders, Subject};
 use settings::settings;
@@ -57,6 +59,8 @@ pub struct Pipeline {
     engine: Engine,
     /// Plots are judged and counted, and not given to the engine.
     withholds_plots: bool,
+    /// Of a cell among others: what is for it. `None`: everything.
+    selection: Option<Selection>,
     journal: Journal,
     /// The latest reception.
     now: Time,
@@ -117,6 +121,7 @@ impl Pipeline {
             senders: Senders::new(config),
             engine: Engine::new(settings(config, &normaliser)).expect("the configuration was checked"),
             withholds_plots: false,
+            selection: None,
             barometer: Barometer::default(),
             remote_id,
             own: DataSource { sac: config.site.sac, sic: config.site.sic },
@@ -130,6 +135,11 @@ impl Pipeline {
     /// The same where the engine is given no plots; they count as accepted all the same.
     pub fn without_plots(self) -> Self {
         Self { withholds_plots: true, ..self }
+    }
+
+    /// The same for a cell: the engine is given what is for it, everything else is counted.
+    pub fn selecting(self, selection: Selection) -> Self {
+        Self { selection: Some(selection), ..self }
     }
 
     /// The same where reports of ADS-B and Remote ID need no height, whatever the profile: they are at an assumed one.
@@ -146,6 +156,8 @@ impl Pipeline {
             self.note_step(received);
             self.now = self.now.max(received);
             self.journal.emit(self.engine.advance(received));
+            let left = self.selection.as_mut().map(|selection| selection.left(received));
+            left.into_iter().flatten().for_each(|left| self.engine.leave(left));
             if self.is_repeated(reception) {
                 return self.journal.note(Event::DuplicateDatagram);
             }
@@ -323,7 +335,7 @@ impl Pipeline {
         report: Result<Report, Refused>,
         sender: &mut Sender,
     ) -> Result<Event, Refused> {
-        let Self { engine, senders, now, withholds_plots, remote_id, .. } = self;
+        let Self { engine, senders, now, withholds_plots, remote_id, selection, normaliser, .. } = self;
         let mut report = report.inspect_err(|(sensor, _)| {
             if let Some(sensor) = *sensor {
                 sender.still_speaks(Subject { sensor, category, identity: None }, senders, *now);
@@ -343,6 +355,9 @@ impl Pipeline {
             (Some(sensor), refusal(refused))
         })?;
         sender.judge(subject, senders, *now)?;
+        if selection.as_mut().is_some_and(|selection| !selection.takes(&report, normaliser.frame())) {
+            return Ok(Event::Elsewhere { sensor, report });
+        }
         if !(*withholds_plots && matches!(report, Report::Plot(_))) {
             offer.take();
         }

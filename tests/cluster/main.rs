@@ -13,6 +13,7 @@ mod outages;
 mod program;
 mod proxy;
 mod readers;
+mod recording;
 #[allow(dead_code, reason = "shared with an example")]
 mod servers;
 mod site;

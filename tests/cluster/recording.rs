@@ -31,7 +31,8 @@ async fn what_the_picture_sends_is_what_replay_makes_of_the_cells_recording() {
     let mut sent = Vec::new();
     while !recorder.is_finished() {
         let mut datagram = vec![0; 65_536];
-        if let Ok(octets) = tokio::time::timeout(Duration::from_millis(100), socket.recv(&mut datagram)).await {
+        if let Ok(octets) = tokio::time::timeout(Duration::from_millis(100), socket.recv(&mut datagram)).await
+        {
             datagram.truncate(octets.unwrap());
             sent.push(datagram);
         }

@@ -2,9 +2,10 @@
 
 use super::{Engine, Rules};
 use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
-use crate::operational::{Operational, Registered};
+use crate::operational::{Operational, Registered, SensorValues, TransponderValues};
 use crate::registration::{RegistrationState, RegistrationStateError};
-use crate::report::{SensorIndex, TransponderType};
+use crate::report::{Identity, SensorIndex, TransponderType};
+use crate::slots::Slot;
 
 impl Engine {
     /// What is known of each radar's registration; nothing in the `reference` profile.
@@ -40,6 +41,42 @@ impl Engine {
         match &mut self.rules {
             Rules::Operational(operational, _) => operational.restore_learning(sensor, state).map(|()| true),
             Rules::Reference(_) => Ok(false),
+        }
+    }
+
+    /// From now on what counts of what is known of the sensors is what it is given ([`Engine::use_values`]), and not what it
+    /// learns itself; whether it does: the `reference` profile learns nothing.
+    pub fn share_values(&mut self) -> bool {
+        match &mut self.rules {
+            Rules::Operational(operational, _) => {
+                operational.share();
+                true
+            }
+            Rules::Reference(_) => false,
+        }
+    }
+
+    /// What it has learnt of a radar or, with `None`, of all transponders, for others to use.
+    pub fn learnt_values(&self, radar: Option<SensorIndex>) -> Option<SensorValues> {
+        self.operational()?.learnt_values(radar)
+    }
+
+    /// Uses what another engine, or this one, has learnt, from this slot on.
+    pub fn use_values(&mut self, from: Slot, values: SensorValues) {
+        if let Rules::Operational(operational, _) = &mut self.rules {
+            operational.use_values(from, values);
+        }
+    }
+
+    /// What is known of a transponder, for an engine that will hear it soon.
+    pub fn transponder_values(&self, identity: Identity) -> Option<TransponderValues> {
+        self.operational()?.transponder_values(identity)
+    }
+
+    /// Goes on with what another engine knows of a transponder, as soon as that is heard.
+    pub fn use_transponder_values(&mut self, values: &TransponderValues) {
+        if let Rules::Operational(operational, _) = &mut self.rules {
+            operational.use_transponder_values(values);
         }
     }
 

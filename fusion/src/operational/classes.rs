@@ -89,12 +89,25 @@ impl ClassEvidence {
 pub(super) struct Classes {
     radars: BTreeMap<SensorIndex, ClassEvidence>,
     none: ClassEvidence,
+    /// What others have learnt; `None`: what it learns itself counts.
+    pub(super) shared: Option<BTreeMap<SensorIndex, ClassEvidence>>,
 }
 
 impl Classes {
     /// That of a radar.
     pub(super) fn of(&self, sensor: SensorIndex) -> &ClassEvidence {
+        let radars = self.shared.as_ref().unwrap_or(&self.radars);
+        radars.get(&sensor).unwrap_or(&self.none)
+    }
+
+    /// The same as it has shown itself here.
+    pub(super) fn learnt(&self, sensor: SensorIndex) -> &ClassEvidence {
         self.radars.get(&sensor).unwrap_or(&self.none)
+    }
+
+    /// What outlives a fresh start: what others have learnt.
+    pub(super) fn only_shared(self) -> Self {
+        Self { shared: self.shared, ..Self::default() }
     }
 
     /// Takes in the radar tracks whose class has settled with the plots up to the slot.

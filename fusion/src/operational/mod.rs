@@ -37,7 +37,10 @@ mod tracklets;
 mod transponder;
 mod transponder_types;
 mod tuning;
+mod values;
 mod walk_off;
+
+use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
@@ -46,7 +49,7 @@ use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
 use crate::numbering::Numbers;
 use crate::point::{Newcomers, NowPicture, Point};
 use crate::registration::{RegistrationState, RegistrationStateError};
-use crate::report::{Bearing, Fix, Identity, Plot, Report, SensorIndex, TransponderType};
+use crate::report::{Bearing, Fix, Identity, Left, Plot, Report, SensorIndex, TransponderType};
 use crate::slots::{Slot, SlotGrid};
 use crate::time::{SECOND, Time};
 use admission::{Admission, Admitted};
@@ -54,11 +57,13 @@ use cameras::Cameras;
 use classes::Classes;
 use correlation::Correlations;
 use cycle::Cycle;
+use ids::TargetId;
 use integrity::Integrities;
 use registrations::Registrations;
 use targets::Targets;
 use tracklets::Tracklets;
 use transponder_types::TransponderTypes;
+use values::{Awaited, Planned};
 
 pub use correlation::{
     Correlation, HeldCorrelation, NotCorrelated, ResumedCorrelation, SavedCorrelation, Verdict,
@@ -67,6 +72,7 @@ pub use registrations::{Registered, Step};
 pub(crate) use settings::Settings;
 pub(super) use tuning::DECIDED_AFTER;
 pub use tuning::{ASSOCIATE_LLR, DISSOCIATE_LLR};
+pub use values::{SensorValues, TransponderValues};
 
 /// What the profile knows, and the reports since the last slot.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -85,6 +91,12 @@ pub(super) struct Operational {
     integrities: Integrities,
     /// Centre of the slot that was decided last.
     decided: Option<Time>,
+    /// What others have learnt of the sensors, to be used from a slot on.
+    planned: Planned,
+    /// What others know of transponders that were not heard here yet.
+    awaited: Awaited,
+    /// Who has left since the last slot.
+    left: Vec<Left>,
 }
 
 /// What a slot yields.
@@ -122,6 +134,11 @@ impl Operational {
         }
     }
 
+    /// Forgets who has left, with the next slot.
+    pub(super) fn leave(&mut self, left: Left) {
+        self.left.push(left);
+    }
+
     /// Publishes a slot.
     pub(super) fn emit(
         &mut self,
@@ -130,6 +147,7 @@ impl Operational {
         settings: &Settings,
         numbers: &mut Numbers,
     ) -> Yield {
+        self.turn_values(slot);
         let settings = &self.registrations.settings(settings, &mut self.types);
         let deadline = grid.open(slot) + settings.latency;
         let cycle_of = |slot, previous| Cycle::new(slot, deadline, grid, previous, settings);
@@ -138,6 +156,7 @@ impl Operational {
         self.pass(cycle.centre, settings);
         self.sort_plots(settings);
         self.sort_fixes(settings);
+        self.hear_awaited();
         self.sort_bearings();
         self.forget(cycle);
         let Self {
@@ -233,9 +252,27 @@ impl Operational {
         self.bearings.drain(..).for_each(|bearing| self.cameras.insert(bearing));
     }
 
+    /// Drops the targets of who has left. A radar track that goes with a transponder's leaves with that.
+    fn forget_left(&mut self, cycle: &Cycle) {
+        let Self { left, targets, tracklets, .. } = self;
+        let target = |left: Left| match left {
+            Left::Transponder(identity) => targets.of_identity(identity),
+            Left::Track(key) => {
+                let tracklet = tracklets.with_number(key, cycle.centre, cycle.settings)?;
+                tracklet
+                    .target()
+                    .filter(|&id| targets.get(id).is_some_and(|target| target.identity().is_none()))
+            }
+        };
+        let gone: BTreeSet<TargetId> = left.drain(..).filter_map(target).collect();
+        targets.forget_all(&gone);
+    }
+
     /// Forgets what is too old, and what was about that.
     fn forget(&mut self, cycle: &Cycle) {
         let Cycle { centre, settings, .. } = *cycle;
+        self.forget_left(cycle);
+        self.forget_awaited(centre);
         self.tracklets.forget_before(centre + -tuning::PLOTS_KEPT);
         self.tracklets.turn(centre);
         self.registrations.end(&self.tracklets, &mut self.types);
@@ -286,6 +323,8 @@ impl Operational {
     pub(crate) fn inherit(&mut self, before: Self) {
         self.registrations = before.registrations.without_tracks();
         self.types = before.types;
+        self.classes = before.classes.only_shared();
+        self.planned = before.planned;
         self.integrities = before.integrities.without_tracks();
     }
 

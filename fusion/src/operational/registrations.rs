@@ -65,6 +65,20 @@ impl Default for Registered {
     }
 }
 
+/// What of a radar's registration is used.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Applied {
+    learnt: Option<LearntRadar>,
+    correction: Correction,
+}
+
+/// Nothing is known.
+impl Default for Applied {
+    fn default() -> Self {
+        Self { learnt: None, correction: Registered::default().correction }
+    }
+}
+
 impl Registered {
     fn new(registration: Registration) -> Self {
         let estimate = registration.estimate();
@@ -117,9 +131,14 @@ impl Registered {
         self.learning.to_state()
     }
 
+    fn applied(&self) -> Applied {
+        Applied { learnt: self.learnt, correction: self.correction }
+    }
+}
+
+impl Applied {
     /// The radar as it has shown itself.
-    fn apply_to(&mut self, radar: &mut Radar) {
-        self.learnt = radar.learns_accuracy.then(|| self.learning.learnt(&radar.data_sheet));
+    fn apply_to(&self, radar: &mut Radar) {
         if let Some(learnt) = &self.learnt {
             let steps = |of: fn(&RadarErrors) -> f64| {
                 let sheet = of(&radar.data_sheet);
@@ -199,6 +218,10 @@ pub(super) struct Registrations {
     disbelieved: BTreeSet<TargetId>,
     /// Of radar tracks of which no transponder tells, where their radar tells velocities.
     rates: BTreeMap<TrackletId, RangeRate>,
+    /// The transponders' delay as these radars show it.
+    delay: Option<Delay>,
+    /// What others have learnt; `None`: what it learns itself counts.
+    pub(super) shared: Option<BTreeMap<SensorIndex, Applied>>,
 }
 
 impl Registrations {
@@ -232,13 +255,30 @@ impl Registrations {
 
     /// The same radars, without tracks.
     pub(super) fn without_tracks(self) -> Self {
-        Self { radars: self.radars, ..Self::default() }
+        Self { radars: self.radars, shared: self.shared, ..Self::default() }
+    }
+
+    fn correction(&self, sensor: SensorIndex) -> Option<&Correction> {
+        match &self.shared {
+            Some(shared) => shared.get(&sensor).map(|applied| &applied.correction),
+            None => self.radars.get(&sensor).map(|registered| &registered.correction),
+        }
+    }
+
+    /// What was learnt of a radar.
+    pub(super) fn learnt(&self, sensor: SensorIndex) -> Option<Applied> {
+        self.radars.get(&sensor).map(Registered::applied)
+    }
+
+    /// What was learnt of the transponders' delay.
+    pub(super) fn delay(&self) -> Option<Delay> {
+        self.delay
     }
 
     /// A plot as an aligned radar would have it, as far as that is known and is to be applied.
     pub(super) fn correct(&self, mut plot: Plot, radar: &Radar) -> Plot {
         if radar.registration == RegistrationMode::Apply
-            && let Some(Registered { correction, .. }) = self.radars.get(&plot.track.sensor)
+            && let Some(correction) = self.correction(plot.track.sensor)
         {
             let seen = radar.frame.from_site(plot.position);
             let corrected = match plot.height_measured {
@@ -263,7 +303,11 @@ impl Registrations {
             };
             let sensor = SensorIndex(index as u16);
             let registered = self.radars.entry(sensor).or_default();
-            registered.apply_to(radar);
+            registered.learnt = radar.learns_accuracy.then(|| registered.learning.learnt(&radar.data_sheet));
+            match &self.shared {
+                Some(shared) => shared.get(&sensor).cloned().unwrap_or_default().apply_to(radar),
+                None => registered.applied().apply_to(radar),
+            }
             if radar.registration == RegistrationMode::Apply {
                 let time = registered.estimate.time_information();
                 information += time.inverse_variance;
@@ -278,6 +322,11 @@ impl Registrations {
             let radar = applied.contains(&sensor).then(|| self.radars.get(&sensor))??;
             Some(sums.given(&radar.estimate))
         });
+        self.delay = Some(now.delay);
+        if let Some(shared) = &types.shared {
+            now.delay = shared.delay.unwrap_or_else(|| Delay::default().apart(mean_s, sigma_s));
+            now.delays.clone_from(&shared.delays);
+        }
         now
     }
 

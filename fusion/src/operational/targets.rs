@@ -1,7 +1,7 @@
 //! Aircraft as the engine knows them, whichever sensor sees them.
 
 use std::cell::OnceCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +17,7 @@ use super::settings::{Radar, Settings};
 use super::shared;
 use super::track_numbers::{TrackNumber, TrackNumbers};
 use super::tracklets::{Tracklet, Tracklets};
-use super::transponder::{OnCurve, Transponder};
+use super::transponder::{Noise, OnCurve, Transponder};
 use super::transponder_types::TransponderTypes;
 use super::tuning::{TARGET_SILENT_MAX, TRANSPONDER_SILENT_S};
 use crate::filter::{Measurement, StateEstimate, TargetFilter};
@@ -67,6 +67,14 @@ impl Target {
 
     pub(super) fn transponder(&self) -> Option<&Transponder> {
         self.transponder.as_ref()
+    }
+
+    /// Goes on with what another engine knows of its transponder's noise; whether it has one.
+    pub(super) const fn use_noise(&mut self, noise: Noise) -> bool {
+        if let Some(transponder) = &mut self.transponder {
+            transponder.use_noise(noise);
+        }
+        self.transponder.is_some()
     }
 
     pub(super) fn identity(&self) -> Option<Identity> {
@@ -340,10 +348,22 @@ impl Targets {
             }
             let is_left = time - target.newest <= TARGET_SILENT_MAX || !target.followed.is_empty();
             if !is_left {
-                match &target.transponder {
-                    Some(transponder) => _ = by_identity.remove(&transponder.identity),
-                    None => target.number.into_iter().for_each(|number| numbers.release(number)),
-                }
+                end(target, by_identity, numbers);
+            }
+            is_left
+        });
+    }
+
+    /// Drops these.
+    pub(super) fn forget_all(&mut self, ids: &BTreeSet<TargetId>) {
+        let Self { all, by_identity, numbers, .. } = self;
+        if ids.is_empty() {
+            return;
+        }
+        all.retain(|id, target| {
+            let is_left = !ids.contains(&id);
+            if !is_left {
+                end(target, by_identity, numbers);
             }
             is_left
         });
@@ -459,6 +479,14 @@ impl Targets {
         target.number = Some(number);
         identity.into_iter().for_each(|identity| self.numbers.keep(identity, number));
         Some(number)
+    }
+}
+
+/// A target ends: a transponder's aircraft keeps its number.
+fn end(target: &Target, by_identity: &mut BTreeMap<Identity, TargetId>, numbers: &mut TrackNumbers) {
+    match &target.transponder {
+        Some(transponder) => _ = by_identity.remove(&transponder.identity),
+        None => target.number.into_iter().for_each(|number| numbers.release(number)),
     }
 }
 

@@ -19,13 +19,36 @@ pub(super) struct TransponderTypes {
     known: BTreeMap<TransponderType, TypeLearning>,
     /// As [`Self::delays`] had them last.
     delays: BTreeMap<TransponderType, Delay>,
+    /// What another engine has learnt; `None`: what it learns itself counts.
+    pub(super) shared: Option<TypeValues>,
+}
+
+/// What is used of the types' delays and noise.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct TypeValues {
+    /// Of those of which no more is known.
+    pub(super) delay: Option<Delay>,
+    pub(super) delays: BTreeMap<TransponderType, Delay>,
+    noise: BTreeMap<TransponderType, [WhiteNoise; 2]>,
+}
+
+fn of_type(learning: &TypeLearning) -> [WhiteNoise; 2] {
+    learning.noise().each_ref().map(WhiteNoise::of_type)
 }
 
 impl TransponderTypes {
     /// White noise of a transponder of this type of which nothing else is known: over ground, and in height.
     pub(super) fn noise(&self, kind: &TransponderType) -> [WhiteNoise; 2] {
-        let known = self.known.get(kind).map(|learning| learning.noise().each_ref().map(WhiteNoise::of_type));
-        known.unwrap_or_default()
+        if let Some(shared) = &self.shared {
+            return shared.noise.get(kind).copied().unwrap_or_default();
+        }
+        self.known.get(kind).map(of_type).unwrap_or_default()
+    }
+
+    /// What has shown itself here; `delay`: that of all.
+    pub(super) fn values(&self, delay: Option<Delay>) -> TypeValues {
+        let noise = self.known.iter().map(|(kind, learning)| (*kind, of_type(learning)));
+        TypeValues { delay, delays: self.delays.clone(), noise: noise.collect() }
     }
 
     /// Takes in a report of one of this type, `dt` seconds after the one before it.

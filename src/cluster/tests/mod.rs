@@ -1,16 +1,19 @@
 //! Seeded schedules of faults in virtual time, over a model of the log's four operations.
 
+mod cells;
 mod site;
 mod toy;
 mod world;
 
-use fusion::slots::SlotGrid;
+use std::collections::BTreeSet;
+
+use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 
 use super::cell::Cell;
 use super::engine::{SiteEngine, pictures};
 use toy::Toy;
-use world::{Engine, Fault, Faults, WAIT, World};
+use world::{Engine, Fault, Faults, Logged, WAIT, World};
 
 /// What an engine that was there all the time, and handled the log in order, would have published.
 fn checked<E: Engine>(world: &World<E>, what: &str) {
@@ -22,13 +25,27 @@ fn checked<E: Engine>(world: &World<E>, what: &str) {
     }
     let mut alone = Cell::new(E::new(), SlotGrid::default(), WAIT, 0, 0);
     for (index, input) in world.inputs().iter().enumerate() {
-        alone.input(index as u64 + 1, input.clone());
+        input.to(&mut alone, index as u64 + 1);
     }
     for (index, output) in outputs.iter().enumerate() {
         alone.output(index as u64 + 1, output.clone()).unwrap();
     }
     assert_eq!(alone.pump(Time::default()), Ok(()), "{what}: another picture");
     assert_eq!(alone.rests_at().map(|(_, published)| published), Some(outputs.len() as u64), "{what}");
+}
+
+/// Every letter of what was published is in the log, whoever had to send it.
+fn delivered(world: &World<Toy>, what: &str) {
+    let letters = world.inputs().iter().filter_map(|logged| match logged {
+        Logged::Letter(letter) => Some(letter.slot),
+        Logged::Input(_) => None,
+    });
+    let letters: BTreeSet<Slot> = letters.collect();
+    let outputs = world.outputs();
+    // The last seconds' may be on their way.
+    for output in &outputs[..outputs.len().saturating_sub(12)] {
+        assert!(letters.contains(&output.slot), "{what}: the letter of slot {} is lost", output.slot.0);
+    }
 }
 
 fn flown(seed: u64, faults: Faults) -> World<Toy> {
@@ -83,6 +100,7 @@ fn whatever_happens_nothing_is_doubled_and_nothing_is_missing() {
     for seed in 0..count {
         let world = flown(seed, Faults::any(seed));
         checked(&world, &format!("seed {seed}"));
+        delivered(&world, &format!("seed {seed}"));
         takeovers += world.takeovers();
         refused += world.refused();
         lost += world.lost();

@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 use super::world::{Engine, Feed, LASTS_MS};
 use crate::cluster::cell::Fusing;
 use crate::cluster::message::Heard;
+use crate::cluster::region::{Letter, Word};
+use crate::territory::CellName;
 
 /// Slots from a slot's opening to when it is due.
 const LATENCY: i64 = 25;
@@ -20,6 +22,10 @@ pub(super) struct Toy {
     known: BTreeSet<Vec<u8>>,
     next: Option<Slot>,
     made: VecDeque<(Slot, Vec<u8>)>,
+    /// Its letters to itself, and the slots of those that it has read.
+    letters: Vec<Letter>,
+    recent: VecDeque<Letter>,
+    read: BTreeSet<Slot>,
 }
 
 fn grid() -> SlotGrid {
@@ -76,7 +82,30 @@ impl Fusing for Toy {
         Some(grid().open(self.next?.plus(LATENCY)))
     }
 
+    /// What it reads counts, and where it reads it.
+    fn letter(&mut self, letter: &Letter) {
+        if self.read.insert(letter.slot) {
+            self.mix(&letter.body());
+        }
+    }
+
+    fn recent_letters(&self) -> Vec<Letter> {
+        self.recent.iter().cloned().collect()
+    }
+
+    fn letters(&mut self) -> Vec<Letter> {
+        std::mem::take(&mut self.letters)
+    }
+
     fn poll(&mut self) -> Option<(Slot, Vec<u8>)> {
-        self.made.pop_front()
+        let (slot, picture) = self.made.pop_front()?;
+        let name = CellName::new("toy").unwrap();
+        let word = Word::Unknown { id: format!("{:x}", self.hash) };
+        self.letters = vec![Letter { from: name.clone(), to: name, slot, index: 0, word }];
+        self.recent.extend(self.letters.clone());
+        while self.recent.front().is_some_and(|letter| letter.slot < slot.plus(-80)) {
+            self.recent.pop_front();
+        }
+        Some((slot, picture))
     }
 }

@@ -11,6 +11,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::cluster::cell::{Appended, Cell, Fusing, Lost, Wish};
 use crate::cluster::message::{Heard, Input, Output};
+use crate::cluster::region::Letter;
 
 const STEP_MS: i64 = 20;
 pub(super) const LASTS_MS: i64 = 60_000;
@@ -82,10 +83,34 @@ impl Faults {
     }
 }
 
+/// What a cell reads.
+#[derive(Clone, Debug)]
+pub(super) enum Logged {
+    Input(Input),
+    Letter(Box<Letter>),
+}
+
+impl Logged {
+    /// Gives it to a cell.
+    pub(super) fn to<E: Fusing>(&self, cell: &mut Cell<E>, sequence: u64) {
+        match self.clone() {
+            Self::Input(input) => cell.input(sequence, input),
+            Self::Letter(letter) => cell.letter(sequence, *letter),
+        }
+    }
+
+    fn id(&self) -> String {
+        match self {
+            Self::Input(input) => input.id(),
+            Self::Letter(letter) => letter.id(),
+        }
+    }
+}
+
 /// The log.
 #[derive(Debug, Default)]
 struct Log {
-    inputs: Vec<Input>,
+    inputs: Vec<Logged>,
     outputs: Vec<Output>,
     /// Its number, by whom, and until when.
     lease: Option<(u64, usize, i64)>,
@@ -95,6 +120,14 @@ struct Log {
 }
 
 impl Log {
+    /// The log knows copies; now and then it has forgotten.
+    fn write(&mut self, logged: Logged, random: &mut ChaCha8Rng) {
+        let is_copy = self.inputs.iter().rev().take(40).any(|known| known.id() == logged.id());
+        if !is_copy || random.random_bool(0.05) {
+            self.inputs.push(logged);
+        }
+    }
+
     fn append(&mut self, expected: u64, output: Output) -> Appended {
         if self.outputs.len() as u64 != expected {
             self.refused += 1;
@@ -145,6 +178,8 @@ struct Node<E> {
     cut_until: i64,
     answer: Option<(i64, Answer)>,
     epoch: Option<u64>,
+    /// Letters that are not in the log yet.
+    post: VecDeque<Letter>,
     renews_at: i64,
     writes_at: i64,
 }
@@ -185,6 +220,7 @@ impl<E: Engine> World<E> {
             cut_until: 0,
             answer: None,
             epoch: None,
+            post: VecDeque::new(),
             renews_at: 0,
             writes_at: CHECKPOINT_MS,
         };
@@ -206,7 +242,7 @@ impl<E: Engine> World<E> {
         }
     }
 
-    pub(super) fn inputs(&self) -> &[Input] {
+    pub(super) fn inputs(&self) -> &[Logged] {
         &self.log.inputs
     }
 
@@ -269,6 +305,7 @@ impl<E: Engine> World<E> {
             match fault {
                 Fault::Kill => {
                     (node.cell, node.answer, node.epoch) = (None, None, None);
+                    node.post.clear();
                     node.down_until = until;
                 }
                 Fault::Pause => node.paused_until = until,
@@ -322,11 +359,7 @@ impl<E: Engine> World<E> {
             std::mem::take(&mut self.sent).into_iter().partition(|(at, _)| *at <= now);
         self.sent = waiting;
         for (_, input) in arrived {
-            // The log knows copies; now and then it has forgotten.
-            let is_copy = self.log.inputs.iter().rev().take(40).any(|known| known.id() == input.id());
-            if !is_copy || self.random.random_bool(0.05) {
-                self.log.inputs.push(input);
-            }
+            self.log.write(Logged::Input(input), &mut self.random);
         }
     }
 
@@ -341,6 +374,7 @@ impl<E: Engine> World<E> {
         if let Err(lost) = self.work(index) {
             let node = &mut self.nodes[index];
             (node.cell, node.answer, node.epoch) = (None, None, None);
+            node.post.clear();
             self.lost += 1;
             // From the next checkpoint on, unless there is a newer one than what it had.
             if lost == Lost::Behind {
@@ -382,7 +416,7 @@ impl<E: Engine> World<E> {
         // Deliveries come late, in order, and now and then not at all for a while.
         if !is_cut && random.random_bool(0.8) {
             for (sequence, input) in log.inputs.iter().enumerate().skip(node.read.0) {
-                cell.input(sequence as u64 + 1, input.clone());
+                input.to(cell, sequence as u64 + 1);
             }
             node.read.0 = log.inputs.len();
         }
@@ -409,6 +443,14 @@ impl<E: Engine> World<E> {
             }
         }
         cell.pump(time(now + node.clock_ms))?;
+        node.post.extend(std::iter::from_fn(|| cell.post()));
+        while !is_cut
+            && !is_leaderless
+            && random.random_bool(0.7)
+            && let Some(letter) = node.post.pop_front()
+        {
+            log.write(Logged::Letter(Box::new(letter)), random);
+        }
         if let Some(wish) = cell.wish() {
             // Now and then an answer is lost, where much goes wrong.
             let is_lost = has_faults && random.random_bool(0.01);

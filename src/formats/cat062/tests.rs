@@ -91,6 +91,7 @@ fn track(number: u32, source: Source, estimate: Option<Estimate>) -> PictureTrac
         altitude_amsl_m: Some(150.0),
         motion,
         disputed: Vec::new(),
+        id: None,
         is_uncooperative: false,
     }
 }

@@ -1,0 +1,99 @@
+//! Several cells, one region: which aircraft each of them publishes, and under which id and number. Sans-IO.
+//!
+//! Every cell's engine sees what is in the cell and in a halo around it, so near a border two know the same aircraft. Who owns
+//! one is said by cells to each other in letters, which stand in the recipient's input like everything else that it handles.
+
+mod border;
+mod letter;
+mod matching;
+mod merge;
+mod numbers;
+mod office;
+mod public;
+mod teaching;
+
+use crate::territory::{CellName, Outline, Territory};
+use fusion::frames::Geodetic;
+
+pub use border::{Border, Counts};
+pub use letter::{Letter, Offer, Word};
+pub use merge::{Merger, Part};
+pub use numbers::{BLOCK, FIRST_BLOCK, LAST_BLOCK, numbers_office};
+pub use office::Office;
+pub(super) use teaching::Teaching;
+
+/// Slots from a hand-over's being offered to the first one that the new owner publishes.
+pub const AHEAD: i64 = 8;
+
+/// What flies so far outside of a halo may be in it when a letter about that is handled: 40 m/s for 6.25 s from a slot to its
+/// picture, and as long again, metres.
+const SOON_M: f64 = 500.0;
+
+/// One cell among those of its region.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Region {
+    /// All cells.
+    pub territory: Territory,
+    /// This one.
+    pub cell: CellName,
+    /// So far around it everything is seen, metres.
+    pub halo_m: f64,
+    /// An aircraft that has left it is kept so far, metres: less than the halo.
+    pub hysteresis_m: f64,
+    /// All cells that there are.
+    cells: Vec<CellName>,
+    outline: Outline,
+    /// The cells that see some of what this one sees.
+    neighbours: Vec<(CellName, Outline)>,
+}
+
+impl Region {
+    /// The cell of this name among all that there are; `None`: the territory has none.
+    pub fn new(
+        territory: Territory,
+        mut cells: Vec<CellName>,
+        cell: CellName,
+        halo_m: f64,
+        hysteresis_m: f64,
+    ) -> Option<Self> {
+        let outline = territory.outline(&cell)?;
+        cells.sort();
+        let neighbours =
+            territory.neighbours(&cell, halo_m).into_iter().filter(|other| cells.contains(other));
+        let neighbours =
+            neighbours.filter_map(|other| Some((other.clone(), territory.outline(&other)?))).collect();
+        Some(Self { territory, cell, halo_m, hysteresis_m, cells, outline, neighbours })
+    }
+
+    /// Where the cell is.
+    pub const fn outline(&self) -> &Outline {
+        &self.outline
+    }
+
+    /// The cells that see some of what this one sees.
+    pub fn neighbours(&self) -> impl Iterator<Item = &CellName> {
+        self.neighbours.iter().map(|(cell, _)| cell)
+    }
+
+    /// Those that see a place, or will soon.
+    fn will_see(&self, place: Geodetic) -> impl Iterator<Item = &CellName> {
+        let within_m = self.halo_m + SOON_M;
+        let near = self.neighbours.iter().filter(move |(_, outline)| outline.is_within(place, within_m));
+        near.map(|(cell, _)| cell)
+    }
+
+    /// Whether a place is in the cell.
+    fn contains(&self, place: Geodetic) -> bool {
+        self.outline.contains(place)
+    }
+
+    /// Whether it is so far in it that no other cell keeps what is there.
+    fn is_deep(&self, place: Geodetic) -> bool {
+        self.contains(place) && self.outline.edge_m(place) > self.hysteresis_m
+    }
+
+    /// Whether it is outside, farther than an aircraft is kept.
+    fn is_left(&self, place: Geodetic) -> bool {
+        !self.outline.is_within(place, self.hysteresis_m)
+    }
+}

@@ -1,0 +1,78 @@
+//! What is learnt of a sensor is learnt in one cell, its home, and used in all: two that correct a radar's plots otherwise would
+//! not see the same aircraft.
+
+use super::Region;
+use super::letter::Word;
+use crate::config::{Config, SensorKind};
+use crate::territory::CellName;
+use fusion::frames::Geodetic;
+use fusion::slots::Slot;
+use fusion::{Engine, SensorIndex};
+
+/// Slots between two letters about a sensor: 10 s, in which a radar track contributes once.
+const EVERY: i64 = 40;
+/// What was learnt is used so many slots later, everywhere.
+const LATER: i64 = 16;
+/// A radar is of use to cells no farther away, metres.
+const REACH_M: f64 = 20_000.0;
+
+/// What this cell teaches others.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Teaching(Vec<Subject>);
+
+#[derive(Clone, Debug, PartialEq)]
+struct Subject {
+    /// `None`: the transponders.
+    radar: Option<SensorIndex>,
+    others: Vec<CellName>,
+}
+
+impl Teaching {
+    /// Of the radars whose home it is; the cell that is home to the first of them, else the first one, of the transponders as
+    /// well.
+    pub(crate) fn new(config: &Config, region: &Region) -> Self {
+        let radars = config.sensors.iter().enumerate().filter_map(|(index, sensor)| match &sensor.kind {
+            SensorKind::Radar(radar) => {
+                let place = Geodetic::from_degrees(radar.latitude_deg, radar.longitude_deg, 0.0);
+                Some((SensorIndex(index as u16), place))
+            }
+            _ => None,
+        });
+        let home = |place| region.territory.home(place, &region.cells);
+        let others = |is_near: &dyn Fn(&CellName) -> bool| {
+            let others = region.cells.iter().filter(|cell| **cell != region.cell && is_near(cell));
+            others.cloned().collect()
+        };
+        let radars: Vec<(SensorIndex, Geodetic)> = radars.collect();
+        let first = radars.first().map_or_else(|| region.cells.first().cloned(), |(_, place)| home(*place));
+        let own = radars.iter().filter(|(_, place)| home(*place).as_ref() == Some(&region.cell));
+        let mut subjects: Vec<Subject> = own
+            .map(|&(sensor, place)| {
+                let is_near = |cell: &CellName| {
+                    region.territory.outline(cell).is_some_and(|cell| cell.is_within(place, REACH_M))
+                };
+                Subject { radar: Some(sensor), others: others(&is_near) }
+            })
+            .collect();
+        if first.as_ref() == Some(&region.cell) {
+            subjects.push(Subject { radar: None, others: others(&|_| true) });
+        }
+        Self(subjects)
+    }
+
+    /// What is to be said with a slot; the engine itself uses it from the same slot on.
+    pub(crate) fn turn(&self, slot: Slot, engine: &mut Engine) -> Vec<(CellName, Word)> {
+        let mut words = Vec::new();
+        if slot.0.rem_euclid(EVERY) != 0 {
+            return words;
+        }
+        let from = slot.plus(LATER);
+        for Subject { radar, others } in &self.0 {
+            let Some(values) = engine.learnt_values(*radar) else { continue };
+            let values = Box::new(values);
+            words.extend(others.iter().map(|to| (to.clone(), Word::Values { from, values: values.clone() })));
+            engine.use_values(from, *values);
+        }
+        words
+    }
+}
