@@ -31,7 +31,7 @@ const AGAIN: Duration = Duration::from_millis(250);
 /// The same where a slot waits for it.
 const SOON: Duration = Duration::from_millis(50);
 /// How often it says how it is.
-const SAYS: Duration = Duration::from_millis(500);
+const SAYS: Duration = Duration::from_secs(1);
 /// The least time between two checkpoints that are asked for.
 const WRITTEN: Duration = Duration::from_secs(1);
 /// Refusals after which it is looked whether there is anything to take.
@@ -372,6 +372,7 @@ impl Desk {
         let grid = SlotGrid::new(self.config.fusion.slot);
         let wait = SignedDuration::from_nanos((self.cluster.wait_s * 1e9) as i64);
         let anew = || SiteEngine::new(Config::clone(&self.config), self.areas.masks(), now());
+        let mut is_told = false;
         loop {
             let oldest = self.log.oldest_input().await?;
             let checkpoint = self.log.checkpoint(&self.cell).await?;
@@ -387,7 +388,10 @@ impl Desk {
                         let cell = Cell::new(engine, grid, wait, *handled, *published);
                         return Ok(Some((cell, *handled, *published)));
                     }
-                    Err(error) => warn!(%error, "the checkpoint does not fit"),
+                    Err(error) if !std::mem::replace(&mut is_told, true) => {
+                        warn!(%error, "the checkpoint does not fit");
+                    }
+                    Err(_) => {}
                 }
             }
             if self.log.holder(&self.owner()).await?.is_none() {
