@@ -3,13 +3,15 @@
 //! Who wants a cell takes the seat beside its owner first, and follows; so nobody owns a cell whose state it has not. There is one
 //! such seat a cell: others wait until it is free.
 
+mod counts;
+mod keep;
+
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use jiff::SignedDuration;
-use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tokio::sync::watch;
 use tokio::task::{JoinHandle, JoinSet};
@@ -22,9 +24,11 @@ use super::message::{Input, Output};
 use super::seat::{Says, Told, tell, work};
 use crate::areas::Areas;
 use crate::config::{Cluster, Config};
-use crate::live::{NodeState, now};
+use crate::live::now;
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
+
+pub use counts::{CellCounts, NodeReport, Part};
 
 /// Pause before the log is asked again.
 const AGAIN: Duration = Duration::from_millis(250);
@@ -32,86 +36,8 @@ const AGAIN: Duration = Duration::from_millis(250);
 const SOON: Duration = Duration::from_millis(50);
 /// How often it says how it is.
 const SAYS: Duration = Duration::from_secs(1);
-/// The least time between two checkpoints that are asked for.
-const WRITTEN: Duration = Duration::from_secs(1);
 /// Refusals after which it is looked whether there is anything to take.
 const LOST: u32 = 8;
-/// Of the lease: how often it is renewed, and how often others look whether it is free.
-const RENEWED: u32 = 3;
-const LOOKED_AT: u32 = 12;
-
-/// What a node is for a cell.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Part {
-    /// Nothing.
-    #[default]
-    None,
-    /// It stands by.
-    Standby,
-    /// It owns the cell.
-    Owner,
-}
-
-impl Part {
-    /// As it is shown.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Standby => "standby",
-            Self::Owner => "owner",
-        }
-    }
-}
-
-/// What a node counts of a cell.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CellCounts {
-    /// What it is for the cell now.
-    pub part: Part,
-    /// The number of its lease, where it owns the cell.
-    pub epoch: u64,
-    /// How often it became the owner.
-    pub takeovers: u64,
-    /// How often it was refused because somebody else owned the cell.
-    pub fenced: u64,
-    /// How often its state was not the owner's.
-    pub diverged: u64,
-    /// Slots that it is behind the owner, where it stands by.
-    pub behind: u64,
-    /// Slots that it published.
-    pub published: u64,
-    /// Checkpoints that it wrote.
-    pub checkpoints: u64,
-}
-
-/// What a node says of itself, each second.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct NodeReport {
-    /// Who.
-    pub holder: Holder,
-    /// What it counts, by cell.
-    pub cells: Vec<(String, CellCounts)>,
-    /// Whether it takes no cell any more.
-    pub is_draining: bool,
-}
-
-impl NodeReport {
-    /// As it is shown.
-    pub(super) fn state(&self) -> NodeState {
-        let Self { holder, cells, is_draining } = self;
-        let counts = cells.first().map(|(_, counts)| *counts).unwrap_or_default();
-        NodeState {
-            node: holder.node.clone(),
-            machine: holder.machine.clone(),
-            part: if *is_draining { "drained" } else { counts.part.name() },
-            takeovers: counts.takeovers,
-            fenced: counts.fenced,
-            diverged: counts.diverged,
-            published: counts.published,
-            checkpoints: counts.checkpoints,
-        }
-    }
-}
 
 /// A running node.
 #[derive(Debug)]
@@ -510,81 +436,6 @@ impl Desk {
             }
         };
         tell(&to_cell, answer);
-    }
-
-    /// Keeps the seat or the lease, looks whether the lease is free, and asks for checkpoints.
-    #[expect(clippy::disallowed_methods, reason = "a lease is timed by a clock that nobody sets")]
-    async fn keep(
-        self,
-        mut seat: u64,
-        to_cell: Sender<Told>,
-        held: watch::Sender<Option<u64>>,
-        holding: watch::Receiver<Option<u64>>,
-    ) {
-        let period = self.lease() / RENEWED;
-        let checkpoints = Duration::from_secs_f64(self.cluster.checkpoint_s);
-        let mut ticks = tokio::time::interval(self.lease() / LOOKED_AT);
-        ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
-        let (mut renewed, mut written) = (Instant::now(), Instant::now());
-        // Whoever stands by, where this node owns the cell; the seat is its own before.
-        let (mut beside, mut has_seat) = (None, true);
-        loop {
-            ticks.tick().await;
-            let lease = *holding.borrow();
-            if renewed.elapsed() >= period {
-                renewed = Instant::now();
-                let (key, revision) = match lease {
-                    Some(lease) => (self.owner(), lease),
-                    None => (self.standby(), seat),
-                };
-                match (self.log.renew(&key, &self.me, revision).await, lease) {
-                    (Renewed::Until(revision), Some(_)) => {
-                        held.send_replace(Some(revision));
-                    }
-                    (Renewed::Until(revision), None) => seat = revision,
-                    // While the log had no leader nobody could renew anything. Whoever is first goes on.
-                    (Renewed::Lost, lease) => match (self.log.take(&key, &self.me).await, lease) {
-                        (Some(again), Some(_)) => {
-                            held.send_replace(Some(again));
-                            tell(&to_cell, Told::LeasedAgain(again));
-                        }
-                        (Some(again), None) => seat = again,
-                        (None, lease) => {
-                            tell(&to_cell, if lease.is_some() { Told::Fenced } else { Told::Unseated });
-                            return;
-                        }
-                    },
-                    (Renewed::Unknown, _) => {}
-                }
-            }
-            let is_due = written.elapsed() >= checkpoints;
-            if lease.is_none() {
-                if let Ok(owner) = self.log.holder(&self.owner()).await {
-                    tell(&to_cell, Told::Lease(owner.is_some()));
-                }
-                if is_due {
-                    written = Instant::now();
-                    tell(&to_cell, Told::Write);
-                }
-                continue;
-            }
-            if std::mem::take(&mut has_seat) {
-                // The next one may stand by.
-                _ = self.log.give_up(&self.standby(), seat).await;
-            }
-            if let Ok(standby) = self.log.holder(&self.standby()).await {
-                let now_beside = standby.filter(|standby| standby.by != self.me).map(|standby| standby.by);
-                let is_new = now_beside.is_some() && now_beside != beside;
-                let is_wanted = now_beside.is_some()
-                    && written.elapsed() >= WRITTEN
-                    && matches!(self.log.said(&self.wanted()).await, Ok(Some(_)));
-                if is_new || is_wanted || (is_due && now_beside.is_none()) {
-                    written = Instant::now();
-                    tell(&to_cell, Told::Write);
-                }
-                beside = now_beside;
-            }
-        }
     }
 }
 

@@ -1,0 +1,119 @@
+//! Reading a subject without end, whatever becomes of the server that one reads from.
+
+use std::time::Duration;
+
+use async_nats::jetstream::Message;
+use async_nats::jetstream::consumer::{AckPolicy, DeliverPolicy, pull};
+use async_nats::jetstream::stream::{DirectGetErrorKind, Stream};
+use futures_util::StreamExt;
+use tracing::debug;
+
+use super::{LogError, PATIENCE};
+
+/// A reader is told that often that there is nothing, and asks anew when it hears nothing for some of these.
+const HEARTBEAT: Duration = Duration::from_millis(250);
+/// Pause before it asks anew where that did not work.
+const ANEW: Duration = Duration::from_millis(50);
+/// An ask for messages holds for this long.
+const ASK: Duration = Duration::from_secs(3);
+/// Most messages of one ask.
+const ASKED: usize = 500;
+/// The servers forget a reader that they have not heard of for this long.
+const FORGOTTEN: Duration = Duration::from_secs(10);
+
+/// Messages of a subject, in order. A reader whose server is gone is made anew where it had come to.
+pub struct Reading {
+    stream: Stream,
+    subject: String,
+    /// The sequence of the next message.
+    next: u64,
+    messages: Option<Box<pull::Stream>>,
+    /// Counts the messages of this reader, so that none is left out.
+    count: u64,
+}
+
+impl Reading {
+    pub(super) fn new(stream: Stream, subject: String, next: u64) -> Self {
+        Self { stream, subject, next, messages: None, count: 0 }
+    }
+
+    /// The next message and its sequence; waits for it. `None`: the stream was lost, and what it is now is shorter than what was
+    /// read of it.
+    pub async fn next(&mut self) -> Option<(u64, bytes::Bytes)> {
+        loop {
+            let Some(messages) = &mut self.messages else {
+                match tokio::time::timeout(2 * HEARTBEAT, self.begin()).await {
+                    Ok(Ok(messages)) => {
+                        self.messages = Some(Box::new(messages));
+                        self.count = 0;
+                        let state = self.stream.get_info().await.map(|info| info.state);
+                        if state.is_ok_and(|state| state.last_sequence + 1 < self.next) {
+                            return None;
+                        }
+                    }
+                    // Servers that choose a leader make no readers, but any of them still knows the stream.
+                    _ => match self.fetch().await {
+                        Some(message) => return Some(message),
+                        None => tokio::time::sleep(ANEW).await,
+                    },
+                }
+                continue;
+            };
+            let message = tokio::time::timeout(4 * HEARTBEAT, messages.next()).await;
+            let Ok(Some(Ok(message))) = message else {
+                // Silent, ended, or failed: whatever it was, it is asked anew.
+                self.messages = None;
+                continue;
+            };
+            match self.place(&message) {
+                Some((sequence, count)) if count == self.count + 1 => {
+                    self.count = count;
+                    if sequence >= self.next {
+                        self.next = sequence + 1;
+                        return Some((sequence, message.message.payload));
+                    }
+                }
+                _ => self.messages = None,
+            }
+        }
+    }
+
+    /// The next message, asked for alone.
+    async fn fetch(&mut self) -> Option<(u64, bytes::Bytes)> {
+        let from = (self.next > 0).then_some(self.next)?;
+        let asked = self.stream.direct_get_next_for_subject(self.subject.as_str(), Some(from));
+        match tokio::time::timeout(PATIENCE, asked).await {
+            Ok(Ok(message)) => {
+                self.next = message.sequence + 1;
+                Some((message.sequence, message.payload))
+            }
+            Ok(Err(error)) if error.kind() != DirectGetErrorKind::NotFound => {
+                debug!(%error, subject = self.subject, "not read: tried again");
+                None
+            }
+            _ => None,
+        }
+    }
+
+    fn place(&self, message: &Message) -> Option<(u64, u64)> {
+        message.info().ok().map(|info| (info.stream_sequence, info.consumer_sequence))
+    }
+
+    async fn begin(&self) -> Result<pull::Stream, LogError> {
+        let consumer = pull::Config {
+            deliver_policy: match self.next {
+                0 => DeliverPolicy::New,
+                start_sequence => DeliverPolicy::ByStartSequence { start_sequence },
+            },
+            ack_policy: AckPolicy::None,
+            filter_subject: self.subject.clone(),
+            inactive_threshold: FORGOTTEN,
+            num_replicas: 1,
+            memory_storage: true,
+            ..pull::Config::default()
+        };
+        let consumer = self.stream.create_consumer(consumer).await.map_err(LogError::unanswered)?;
+        let messages = consumer.stream().max_messages_per_batch(ASKED).expires(ASK).heartbeat(HEARTBEAT);
+        messages.messages().await.map_err(LogError::unanswered)
+    }
+}
