@@ -36,6 +36,8 @@ const AGAIN: Duration = Duration::from_millis(250);
 const SOON: Duration = Duration::from_millis(50);
 /// How often it says how it is.
 const SAYS: Duration = Duration::from_secs(1);
+/// Pause of a node that cannot follow the owner, while others may.
+const UNFIT: Duration = Duration::from_secs(5);
 /// Refusals after which it is looked whether there is anything to take.
 const LOST: u32 = 8;
 
@@ -208,7 +210,7 @@ impl Desk {
                     });
                 }
                 Ok(Left::Unseated) => {
-                    info!("another node stands by");
+                    info!("does not stand by: another node may");
                     // Or the streams were lost, and their sequences with them.
                     from = 0;
                 }
@@ -298,7 +300,6 @@ impl Desk {
         let grid = SlotGrid::new(self.config.fusion.slot);
         let wait = SignedDuration::from_nanos((self.cluster.wait_s * 1e9) as i64);
         let anew = || SiteEngine::new(Config::clone(&self.config), self.areas.masks(), now());
-        let mut is_told = false;
         loop {
             let oldest = self.log.oldest_input().await?;
             let checkpoint = self.log.checkpoint(&self.cell).await?;
@@ -314,10 +315,14 @@ impl Desk {
                         let cell = Cell::new(engine, grid, wait, *handled, *published);
                         return Ok(Some((cell, *handled, *published)));
                     }
-                    Err(error) if !std::mem::replace(&mut is_told, true) => {
-                        warn!(%error, "the checkpoint does not fit");
+                    // Another node may be of the owner's version, and of its configuration.
+                    Err(error) if self.log.holder(&self.owner()).await?.is_some() => {
+                        warn!(%error, "the owner's checkpoint does not fit: cannot stand by");
+                        _ = self.log.give_up(&self.standby(), *seat).await;
+                        self.pause(UNFIT).await;
+                        return Ok(None);
                     }
-                    Err(_) => {}
+                    Err(error) => warn!(%error, "the checkpoint does not fit"),
                 }
             }
             if self.log.holder(&self.owner()).await?.is_none() {

@@ -29,7 +29,7 @@ pub struct Args {
     /// Where the files go; made where it does not exist.
     #[arg(long, value_name = "DIR")]
     pub dir: PathBuf,
-    /// Records what the nodes of a cluster handle, from their log, instead of listening: `replay` gives what they published.
+    /// Records what the nodes of a cluster handle, from their log, instead of listening: `replay --state` gives what they published.
     #[cfg(feature = "cluster")]
     #[arg(long)]
     pub cluster: bool,

@@ -43,7 +43,9 @@ async fn what_the_picture_sends_is_what_replay_makes_of_the_cells_recording() {
     let (input, output) = (only(&directory, "input-", ".pcap"), only(&directory, "output-", ".pcap"));
     let replayed = scratch.path("replayed.pcap");
     let mut replay = utm_fusion("replay");
-    replay.arg(&input).arg("--config").arg(only(&directory, "input-", ".site.toml")).arg("-o").arg(&replayed);
+    replay.arg(&input).arg("--config").arg(only(&directory, "input-", ".site.toml"));
+    // It begins with the state that the cell had then.
+    replay.arg("--state").arg(&input).arg("-o").arg(&replayed);
     let replay = replay.output().unwrap();
     assert!(replay.status.success(), "{}", String::from_utf8_lossy(&replay.stderr));
     let (made, replayed) = (payloads(&output), payloads(&replayed));

@@ -141,3 +141,22 @@ async fn verified(site: &Site, lasts: &str) -> (Option<i32>, Value) {
     let output = site.command(&["verify", "--json", "--duration", lasts]).await;
     (output.status.code(), serde_json::from_slice(&output.stdout).unwrap())
 }
+
+/// As while a site is changed, or a new version comes: what it would make is another picture.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_node_of_another_configuration_stands_by_for_nobody_and_is_in_nobodys_way() {
+    let Some(mut site) = Site::start(Setup::default()).await else { return };
+    let [owner, standby] = site.pair().await;
+    let third = NODES.into_iter().find(|node| ![owner, standby].contains(node)).unwrap();
+    let held = site.owner().await.unwrap();
+    let text = std::fs::read_to_string(site.file(third)).unwrap();
+    assert!(text.contains("latency_s = 6.25"), "{text}");
+    site.kill(third);
+    site.kill(standby);
+    std::fs::write(site.file(third), text.replace("latency_s = 6.25", "latency_s = 6.0")).unwrap();
+    site.run(third);
+    until("it says why", async || site.said(third).contains("does not fit").then_some(())).await;
+    site.run(standby);
+    assert_eq!(site.pair().await, [owner, standby]);
+    assert_eq!(site.owner().await.unwrap(), held, "nobody has taken over");
+}
