@@ -116,11 +116,10 @@ pub(super) fn problem(denied: &Denied) -> Problem {
         Denied::NotCorrelated(NotCorrelated::NoRadarTrack | NotCorrelated::NoTransponder) => {
             StatusCode::NOT_FOUND
         }
-        Denied::NotCorrelated(NotCorrelated::Reference)
-        | Denied::Ambiguous(_)
-        | Denied::NotJudged
-        | Denied::Elsewhere => StatusCode::CONFLICT,
-        Denied::Busy | Denied::Gone => {
+        Denied::NotCorrelated(NotCorrelated::Reference) | Denied::Ambiguous(_) | Denied::NotJudged => {
+            StatusCode::CONFLICT
+        }
+        Denied::Busy | Denied::Gone | Denied::Unheard => {
             return Problem::unavailable(denied.to_string(), Vec::new()).retry_after_s(1);
         }
     };

@@ -7,6 +7,7 @@ use std::sync::mpsc::{Receiver, SyncSender};
 
 use futures_util::future::join;
 use tokio::net::TcpListener;
+use tokio::sync::mpsc::Sender;
 use tracing::{error, info, warn};
 
 use super::{Failure, Served, Signals, open_sinks};
@@ -18,8 +19,8 @@ use crate::formats::Encoders;
 use crate::history::{Historian, Limits, Store};
 use crate::integrity::Lookout;
 use crate::live::{
-    AlertSettings, Alerts, Archive, Clock, Driver, Followers, Hub, KeeperQueues, Outlets, Seen, Service,
-    Viewer, now,
+    AlertSettings, Alerts, Archive, Clock, Decision, Driver, Followers, Hub, KeeperQueues, Outlets, Seen,
+    Service, Viewer, now,
 };
 use crate::net::listen::lines;
 use crate::net::send::Sinks;
@@ -53,7 +54,7 @@ pub struct LiveBuilder {
     keepers: Option<KeeperQueues>,
     kept_by: Option<(Vec<Keeper>, Option<WarmKeeper>)>,
     /// Where the picture comes from that is made elsewhere, and who keeps the alerts that are shelved.
-    seen: Option<Receiver<Seen>>,
+    seen: Option<(Receiver<Seen>, Sender<Decision>)>,
     shelves: Option<SyncSender<Arc<str>>>,
     recorder: Option<(RecorderQueue, Recorder)>,
     history: Option<Store>,
@@ -126,17 +127,17 @@ impl LiveBuilder {
         }
     }
 
-    /// Shows what comes from elsewhere, and has no engine of its own. Of the state it keeps the alerts that are shelved.
+    /// Shows what comes from elsewhere, and has no engine of its own: what operators decide goes to those who have. Of the state it keeps the alerts that are shelved.
     ///
     /// # Errors
     /// No thread could be started.
-    pub fn view(mut self, seen: Receiver<Seen>) -> io::Result<Self> {
+    pub fn view(mut self, (seen, decided): (Receiver<Seen>, Sender<Decision>)) -> io::Result<Self> {
         let directory = &self.config.state.dir;
         self.shelved =
             StateFile::SHELVED.load(directory, self.started, read_correlations).plan(&self.config).alerts;
         let (shelves, keeper) = StateFile::SHELVED.keep(directory, Arc::<str>::from(""))?;
         self.kept_by = Some((vec![keeper], None));
-        (self.seen, self.shelves) = (Some(seen), Some(shelves));
+        (self.seen, self.shelves) = (Some((seen, decided)), Some(shelves));
         Ok(self)
     }
 
@@ -315,8 +316,9 @@ impl LiveBuilder {
             keepers: self.keepers,
         };
         let source = match self.seen {
-            Some(seen) => {
-                Source::Viewer(Viewer::start(&config, &driver, outlets, &Clock::default(), seen, shelves)?)
+            Some((seen, decided)) => {
+                let (clock, seen) = (Clock::default(), (seen, Some(decided)));
+                Source::Viewer(Viewer::start(&config, &driver, outlets, &clock, seen, shelves)?)
             }
             None => {
                 let runtime = tokio::runtime::Handle::current();

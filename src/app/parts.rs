@@ -5,24 +5,23 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 
 use tokio::runtime::Handle;
+use tokio::sync::mpsc::Sender;
 use tracing::info;
 
 use super::{Failure, Signals};
 use crate::areas::Areas;
-use crate::cluster::{Gateway, Holder, Log, Node, Window, run_number};
+use crate::cluster::{Cells, Gateway, Holder, Log, Node, Window, run_number};
 use crate::config::{Cluster, Config, Role};
-use crate::live::Seen;
-
-/// The one cell of a region.
-pub const CELL: &str = "all";
+use crate::live::{Decision, Seen, decisions};
+use crate::territory::CellName;
 
 /// The running parts.
 pub struct Parts {
     gateway: Option<Gateway>,
     node: Option<Node>,
     window: Option<Window>,
-    /// What the window shows, until somebody takes it.
-    pub seen: Option<Receiver<Seen>>,
+    /// What the window shows, and where decisions go, until somebody takes them.
+    pub seen: Option<(Receiver<Seen>, Sender<Decision>)>,
 }
 
 impl Parts {
@@ -36,11 +35,15 @@ impl Parts {
         areas: &Areas,
         signals: &mut Signals,
     ) -> Result<Option<Self>, Failure> {
+        let cells = Arc::new(Cells::of(config)?);
+        if let Some(none) = unknown(&cells, cluster) {
+            return Err(none.into());
+        }
         let log = tokio::select! {
             log = Log::open(cluster) => log?,
             () = signals.stop() => return Ok(None),
         };
-        info!(region = cluster.region, "joined the log");
+        info!(region = cluster.region, cells = cells.names().len(), "joined the log");
         let gateway =
             || -> io::Result<Gateway> { Gateway::start(config, cluster, log.clone(), &Handle::current()) };
         let node = || {
@@ -49,13 +52,13 @@ impl Parts {
                 machine: cluster.machine().to_owned(),
                 run: run_number(),
             };
-            Node::start(config.clone(), cluster, areas.clone(), CELL, me, log.clone())
+            Node::start(config.clone(), cluster, areas, cells.clone(), &me, &log)
         };
         let (window, seen) = cluster
             .does(Role::Picture)
             .then(|| {
-                let (sender, seen) = channel();
-                (Window::open(&log, cluster, CELL, sender), seen)
+                let ((sender, seen), (decided, decisions)) = (channel(), decisions());
+                (Window::open(&log, config, cluster, &cells, (sender, decisions)), (seen, decided))
             })
             .unzip();
         Ok(Some(Self {
@@ -83,4 +86,13 @@ impl Parts {
         }
         drop(window);
     }
+}
+
+/// What is wrong with the names of the cells that a node may have.
+fn unknown(cells: &Cells, cluster: &Cluster) -> Option<String> {
+    let is_known =
+        |own: &&String| *own == "*" || cells.names().iter().any(|cell| cell.as_str() == own.as_str());
+    let name = cluster.owns.iter().find(|own| !is_known(own))?;
+    let names: Vec<&str> = cells.names().iter().map(CellName::as_str).collect();
+    Some(format!("cluster.owns: there is no cell {name}; the region has {}", names.join(", ")))
 }

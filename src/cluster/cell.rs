@@ -6,8 +6,9 @@ use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 use jiff::SignedDuration;
 
-use super::message::{Heard, Input, Output};
+use super::message::{Heard, Logged, Output};
 use super::region::Letter;
+use super::relief::{Relief, Step};
 use super::watermarks::Watermarks;
 
 /// What is handled after a slot was made is handled this much later than it was due, and before the next one is by as much.
@@ -27,6 +28,9 @@ pub trait Fusing {
     /// The next slot that was made, with its picture.
     fn poll(&mut self) -> Option<(Slot, Vec<u8>)>;
 
+    /// Leaves out what a step says from now on, because the machine cannot keep up.
+    fn relieve(&mut self, _step: Step) {}
+
     /// Takes in a letter to this cell.
     fn letter(&mut self, _letter: &Letter) {}
 
@@ -39,13 +43,6 @@ pub trait Fusing {
     fn recent_letters(&self) -> Vec<Letter> {
         Vec::new()
     }
-}
-
-/// What a cell handles, in the order of the log.
-#[derive(Clone, Debug, PartialEq)]
-enum Message {
-    Input(Input),
-    Letter(Box<Letter>),
 }
 
 /// A slot that this node has made, and what it writes to other cells.
@@ -116,7 +113,7 @@ pub struct Cell<E> {
     wait: SignedDuration,
     role: Role,
     /// Read and not handled yet, with their sequences.
-    inputs: VecDeque<(u64, Message)>,
+    inputs: VecDeque<(u64, Logged)>,
     /// Sequences of the last input that was read, and of the last that was handled.
     read: u64,
     handled: u64,
@@ -131,6 +128,9 @@ pub struct Cell<E> {
     post: VecDeque<Letter>,
     /// Slots up to this one are not this node's to publish.
     silent_until: Option<Slot>,
+    /// What is left out.
+    relief: Relief,
+    step: Step,
     is_lease_free: bool,
     /// An answer is awaited; whether the fate of the output in front is in doubt.
     is_asking: bool,
@@ -154,6 +154,8 @@ impl<E: Fusing> Cell<E> {
             made: VecDeque::new(),
             post: VecDeque::new(),
             silent_until: None,
+            relief: Relief::default(),
+            step: Step::default(),
             is_lease_free: false,
             is_asking: false,
             is_in_doubt: false,
@@ -193,6 +195,21 @@ impl<E: Fusing> Cell<E> {
         self.made.is_empty().then_some((self.handled, self.published))
     }
 
+    /// What is left out, because the owner cannot keep up.
+    pub const fn step(&self) -> Step {
+        self.step
+    }
+
+    /// Looks, after [`Cell::pump`], whether an owner keeps up at `now`: whether what could be made by then is made.
+    pub fn look(&mut self, now: Time) {
+        if !self.owns() {
+            return;
+        }
+        let waits = self.engine.next_due().filter(|due| self.is_time_for(*due, now));
+        let behind = waits.map_or(SignedDuration::ZERO, |due| now - due - self.wait);
+        self.step = self.relief.look(behind, now);
+    }
+
     /// The engine, to write it down.
     pub const fn engine(&self) -> &E {
         &self.engine
@@ -204,18 +221,10 @@ impl<E: Fusing> Cell<E> {
     }
 
     /// A message of the input, in order of its sequence; again is as good as once.
-    pub fn input(&mut self, sequence: u64, input: Input) {
+    pub fn input(&mut self, sequence: u64, logged: Logged) {
         if sequence > self.read {
             self.read = sequence;
-            self.inputs.push_back((sequence, Message::Input(input)));
-        }
-    }
-
-    /// A letter to this cell, which stands in the same order as the input.
-    pub fn letter(&mut self, sequence: u64, letter: Letter) {
-        if sequence > self.read {
-            self.read = sequence;
-            self.inputs.push_back((sequence, Message::Letter(Box::new(letter))));
+            self.inputs.push_back((sequence, logged));
         }
     }
 
@@ -366,6 +375,9 @@ impl<E: Fusing> Cell<E> {
                 _ => return Err(Lost::Diverged),
             }
             self.published = sequence;
+            self.step = output.step;
+            self.relief.follow(output.step);
+            self.engine.relieve(output.step);
         }
         Ok(())
     }
@@ -378,10 +390,12 @@ impl<E: Fusing> Cell<E> {
             {
                 while let Some((slot, picture)) = self.make(due) {
                     let letters = self.engine.letters();
+                    self.engine.relieve(self.step);
                     if self.silent_until.is_some_and(|until| slot <= until) {
                         continue;
                     }
-                    let output = Output { slot, epoch, behind: self.handled, picture };
+                    let (behind, step) = (self.handled, self.step);
+                    let output = Output { slot, epoch, behind, step, picture };
                     self.made.push_back(Made { output, letters });
                 }
             } else if !self.handle() {
@@ -395,8 +409,8 @@ impl<E: Fusing> Cell<E> {
         let is_whole = self.watermarks.whole().is_some_and(|slot| self.grid.open(slot.plus(1)) >= due);
         // What is that new would not be in the log if older things were still on their way.
         let is_passed = match self.inputs.front() {
-            Some((_, Message::Input(input))) => self.grid.open(input.slot) >= latest,
-            Some((_, Message::Letter(_))) | None => false,
+            Some((_, Logged::Input(input))) => self.grid.open(input.slot) >= latest,
+            Some((_, Logged::Letter(_))) | None => false,
         };
         is_whole || is_passed || now >= latest
     }
@@ -406,8 +420,8 @@ impl<E: Fusing> Cell<E> {
         let Some((sequence, message)) = self.inputs.pop_front() else { return false };
         self.handled = sequence;
         let input = match message {
-            Message::Input(input) => input,
-            Message::Letter(letter) => {
+            Logged::Input(input) => input,
+            Logged::Letter(letter) => {
                 self.engine.letter(&letter);
                 return true;
             }

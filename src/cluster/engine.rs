@@ -3,13 +3,16 @@
 use std::collections::VecDeque;
 use std::net::SocketAddr;
 
+use fusion::Identity;
 use fusion::numbering::Given;
+use fusion::point::Source;
 use fusion::slots::Slot;
 use fusion::time::Time;
 
 use super::cell::Fusing;
 use super::message::Heard;
 use super::region::{Border, Letter, Teaching, Word};
+use super::relief::Step;
 use super::report::CellReport;
 use crate::areas::Masks;
 use crate::capture::{Reception, ReceptionKind};
@@ -20,8 +23,8 @@ use crate::picture::Picture;
 use crate::pipeline::{NotRestored, Selection};
 use crate::state::Registrations;
 
-/// A checkpoint: driver, border, decisions to come.
-type Written = (Vec<u8>, Option<Vec<u8>>, Vec<Word>);
+/// A checkpoint: driver, border, decisions to come, what is left out.
+type Written = (Vec<u8>, Option<Vec<u8>>, Vec<Word>, u8);
 
 /// A site's driver as a cell's engine.
 #[derive(Debug)]
@@ -36,6 +39,8 @@ pub struct SiteEngine {
     /// Of a cell among others.
     border: Option<Border>,
     teaching: Teaching,
+    /// What is left out.
+    step: Step,
     /// What operators have decided for slots that are still to come, in the order in which it came.
     decided: Vec<Word>,
 }
@@ -52,6 +57,7 @@ impl SiteEngine {
             letters: Vec::new(),
             border: None,
             teaching: Teaching::default(),
+            step: Step::default(),
             decided: Vec::new(),
         }
     }
@@ -81,7 +87,7 @@ impl SiteEngine {
     /// The state, where no slot waits to be polled.
     pub fn checkpoint(&self) -> Vec<u8> {
         let border = self.border.as_ref().map(Border::checkpoint);
-        postcard::to_stdvec(&(self.driver.checkpoint(&self.config), border, &self.decided))
+        postcard::to_stdvec(&(self.driver.checkpoint(&self.config), border, &self.decided, self.step.0))
             .expect("every state can be written down")
     }
 
@@ -91,13 +97,13 @@ impl SiteEngine {
     /// It is of another version, or the site or its settings are others now.
     pub fn restored(mut self, masks: Masks, checkpoint: &[u8]) -> Result<Self, NotRestored> {
         let written: Written = postcard::from_bytes(checkpoint).map_err(|_| NotRestored::Unreadable)?;
-        let (driver, border, decided) = written;
+        let (driver, border, decided, step) = written;
         self.driver.restore(&self.config, masks, &driver)?;
         let is_whole = match (&mut self.border, border) {
             (Some(own), Some(octets)) => own.go_on(&octets),
             (own, octets) => own.is_none() && octets.is_none(),
         };
-        self.decided = decided;
+        (self.decided, self.step) = (decided, Step(step));
         if is_whole { Ok(self) } else { Err(NotRestored::Site) }
     }
 
@@ -128,7 +134,8 @@ impl SiteEngine {
     /// Takes what outlives a gap from a state that is too old to go on with: numbers, registration, decisions.
     pub fn remember(&mut self, masks: Masks, checkpoint: &[u8], now: Time) {
         let mut before = Driver::new(&self.config, masks.clone(), now, self.lines.len());
-        let Some(driver) = Self::driver_in(checkpoint) else { return };
+        let Ok((driver, border, ..)) = postcard::from_bytes::<Written>(checkpoint) else { return };
+        self.border.iter_mut().zip(border).for_each(|(own, octets)| own.remember(&octets));
         if before.restore(&self.config, masks, &driver).is_err() {
             return;
         }
@@ -156,13 +163,21 @@ impl SiteEngine {
             failed_sends: 0,
             troubles: Vec::new(),
         };
-        let integrities = Integrities::of(&self.driver, self.driver.latest());
+        let mut integrities = Integrities::of(&self.driver, self.driver.latest());
+        if let Some(border) = &self.border {
+            integrities.assessments.retain_mut(|assessment| border.publicise(assessment));
+        }
         CellReport { node: node.to_owned(), epoch, status, integrities, correlations: engine.correlations() }
     }
 
     /// Transponder numbers that are in use.
     pub fn numbers(&self) -> Vec<Given> {
         self.driver.pipeline().engine().numbers().given().collect()
+    }
+
+    /// What of the region's numbers is this cell's ([`Border::claims`]); nothing where there is one cell.
+    pub fn claims(&self) -> (Vec<u32>, Vec<(Identity, u32)>) {
+        self.border.as_ref().map(Border::claims).unwrap_or_default()
     }
 
     /// The line whose datagrams go to this address. What came on no line of the configuration is judged by what it says.
@@ -175,6 +190,16 @@ impl SiteEngine {
             if let Made::Slot(PublishedPicture { mut picture, now, .. }) = made {
                 let slot = picture.slot;
                 let mut now = now.get().map(|now| Picture::clone(&now));
+                if self.step >= Step::COMPETITORS {
+                    [Some(&mut picture), now.as_mut()].into_iter().flatten().for_each(spare);
+                }
+                if let Some(shedding) = self.driver.shedding_mut() {
+                    shedding.join(picture.tracks.iter().filter_map(|track| match &track.point.source {
+                        Source::Fused(radar, ..) => Some(radar.track),
+                        Source::Radar(_) | Source::Transponder(_) => None,
+                    }));
+                    shedding.forget(picture.time);
+                }
                 let words = self.teaching.turn(slot, self.driver.engine_mut());
                 let engine = self.driver.pipeline().engine();
                 let turn = |border: &mut Border| border.turn(&mut picture, now.as_mut(), engine, words);
@@ -183,6 +208,11 @@ impl SiteEngine {
             }
         }
     }
+}
+
+/// Leaves out what nobody needs to act.
+fn spare(picture: &mut Picture) {
+    picture.tracks.iter_mut().for_each(|track| track.point.competitors.clear());
 }
 
 /// The two pictures of a deadline as octets.
@@ -217,6 +247,13 @@ impl Fusing for SiteEngine {
 
     fn next_due(&self) -> Option<Time> {
         self.driver.next_made()
+    }
+
+    fn relieve(&mut self, step: Step) {
+        if step != self.step {
+            self.step = step;
+            self.driver.shed(step.shed());
+        }
     }
 
     fn poll(&mut self) -> Option<(Slot, Vec<u8>)> {

@@ -3,6 +3,7 @@
 //! Of it is used: append where the last message of a subject is the expected one, read from a sequence on, create what is not there
 //! yet, and look. Nothing that servers know since 2.10 only.
 
+mod numbers;
 mod reading;
 
 use std::time::Duration;
@@ -23,6 +24,7 @@ use tracing::warn;
 
 use super::cell::Appended;
 use super::message::{Input, Output};
+use super::region::Letter;
 use crate::config::Cluster;
 use fusion::slots::Slot;
 
@@ -132,6 +134,8 @@ pub struct Log {
     output: Stream,
     held: Store,
     held_stream: Stream,
+    numbers: Store,
+    numbers_stream: Stream,
     checkpoints: ObjectStore,
 }
 
@@ -172,16 +176,15 @@ impl Log {
         };
         let input = stream("IN", format!("utm.in.{region}.>"), INPUTS_KEPT, INPUT_COPIES);
         let output = stream("OUT", format!("utm.out.{region}.*"), OUTPUTS_KEPT, OUTPUT_COPIES);
-        let bucket = format!("UTM_OWN_{region}");
         let lease = Duration::from_secs_f64(*lease_s);
         // What the client makes of a bucket, but for a question that servers before 2.10 answer otherwise.
-        let held = StreamConfig {
-            name: format!("KV_{bucket}"),
-            subjects: vec![format!("$KV.{bucket}.>")],
+        let bucket = |name: &str, storage, max_age, duplicate_window| StreamConfig {
+            name: format!("KV_{name}"),
+            subjects: vec![format!("$KV.{name}.>")],
             max_messages_per_subject: 1,
-            max_age: lease,
-            duplicate_window: lease,
-            storage: StorageType::Memory,
+            max_age,
+            duplicate_window,
+            storage,
             num_replicas: replicas,
             discard: DiscardPolicy::New,
             allow_rollup: true,
@@ -190,6 +193,9 @@ impl Log {
             allow_direct: false,
             ..StreamConfig::default()
         };
+        let (own, num) = (format!("UTM_OWN_{region}"), format!("UTM_NUM_{region}"));
+        let held = bucket(&own, StorageType::Memory, lease, lease);
+        let numbers = bucket(&num, StorageType::File, Duration::ZERO, OUTPUT_COPIES);
         let checkpoints = object_store::Config {
             bucket: format!("UTM_CK_{region}"),
             storage: StorageType::File,
@@ -200,7 +206,9 @@ impl Log {
             held_stream: made(&context, held).await?,
             input: made(&context, input).await?,
             output: made(&context, output).await?,
-            held: context.get_key_value(&bucket).await.map_err(LogError::unanswered)?,
+            held: context.get_key_value(&own).await.map_err(LogError::unanswered)?,
+            numbers_stream: made(&context, numbers).await?,
+            numbers: context.get_key_value(&num).await.map_err(LogError::unanswered)?,
             checkpoints: objects(&context, checkpoints).await?,
             region: region.clone(),
             client,
@@ -245,6 +253,19 @@ impl Log {
         headers.insert(NATS_MESSAGE_ID, input.id());
         let subject = format!("utm.in.{region}.{}.{}", sensor.sac, sensor.sic);
         let sent = self.context.publish_with_headers(subject, headers, input.body().into()).await;
+        sent.map_err(LogError::unanswered)?.await.map_err(LogError::unanswered)?;
+        Ok(())
+    }
+
+    /// Writes a letter among the inputs; a copy of one is written once.
+    ///
+    /// # Errors
+    /// The log does not answer: it may be written all the same, and is to be sent again.
+    pub async fn post(&self, letter: &Letter) -> Result<(), LogError> {
+        let mut headers = HeaderMap::new();
+        headers.insert(NATS_MESSAGE_ID, letter.id());
+        let subject = format!("utm.in.{}.to.{}", self.region, letter.to);
+        let sent = self.context.publish_with_headers(subject, headers, letter.body().into()).await;
         sent.map_err(LogError::unanswered)?.await.map_err(LogError::unanswered)?;
         Ok(())
     }
@@ -301,6 +322,11 @@ impl Log {
     /// The outputs of a cell from this sequence on, without end.
     pub fn outputs(&self, cell: &str, from: u64) -> Reading {
         Reading::new(self.output.clone(), self.outputs_of(cell), from)
+    }
+
+    /// The outputs of all cells, likewise.
+    pub fn all_outputs(&self, from: u64) -> Reading {
+        self.outputs("*", from)
     }
 
     /// Takes hold of what nobody holds; its number. `None`: somebody has it, or nobody answers.
@@ -360,15 +386,7 @@ impl Log {
     /// # Errors
     /// The log does not answer.
     pub async fn keys(&self) -> Result<Vec<String>, LogError> {
-        let of = format!("$KV.{}.", self.held.name);
-        let subjects = self.held_stream.info_with_subjects(format!("{of}>")).await;
-        let mut subjects = subjects.map_err(LogError::unanswered)?;
-        let mut keys = Vec::new();
-        while let Some((subject, _)) = subjects.try_next().await.map_err(LogError::unanswered)? {
-            keys.extend(subject.strip_prefix(&of).map(str::to_owned));
-        }
-        keys.sort();
-        Ok(keys)
+        keys(&self.held, &self.held_stream, "").await
     }
 
     /// Whether the sequences of a checkpoint are of the streams as they are, and what they stand for is there.
@@ -402,6 +420,19 @@ impl Log {
         object.read_to_end(&mut octets).await.map_err(LogError::unanswered)?;
         Ok(postcard::from_bytes(&octets).ok())
     }
+}
+
+/// The keys of a bucket that begin so, in order; of those that were deleted, too.
+async fn keys(bucket: &Store, stream: &Stream, beginning: &str) -> Result<Vec<String>, LogError> {
+    let of = format!("$KV.{}.", bucket.name);
+    let subjects = stream.info_with_subjects(format!("{of}{beginning}>")).await;
+    let mut subjects = subjects.map_err(LogError::unanswered)?;
+    let mut keys = Vec::new();
+    while let Some((subject, _)) = subjects.try_next().await.map_err(LogError::unanswered)? {
+        keys.extend(subject.strip_prefix(&of).map(str::to_owned));
+    }
+    keys.sort();
+    Ok(keys)
 }
 
 /// Whether a message is not there, whatever the server's version calls that.

@@ -7,10 +7,15 @@ use fusion::slots::Slot;
 use fusion::time::Time;
 use sha2::{Digest, Sha256};
 
+use super::cells::Audience;
+use super::region::Letter;
+use super::relief::Step;
+use crate::territory::CellName;
+
 /// What the body of an input begins with.
 const INPUT: &[u8; 4] = b"UTM1";
 /// And that of an output.
-const OUTPUT: &[u8; 4] = b"UTO1";
+const OUTPUT: &[u8; 4] = b"UTO2";
 /// Octets of an address with its port: IPv6, or IPv4 mapped into it.
 const ADDRESS: usize = 18;
 
@@ -104,6 +109,42 @@ impl Input {
     }
 }
 
+/// What a cell handles, in the order of the log.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Logged {
+    /// What a gateway heard.
+    Input(Input),
+    /// What another cell, or an operator, writes to it.
+    Letter(Box<Letter>),
+}
+
+impl Logged {
+    /// Reads a body that is for a cell, which is told of these sensors. `None`: it is for others.
+    ///
+    /// # Errors
+    /// It is none of this version, or cut.
+    pub fn parse(body: &[u8], cell: &CellName, audience: &Audience) -> Result<Option<Self>, Malformed> {
+        let Some(rest) = body.strip_prefix(INPUT) else {
+            let letter = Letter::parse(body)?;
+            return Ok((letter.to == *cell).then(|| Self::Letter(letter.into())));
+        };
+        // Of most cells most lines are not: their datagrams are not even looked at.
+        let [sac, sic] = Reader(rest).take()?;
+        if !audience.hears(DataSource { sac, sic }) {
+            return Ok(None);
+        }
+        Input::parse(body).map(|input| Some(Self::Input(input)))
+    }
+
+    /// What the log knows copies by.
+    pub fn id(&self) -> String {
+        match self {
+            Self::Input(input) => input.id(),
+            Self::Letter(letter) => letter.id(),
+        }
+    }
+}
+
 /// A slot of a cell.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Output {
@@ -113,17 +154,20 @@ pub struct Output {
     pub epoch: u64,
     /// It was made behind this message of the input.
     pub behind: u64,
+    /// What is left out from here on, because the owner cannot keep up ([`Step`]).
+    pub step: Step,
     /// The picture.
     pub picture: Vec<u8>,
 }
 
 impl Output {
-    /// The body: `UTO1`, slot, epoch, the input's sequence (8 octets each, big endian), the picture.
+    /// The body: `UTO2`, slot, epoch, the input's sequence (8 octets each, big endian), step (1), the picture.
     pub fn body(&self) -> Vec<u8> {
         let mut body = OUTPUT.to_vec();
         body.extend(self.slot.0.to_be_bytes());
         body.extend(self.epoch.to_be_bytes());
         body.extend(self.behind.to_be_bytes());
+        body.push(self.step.0);
         body.extend(&self.picture);
         body
     }
@@ -137,7 +181,8 @@ impl Output {
         let slot = Slot(i64::from_be_bytes(rest.take()?));
         let epoch = u64::from_be_bytes(rest.take()?);
         let behind = u64::from_be_bytes(rest.take()?);
-        Ok(Self { slot, epoch, behind, picture: rest.0.to_vec() })
+        let [step] = rest.take()?;
+        Ok(Self { slot, epoch, behind, step: Step(step), picture: rest.0.to_vec() })
     }
 }
 

@@ -9,6 +9,7 @@
 
 mod batches;
 mod cell;
+mod cells;
 mod engine;
 #[cfg(feature = "cluster")]
 mod gateway;
@@ -20,6 +21,7 @@ mod node;
 #[cfg(feature = "cluster")]
 mod recording;
 pub mod region;
+mod relief;
 mod report;
 #[cfg(feature = "cluster")]
 mod seat;
@@ -31,16 +33,18 @@ mod window;
 
 pub use batches::Batches;
 pub use cell::{Appended, Cell, Fusing, Lost, Wish};
+pub use cells::{Audience, Cells, WHOLE};
 pub use engine::{SiteEngine, pictures};
 #[cfg(feature = "cluster")]
 pub use gateway::{Gateway, GatewayCounts, GatewayReport};
 #[cfg(feature = "cluster")]
 pub use log::{Checkpoint, Held, Holder, Log, LogError, Mark, Reading};
-pub use message::{Heard, Input, Malformed, Output};
+pub use message::{Heard, Input, Logged, Malformed, Output};
 #[cfg(feature = "cluster")]
 pub use node::{CellCounts, Node, NodeReport, Part, run_number};
 #[cfg(feature = "cluster")]
-pub use recording::{NotRecorded, record};
+pub use recording::{NotRecorded, record, record_region};
+pub use relief::{Relief, Step};
 pub use report::CellReport;
 #[cfg(feature = "cluster")]
 pub use verify::{Verdict, verify};

@@ -7,14 +7,17 @@ use jiff::SignedDuration;
 use tracing::info;
 
 use super::cell::{Cell, Fusing, Lost};
+use super::cells::{Audience, WHOLE};
 use super::engine::{SiteEngine, pictures};
 use super::log::{Log, LogError};
-use super::message::{Heard, Input, Output};
-use crate::areas::Areas;
+use super::message::{Heard, Input, Logged, Output};
+use crate::areas::{Areas, Masks};
 use crate::config::{Cluster, Config, Feed};
 use crate::formats::Encoders;
 use crate::live::now;
 use crate::record::{Recorded, Recorder, RecorderCounts, RecorderQueue, record_into};
+use crate::territory::CellName;
+use fusion::numbering::Given;
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 
@@ -46,13 +49,17 @@ struct Noted {
     max_accuracy_m: f64,
 }
 
+/// A recording has addresses of IPv4.
+const fn v4(from: SocketAddr) -> SocketAddrV4 {
+    match from {
+        SocketAddr::V4(from) => from,
+        SocketAddr::V6(from) => SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, from.port()),
+    }
+}
+
 impl Fusing for Noted {
     fn receive(&mut self, heard: &Heard, at: Time) {
-        let from = match heard.from {
-            SocketAddr::V4(from) => from,
-            SocketAddr::V6(from) => SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, from.port()),
-        };
-        let line = self.engine.line(heard.to);
+        let (line, from) = (self.engine.line(heard.to), v4(heard.from));
         self.queue.wait(Recorded::Input { received: at, line, from, payload: heard.payload.clone() });
         self.engine.receive(heard, at);
     }
@@ -78,7 +85,56 @@ impl Fusing for Noted {
     }
 }
 
-/// Records a cell into rotating files until it is told to end; the first begins with the newest checkpoint, so that `replay` of
+/// Records what the sensors of a region of several cells send into rotating files, until it is told to end. Beside it there is no
+/// state to begin from: each cell has its own, and what they publish is of no single engine.
+///
+/// # Errors
+/// The recorder cannot be started.
+pub async fn record_region(
+    log: &Log,
+    config: &Config,
+    directory: &Path,
+    ends: impl Future<Output = ()>,
+) -> Result<RecorderCounts, NotRecorded> {
+    let site = Config { cluster: None, ..config.clone() };
+    let (queue, recorder) = begun(&site, directory, Vec::new())?;
+    let of_lines = SiteEngine::new(site, Masks::default(), now());
+    info!(directory = %directory.display(), "recording what the sensors send; Ctrl-C ends it");
+    let mut inputs = log.inputs(0);
+    tokio::pin!(ends);
+    loop {
+        let input = tokio::select! {
+            () = &mut ends => break,
+            input = inputs.next() => input,
+        };
+        let Some((_, octets)) = input else { break };
+        for Heard { received, from, to, payload } in
+            Input::parse(&octets).into_iter().flat_map(|input| input.heard)
+        {
+            queue.wait(Recorded::Input { received, line: of_lines.line(to), from: v4(from), payload });
+        }
+    }
+    drop(queue);
+    ended(recorder).await
+}
+
+fn begun(
+    site: &Config,
+    directory: &Path,
+    numbers: Vec<Given>,
+) -> Result<(RecorderQueue, Recorder), NotRecorded> {
+    let settings = site.output.record.clone().unwrap_or_else(|| record_into(directory));
+    let settings = crate::config::Record { dir: directory.to_owned(), ..settings };
+    let started = Recorder::start(site, &settings, numbers, true);
+    started.map_err(|error| NotRecorded::Recorder(error.to_string()))
+}
+
+async fn ended(recorder: Recorder) -> Result<RecorderCounts, NotRecorded> {
+    let written = tokio::task::spawn_blocking(move || recorder.join()).await;
+    written.map_err(|error| NotRecorded::Recorder(error.to_string()))
+}
+
+/// Records a cell that is the whole site into rotating files until it is told to end; the first begins with the newest checkpoint, so that `replay` of
 /// the files gives what the owner published.
 ///
 /// # Errors
@@ -88,22 +144,19 @@ pub async fn record(
     cluster: &Cluster,
     config: &Config,
     areas: &Areas,
-    (cell, directory): (&str, &Path),
+    directory: &Path,
     ends: impl Future<Output = ()>,
 ) -> Result<RecorderCounts, NotRecorded> {
     // What stands beside the recording is of one machine.
     let site = Config { cluster: None, ..config.clone() };
+    let (cell, whole) = (WHOLE, CellName::new(WHOLE).expect("it is a name"));
     let kept = log.checkpoint(cell).await?.ok_or(NotRecorded::NoCheckpoint)?;
     if !log.knows(&kept).await? {
         return Err(NotRecorded::NoCheckpoint);
     }
     let engine = SiteEngine::new(site.clone(), areas.masks(), now());
     let engine = engine.restored(areas.masks(), &kept.engine).map_err(|_| NotRecorded::NoCheckpoint)?;
-    let numbers = engine.numbers();
-    let settings = config.output.record.clone().unwrap_or_else(|| record_into(directory));
-    let settings = crate::config::Record { dir: directory.to_owned(), ..settings };
-    let started = Recorder::start(&site, &settings, numbers, true);
-    let (queue, recorder) = started.map_err(|error| NotRecorded::Recorder(error.to_string()))?;
+    let (queue, recorder) = begun(&site, directory, engine.numbers())?;
     let state = SiteEngine::driver_in(&kept.engine).ok_or(NotRecorded::NoCheckpoint)?;
     queue.wait(Recorded::Checkpoint(state.into()));
     let noted = Noted {
@@ -124,7 +177,8 @@ pub async fn record(
             () = &mut ends => break,
             input = inputs.next() => {
                 let Some((sequence, octets)) = input else { break };
-                Input::parse(&octets).into_iter().for_each(|input| following.input(sequence, input));
+                let logged = Logged::parse(&octets, &whole, &Audience::default());
+                logged.into_iter().flatten().for_each(|logged| following.input(sequence, logged));
             }
             output = outputs.next() => {
                 let Some((sequence, octets)) = output else { break };
@@ -136,6 +190,5 @@ pub async fn record(
         following.pump(now())?;
     }
     drop(following);
-    let written = tokio::task::spawn_blocking(move || recorder.join()).await;
-    written.map_err(|error| NotRecorded::Recorder(error.to_string()))
+    ended(recorder).await
 }

@@ -3,18 +3,24 @@
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::Duration;
 
+use jiff::SignedDuration;
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::cell::{Appended, Cell, Lost, Wish};
 use super::engine::SiteEngine;
-use super::message::{Input, Output};
+use super::message::{Logged, Output};
+use super::region::Letter;
+use super::relief::Step;
 use super::report::CellReport;
 use crate::live::now;
+use fusion::Identity;
 use fusion::slots::Slot;
 use fusion::time::{SECOND, Time};
 
 /// Longest time between two looks at the clock: a slot that nobody was heard for is made this late at most.
 const LOOK_UP: Duration = Duration::from_millis(20);
+/// How often it says which numbers are its own: where the table of them was lost, it is written anew.
+const CLAIMS: SignedDuration = SignedDuration::from_secs(60);
 /// Most of what waits that is taken in before slots are looked for.
 const AT_ONCE: usize = 1000;
 
@@ -22,7 +28,7 @@ const AT_ONCE: usize = 1000;
 #[derive(Debug)]
 pub(super) enum Told {
     /// A message of the input, and its sequence.
-    Input(u64, Input),
+    Input(u64, Logged),
     /// An output of the cell, and its sequence.
     Output(u64, Output),
     /// Whether somebody holds the lease.
@@ -41,6 +47,8 @@ pub(super) enum Told {
     Unseated,
     /// A checkpoint is wanted.
     Write,
+    /// The cell, or the seat, is left to another node.
+    Move,
     /// It is to end.
     Stop,
 }
@@ -62,6 +70,14 @@ pub(super) enum Says {
     Lost(Lost, u64),
     /// Somebody else has its seat.
     Unseated,
+    /// It leaves the cell, or the seat, to another node.
+    Moved,
+    /// What is left out from now on.
+    Relieved(Step),
+    /// Letters to others.
+    Post(Vec<Letter>),
+    /// What of the region's numbers is the cell's: blocks, and those of identities.
+    Claims(Vec<u32>, Vec<(Identity, u32)>),
 }
 
 /// Works until it is stopped, or lost.
@@ -72,6 +88,7 @@ pub(super) fn work(
     says: &UnboundedSender<Says>,
 ) {
     let (mut owned, mut next_report, mut is_wanted) = (None, Time::default(), false);
+    let (mut next_claims, mut step) = (Time::default(), Step::default());
     loop {
         let first = match told.recv_timeout(LOOK_UP) {
             Ok(told) => Some(told),
@@ -84,6 +101,10 @@ pub(super) fn work(
                 Told::Stop => return,
                 Told::Unseated => {
                     _ = says.send(Says::Unseated);
+                    return;
+                }
+                Told::Move => {
+                    _ = says.send(Says::Moved);
                     return;
                 }
                 Told::Write => {
@@ -102,9 +123,19 @@ pub(super) fn work(
             _ = says.send(Says::Lost(lost, cell.published()));
             return;
         }
+        cell.look(now());
+        if cell.step() != step {
+            step = cell.step();
+            _ = says.send(Says::Relieved(step));
+        }
         if cell.epoch() != owned {
             owned = cell.epoch();
             owned.into_iter().for_each(|epoch| _ = says.send(Says::Owns(epoch)));
+            next_claims = at;
+        }
+        let letters: Vec<Letter> = std::iter::from_fn(|| cell.post()).collect();
+        if !letters.is_empty() {
+            _ = says.send(Says::Post(letters));
         }
         cell.wish().into_iter().for_each(|wish| _ = says.send(Says::Wish(wish)));
         // Before the first output there is nothing to go on from.
@@ -115,6 +146,13 @@ pub(super) fn work(
         // Also where the clock was set back.
         if at >= next_report || next_report.nanos() - at.nanos() > SECOND {
             next_report = Time::from_nanos((at.nanos() / SECOND + 1) * SECOND);
+            if owned.is_some() && (at >= next_claims || next_claims - at > CLAIMS) {
+                next_claims = at + CLAIMS;
+                let (blocks, numbers) = cell.engine().claims();
+                if !blocks.is_empty() {
+                    _ = says.send(Says::Claims(blocks, numbers));
+                }
+            }
             _ = match owned {
                 Some(epoch) => says.send(Says::Report(cell.engine_mut().report(node, epoch, at).into())),
                 None => says.send(Says::Behind(cell.behind())),
@@ -133,7 +171,7 @@ fn hear(cell: &mut Cell<SiteEngine>, told: Told) -> Result<(), Lost> {
         Told::Last(last) => cell.last(last)?,
         Told::Appended(appended) => cell.appended(appended),
         Told::Fenced => return Err(Lost::Fenced),
-        Told::Write | Told::Stop | Told::Unseated => {}
+        Told::Write | Told::Stop | Told::Unseated | Told::Move => {}
     }
     Ok(())
 }

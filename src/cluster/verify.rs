@@ -8,12 +8,13 @@ use jiff::SignedDuration;
 use serde::Serialize;
 
 use super::cell::{Cell, Lost};
-use super::engine::SiteEngine;
+use super::cells::Cells;
 use super::log::{Log, LogError};
-use super::message::{Input, Output};
+use super::message::{Logged, Output};
 use crate::areas::Areas;
 use crate::config::{Cluster, Config};
 use crate::live::now;
+use crate::territory::CellName;
 use fusion::slots::SlotGrid;
 
 /// A slot counts as late from here on, seconds.
@@ -61,9 +62,10 @@ pub async fn verify(
     cluster: &Cluster,
     config: &Arc<Config>,
     areas: &Areas,
-    cell: &str,
+    (cells, name): (&Cells, &CellName),
     lasts: Duration,
 ) -> Result<Verdict, LogError> {
+    let (cell, audience) = (name.as_str(), cells.audience(config, name));
     let grid = SlotGrid::new(config.fusion.slot);
     let due_after = config.fusion.latency() - config.fusion.slot / 2;
     let kept = log.checkpoint(cell).await?;
@@ -73,7 +75,7 @@ pub async fn verify(
     };
     let kept = kept.filter(|_| is_known);
     let began = kept.and_then(|kept| {
-        let engine = SiteEngine::new(Config::clone(config), areas.masks(), now());
+        let engine = cells.engine(config, areas.masks(), now(), name);
         let engine = engine.restored(areas.masks(), &kept.engine).ok()?;
         let wait = SignedDuration::from_nanos((cluster.wait_s * 1e9) as i64);
         Some((Cell::new(engine, grid, wait, kept.handled, kept.published), kept.handled, kept.published))
@@ -95,10 +97,12 @@ pub async fn verify(
             () = &mut ends => break,
             input = inputs.next() => {
                 let Some((sequence, octets)) = input else { break };
-                let Ok(input) = Input::parse(&octets) else { continue };
+                let Ok(Some(logged)) = Logged::parse(&octets, name, &audience) else { continue };
                 verdict.inputs += 1;
-                verdict.datagrams += input.heard.len() as u64;
-                alone.iter_mut().for_each(|alone| alone.input(sequence, input.clone()));
+                if let Logged::Input(input) = &logged {
+                    verdict.datagrams += input.heard.len() as u64;
+                }
+                alone.iter_mut().for_each(|alone| alone.input(sequence, logged.clone()));
             }
             output = outputs.next() => {
                 let Some((sequence, octets)) = output else { break };

@@ -1,23 +1,40 @@
-//! The picture of a cluster: what its owners publish and say, handed on to be shown.
+//! The picture of a cluster: what its owners publish and say, put together, and handed on to be shown.
+
+mod merging;
+mod reports;
 
 use std::collections::BTreeMap;
 use std::sync::mpsc::Sender;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use jiff::SignedDuration;
+use tokio::sync::mpsc::Receiver;
 use tokio::task::JoinSet;
-use tracing::warn;
+use tracing::{info, warn};
 
+use super::cells::Cells;
 use super::engine::pictures;
 use super::gateway::GatewayReport;
-use super::log::{Held, Log, LogError};
+use super::log::{Holder, Log, LogError};
 use super::message::Output;
 use super::node::NodeReport;
+use super::region::{Letter, Word};
+use super::relief::Step;
 use super::report::CellReport;
-use crate::config::Cluster;
-use crate::live::{CellState, LineStatus, Members, Seen};
+use crate::config::{Cluster, Config};
+use crate::live::{CellState, Decision, LineStatus, Members, Seen, now};
+use crate::territory::CellName;
+use fusion::slots::SlotGrid;
+use merging::Merging;
+use reports::joined;
 
 /// How often it is looked how those are who make the picture.
 const LOOKS: Duration = Duration::from_secs(1);
+/// Beyond the lease: how long a cell is waited for whose owner is lost.
+const TAKES_OVER_S: f64 = 2.0;
+/// Longest time between two looks at whether a slot has been waited for.
+const LOOK_UP: Duration = Duration::from_millis(20);
 
 /// Looks into a cluster, until it is dropped.
 #[derive(Debug)]
@@ -27,86 +44,177 @@ pub struct Window {
 }
 
 impl Window {
-    /// Hands on each slot of a cell from now on, and each second how it is; within a runtime.
-    pub fn open(log: &Log, cluster: &Cluster, cell: &str, seen: Sender<Seen>) -> Self {
+    /// Hands on each slot of the region from now on, and each second how it is; writes decisions to all cells; within a runtime.
+    pub fn open(
+        log: &Log,
+        config: &Config,
+        cluster: &Cluster,
+        cells: &Arc<Cells>,
+        (seen, decided): (Sender<Seen>, Receiver<Decision>),
+    ) -> Self {
+        let patience_s = cluster.lease_s + cluster.wait_s + TAKES_OVER_S;
+        let merging = Merging::new(
+            cells.names(),
+            SlotGrid::new(config.fusion.slot),
+            config.fusion.latency() - config.fusion.slot / 2,
+            SignedDuration::from_nanos((patience_s * 1e9) as i64),
+        );
+        let merging = Arc::new(Mutex::new(merging));
         let mut tasks = JoinSet::new();
-        tasks.spawn(slots(log.clone(), cluster.clone(), cell.to_owned(), seen.clone()));
-        tasks.spawn(states(log.clone(), cluster.clone(), cell.to_owned(), seen));
+        tasks.spawn(slots(log.clone(), cluster.clone(), merging.clone(), seen.clone()));
+        tasks.spawn(decide(log.clone(), cluster.node.clone(), cells.names().to_vec(), decided));
+        let homes = cells.homes(config);
+        tasks.spawn(states(log.clone(), cluster.clone(), (cells.clone(), homes), merging, seen));
         Self { tasks }
     }
 }
 
-/// The slots. Where the stream was lost, and made anew, they go on with those in it.
-async fn slots(mut log: Log, cluster: Cluster, cell: String, seen: Sender<Seen>) {
-    let mut reading = log.outputs(&cell, 0);
-    loop {
-        let Some((_, octets)) = reading.next().await else {
-            // The stream was lost, and is made anew.
-            if let Ok(again) = log.again(&cluster).await {
-                log = again;
+/// Writes each decision to all cells, until it is in the log: also to those in which the aircraft will be later.
+async fn decide(log: Log, node: String, cells: Vec<CellName>, mut decided: Receiver<Decision>) {
+    let Ok(from) = CellName::new(&node) else { return };
+    let mut index = 0_u16;
+    while let Some(decision) = decided.recv().await {
+        let (slot, word) = match decision {
+            Decision::Correlate(from, correlation) => (from, Word::Correlate { from, correlation }),
+            Decision::Say(from, word) => (from, Word::Say { from, word }),
+        };
+        info!(slot = slot.0, "decided, and written to the cells");
+        for to in &cells {
+            let letter = Letter { from: from.clone(), to: to.clone(), slot, index, word: word.clone() };
+            while let Err(error) = log.post(&letter).await {
+                warn!(%error, cell = %to, "a decision is not written: tried again");
+                tokio::time::sleep(LOOKS).await;
             }
-            reading = log.outputs(&cell, 1);
-            continue;
+        }
+        index = index.wrapping_add(1);
+    }
+}
+
+/// The slots. Where the stream was lost, and made anew, they go on with those in it.
+async fn slots(mut log: Log, cluster: Cluster, merging: Arc<Mutex<Merging>>, seen: Sender<Seen>) {
+    let locked = || merging.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut reading = log.all_outputs(0);
+    loop {
+        // A slot that waits for a cell that is away is looked at again soon.
+        let waits = locked().waits_until().is_some();
+        let read = match waits {
+            true => tokio::time::timeout(LOOK_UP, reading.next_of()).await,
+            false => Ok(reading.next_of().await),
         };
-        let output = Output::parse(&octets).ok().and_then(|output| pictures(&output.picture));
-        let Some((picture, now)) = output else {
-            warn!("an output of the log is not one of this version");
-            continue;
-        };
-        if seen.send(Seen::Slot(picture.into(), now.map(Box::new))).is_err() {
-            return;
+        match read {
+            Ok(Some((_, cell, octets))) => {
+                let output = Output::parse(&octets).ok();
+                let part = output.and_then(|output| Some((output.epoch, pictures(&output.picture)?)));
+                let cell = CellName::new(&cell).ok();
+                let is_known =
+                    cell.zip(part).is_some_and(|(cell, (epoch, part))| locked().take(&cell, epoch, part));
+                if !is_known {
+                    warn!(
+                        "an output of the log is not one of this version, or of no cell of the configuration"
+                    );
+                    continue;
+                }
+            }
+            Ok(None) => {
+                // The stream was lost, and is made anew.
+                if let Ok(again) = log.again(&cluster).await {
+                    log = again;
+                }
+                locked().forget();
+                reading = log.all_outputs(1);
+                continue;
+            }
+            Err(_) => {}
+        }
+        let (before, mut ready) = (locked().away().clone(), Vec::new());
+        {
+            let (mut merging, now) = (locked(), now());
+            ready.extend(std::iter::from_fn(|| merging.next(now)));
+        }
+        let away = locked().away().clone();
+        away.difference(&before)
+            .for_each(|cell| warn!(%cell, "the picture goes on without the cell: nobody publishes it"));
+        before.difference(&away).for_each(|cell| info!(%cell, "the cell is part of the picture again"));
+        for (picture, now) in ready {
+            if seen.send(Seen::Slot(picture.into(), now.map(Box::new))).is_err() {
+                return;
+            }
         }
     }
 }
 
-/// How the cell is, with the lines of the gateways, and who makes the picture.
-async fn states(log: Log, cluster: Cluster, cell: String, seen: Sender<Seen>) {
+/// How the cells are, with the lines of the gateways, and who makes the picture.
+async fn states(
+    log: Log,
+    cluster: Cluster,
+    (cells, homes): (Arc<Cells>, Vec<CellName>),
+    merging: Arc<Mutex<Merging>>,
+    seen: Sender<Seen>,
+) {
     let mut looks = tokio::time::interval(LOOKS);
     loop {
         looks.tick().await;
-        if let Ok((nodes, gateways)) = members(&log).await {
-            let owner = log.holder(&format!("{cell}.owner")).await.ok().flatten();
-            let standby = log.holder(&format!("{cell}.standby")).await.ok().flatten();
-            let counts = |of: &Option<Held>| {
-                let of = of.as_ref().map(|held| &held.by);
+        let Ok((nodes, gateways)) = members(&log).await else { continue };
+        let (away, twice, too_late) = {
+            let merging = merging.lock().unwrap_or_else(PoisonError::into_inner);
+            (merging.away().clone(), merging.twice(), merging.too_late())
+        };
+        let mut states = Vec::new();
+        for cell in cells.names() {
+            let name = cell.as_str();
+            let holder = async |part: &str| log.holder(&format!("{name}.{part}")).await.ok().flatten();
+            let (owner, standby) = (holder("owner").await, holder("standby").await);
+            let counts = |of: Option<&Holder>| {
                 let node = nodes.iter().find(|node| Some(&node.holder) == of);
-                node.and_then(|node| node.cells.first()).map(|(_, counts)| *counts).unwrap_or_default()
+                node.map(|node| node.counts(name)).unwrap_or_default()
             };
-            let state = CellState {
-                cell: cell.clone(),
-                lease: counts(&owner).epoch,
-                behind: counts(&standby).behind,
-                owner: owner.map(|held| held.by.node),
-                standby: standby.map(|held| held.by.node),
-            };
-            let members = Members {
-                region: cluster.region.clone(),
-                cells: vec![state],
-                nodes: nodes.iter().map(NodeReport::state).collect(),
-                gateways: gateways.iter().map(GatewayReport::state).collect(),
-                ..Members::default()
-            };
-            if seen.send(Seen::Members(members.into())).is_err() {
-                return;
+            let [owner, standby] = [owner, standby].map(|held| held.map(|held| held.by));
+            let step = Step(counts(owner.as_ref()).step);
+            states.push(CellState {
+                cell: cell.to_string(),
+                step: step.0,
+                left_out: step.words(),
+                lease: counts(owner.as_ref()).epoch,
+                behind: counts(standby.as_ref()).behind,
+                owner: owner.map(|by| by.node),
+                standby: standby.map(|by| by.node),
+                is_missing: away.contains(cell),
+                corners: cells.corners(cell),
+            });
+        }
+        let members = Members {
+            region: cluster.region.clone(),
+            cells: states,
+            nodes: nodes.iter().map(NodeReport::state).collect(),
+            gateways: gateways.iter().map(GatewayReport::state).collect(),
+            twice,
+            too_late,
+            ..Members::default()
+        };
+        if seen.send(Seen::Members(members.into())).is_err() {
+            return;
+        }
+        let mut reports = Vec::new();
+        for cell in cells.names() {
+            let Ok(Some(octets)) = log.said(&format!("{cell}.report")).await else { continue };
+            match CellReport::parse(&octets) {
+                Some(report) => reports.push((cell.clone(), report)),
+                None => warn!(%cell, "a report of the log is not one of this version"),
             }
-            let Ok(Some(report)) = log.said(&format!("{cell}.report")).await else { continue };
-            let Some(mut report) = CellReport::parse(&report) else {
-                warn!("a report of the log is not one of this version");
-                continue;
-            };
-            let is_deaf = gateways.is_empty();
-            let lines = lines(gateways);
-            for (index, sensor) in report.status.sensors.iter_mut().enumerate() {
-                sensor.lines = lines.get(&index).cloned().unwrap_or_default();
-                if is_deaf {
-                    let name = "of a gateway (none is heard of)".to_owned();
-                    sensor.lines = vec![LineStatus { name, ..LineStatus::default() }];
-                }
+        }
+        let Some(mut report) = joined(&homes, reports) else { continue };
+        let is_deaf = gateways.is_empty();
+        let lines = lines(gateways);
+        for (index, sensor) in report.status.sensors.iter_mut().enumerate() {
+            sensor.lines = lines.get(&index).cloned().unwrap_or_default();
+            if is_deaf {
+                let name = "of a gateway (none is heard of)".to_owned();
+                sensor.lines = vec![LineStatus { name, ..LineStatus::default() }];
             }
-            let told = Seen::Told(report.status.into(), report.integrities.into(), report.correlations);
-            if seen.send(told).is_err() {
-                return;
-            }
+        }
+        let told = Seen::Told(report.status.into(), report.integrities.into(), report.correlations);
+        if seen.send(told).is_err() {
+            return;
         }
     }
 }

@@ -68,6 +68,8 @@ pub fn run(args: &Args) -> CommandResult {
     writeln!(out, "# {}: valid. In force, defaults filled in:", file.display())?;
     writeln!(out, "# geoid undulation: {undulation_m:.2} m")?;
     writeln!(out, "{}", lines(&areas, now(), undulation_m))?;
+    #[cfg(feature = "cluster")]
+    super::cluster::cells(&config)?.iter().try_for_each(|line| writeln!(out, "# {line}"))?;
     receivers.lines().iter().chain(sinks.lines()).try_for_each(|line| writeln!(out, "# {line}"))?;
     write!(out, "{config}")?;
     Ok(Outcome::Done)

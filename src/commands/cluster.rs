@@ -5,17 +5,22 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use futures_util::future::join_all;
 use jiff::SignedDuration;
 use serde_json::{Value, json};
 
 use super::moment::duration;
 use super::table::{Table, grouped};
 use super::{CommandResult, Outcome, Usage};
-use crate::app::{CELL, Failure, Signals, runtime};
+use crate::app::{Failure, Signals, runtime};
 use crate::areas::Areas;
-use crate::cluster::{CellReport, GatewayReport, Holder, Log, NodeReport, Part, record as recorded, verify};
+use crate::cluster::{
+    CellReport, Cells, GatewayReport, Holder, Log, NodeReport, Part, record as recorded, record_region,
+    verify,
+};
 use crate::config::{Cluster, Config};
 use crate::live::now;
+use crate::territory::CellName;
 use fusion::time::Time;
 
 /// A picture older than this beyond its latency is late, seconds.
@@ -55,6 +60,9 @@ pub enum Command {
     /// Reads what is published for some time, and makes it once more from what was received: slots missing, doubled, late or
     /// different. Exit code 5 where there is one.
     Verify {
+        /// One cell; else all of them.
+        #[arg(long, value_name = "NAME")]
+        cell: Option<String>,
         /// For how long: 60s, 10m.
         #[arg(long, value_name = "D", value_parser = duration, default_value = "60s")]
         duration: SignedDuration,
@@ -64,12 +72,13 @@ pub enum Command {
     },
 }
 
-/// `record --cluster`: what the cell handles, until Ctrl-C.
+/// `record --cluster`: what the cell handles, or what the sensors of a region of several cells send, until Ctrl-C.
 pub(super) fn record(config: &Config, directory: &Path, lasts: Option<SignedDuration>) -> CommandResult {
     let Some(cluster) = &config.cluster else {
         return Err(Usage("the configuration has no [cluster] to record".to_owned()).into());
     };
     let areas = Areas::load(&config.areas)?;
+    let is_whole = Cells::of(config)?.is_whole();
     let counts = runtime(1)?.block_on(async {
         let log = opened(cluster).await?;
         let mut signals = Signals::listen()?;
@@ -82,11 +91,34 @@ pub(super) fn record(config: &Config, directory: &Path, lasts: Option<SignedDura
                 None => signals.stop().await,
             }
         };
-        Ok::<_, Failure>(recorded(&log, cluster, config, &areas, (CELL, directory), ends).await?)
+        Ok::<_, Failure>(match is_whole {
+            true => recorded(&log, cluster, config, &areas, directory, ends).await?,
+            false => record_region(&log, config, directory, ends).await?,
+        })
     })?;
     let lost = counts.unwritten + counts.lost;
     tracing::info!(recorded = counts.written, lost, "stopped");
     Ok(if lost > 0 { Outcome::Incomplete } else { Outcome::Done })
+}
+
+/// What `check` says of a region that is divided: its cells, and the sensors of use to each.
+pub(super) fn cells(config: &Config) -> Result<Vec<String>, Failure> {
+    let cells = Cells::of(config)?;
+    let Some(cluster) = config.cluster.as_ref().filter(|_| !cells.is_whole()) else { return Ok(Vec::new()) };
+    let of = |cell: &CellName| {
+        let of_use = |index: &usize| cells.of_sensor(config, *index).contains(&cell);
+        let sensors: Vec<&str> =
+            (0..config.sensors.len()).filter(of_use).map(|index| config.sensors[index].id.as_str()).collect();
+        format!(
+            "cell {cell}: {}",
+            if sensors.is_empty() { "no sensor".to_owned() } else { sensors.join(", ") }
+        )
+    };
+    let count = cells.names().len();
+    let (halo_m, hysteresis_m) = (cluster.halo_m, cluster.hysteresis_m);
+    let first =
+        format!("{count} cells, each with {halo_m} m around it; an aircraft stays {hysteresis_m} m outside");
+    Ok([first].into_iter().chain(cells.names().iter().map(of)).collect())
 }
 
 /// The log, where it answers in time.
@@ -97,13 +129,19 @@ async fn opened(cluster: &Cluster) -> Result<Log, Failure> {
     Ok(log.map_err(late)??)
 }
 
-/// What those of a cluster say.
-struct Said {
+/// What is said of a cell.
+struct CellSaid {
+    cell: String,
     owner: Option<Holder>,
     standby: Option<Holder>,
     report: Option<CellReport>,
     /// The newest slot, and when it is of.
     latest: Option<Time>,
+}
+
+/// What those of a cluster say.
+struct Said {
+    cells: Vec<CellSaid>,
     nodes: Vec<NodeReport>,
     gateways: Vec<GatewayReport>,
 }
@@ -117,12 +155,13 @@ pub fn run(args: &Args) -> CommandResult {
             Usage(format!("{file} has no [cluster]: there is one machine, and nothing to ask")).into()
         );
     };
+    let cells = Cells::of(&config)?;
     runtime(1)?.block_on(async {
         let log = opened(cluster).await?;
         let mut out = io::stdout().lock();
         match &args.command {
             Command::Status { json } => {
-                let said = Said::hear(&log).await?;
+                let said = Said::hear(&log, &cells).await?;
                 match json {
                     true => writeln!(out, "{:#}", said.json(&config))?,
                     false => write!(out, "{}\n{}\n{}", said.cells(&config), said.nodes(), said.gateways())?,
@@ -132,47 +171,44 @@ pub fn run(args: &Args) -> CommandResult {
                 Ok(if wrong.is_empty() { Outcome::Done } else { Outcome::Incomplete })
             }
             Command::Cells => {
-                write!(out, "{}", Said::hear(&log).await?.cells(&config))?;
+                write!(out, "{}", Said::hear(&log, &cells).await?.cells(&config))?;
                 Ok(Outcome::Done)
             }
             Command::Drain { node } => drain(&log, node, &mut out).await,
-            Command::Verify { duration, json } => {
+            Command::Verify { cell, duration, json } => {
                 let areas = Areas::load(&config.areas)?;
-                checked(&log, cluster, &config, &areas, (*duration, *json), &mut out).await
+                let names = chosen(&cells, cell.as_deref())?;
+                checked(&log, cluster, (&config, &areas), (&cells, &names), (*duration, *json), &mut out)
+                    .await
             }
         }
     })
 }
 
-impl Said {
-    async fn hear(log: &Log) -> Result<Self, Box<dyn std::error::Error + Send + Sync>> {
-        let (mut nodes, mut gateways) = (Vec::new(), Vec::new());
-        for key in log.keys().await? {
-            let Some(said) = log.said(&key).await? else { continue };
-            if key.starts_with("node.") {
-                nodes.extend(postcard::from_bytes::<NodeReport>(&said));
-            } else if key.starts_with("gateway.") {
-                gateways.extend(postcard::from_bytes::<GatewayReport>(&said));
-            }
-        }
-        let holder = async |key: &str| log.holder(&format!("{CELL}.{key}")).await;
-        let report = log.said(&format!("{CELL}.report")).await?;
-        let latest = log.last(CELL).await?;
+/// That cell, or all.
+fn chosen(cells: &Cells, name: Option<&str>) -> Result<Vec<CellName>, Usage> {
+    let Some(name) = name else { return Ok(cells.names().to_vec()) };
+    let found = cells.names().iter().find(|cell| cell.as_str() == name).cloned();
+    let names = || cells.names().iter().map(CellName::as_str).collect::<Vec<_>>().join(", ");
+    found
+        .map(|cell| vec![cell])
+        .ok_or_else(|| Usage(format!("no cell is called {name}: there are {}", names())))
+}
+
+impl CellSaid {
+    async fn hear(log: &Log, cell: &CellName) -> Result<Self, crate::cluster::LogError> {
+        let holder = async |part: &str| log.holder(&format!("{cell}.{part}")).await;
+        let report = log.said(&format!("{cell}.report")).await?;
+        let latest = log.last(cell.as_str()).await?;
         Ok(Self {
+            cell: cell.to_string(),
             owner: holder("owner").await?.map(|held| held.by),
             standby: holder("standby").await?.map(|held| held.by),
             report: report.and_then(|report| CellReport::parse(&report)),
             latest: latest
                 .and_then(|(_, output)| crate::cluster::pictures(&output.picture))
                 .map(|(of, _)| of.time),
-            nodes,
-            gateways,
         })
-    }
-
-    fn counts(&self, of: Option<&Holder>) -> crate::cluster::CellCounts {
-        let node = self.nodes.iter().find(|node| Some(&node.holder) == of);
-        node.and_then(|node| node.cells.first()).map(|(_, counts)| *counts).unwrap_or_default()
     }
 
     /// How late the newest slot is, seconds: beyond the latency that is configured, and the slot after it.
@@ -183,56 +219,82 @@ impl Said {
     }
 
     fn wrong(&self, config: &Config) -> Vec<String> {
-        let mut wrong = Vec::new();
+        let (mut wrong, cell) = (Vec::new(), &self.cell);
         if self.owner.is_none() {
-            wrong.push(format!("nobody owns cell {CELL}"));
+            wrong.push(format!("nobody owns cell {cell}"));
         }
         if self.standby.is_none() {
-            wrong.push(format!("nobody stands by for cell {CELL}"));
+            wrong.push(format!("nobody stands by for cell {cell}"));
         }
         match self.late_s(config) {
-            None => wrong.push(format!("nothing has been published of cell {CELL}")),
+            None => wrong.push(format!("nothing has been published of cell {cell}")),
             Some(late_s) if late_s > LATE_S => {
-                wrong.push(format!("the newest slot of cell {CELL} is {late_s:.1} s late"));
+                wrong.push(format!("the newest slot of cell {cell} is {late_s:.1} s late"));
             }
             Some(_) => {}
         }
         wrong
+    }
+}
+
+impl Said {
+    async fn hear(log: &Log, cells: &Cells) -> Result<Self, Failure> {
+        let (nodes, mut gateways) = (NodeReport::all(log).await?, Vec::new());
+        for key in log.keys().await?.iter().filter(|key| key.starts_with("gateway.")) {
+            let said = log.said(key).await?;
+            gateways.extend(said.and_then(|said| postcard::from_bytes::<GatewayReport>(&said).ok()));
+        }
+        let mut said = Vec::new();
+        for cell in cells.names() {
+            said.push(CellSaid::hear(log, cell).await?);
+        }
+        Ok(Self { cells: said, nodes, gateways })
+    }
+
+    fn wrong(&self, config: &Config) -> Vec<String> {
+        self.cells.iter().flat_map(|cell| cell.wrong(config)).collect()
     }
 
     fn cells(&self, config: &Config) -> Table {
         let names = ["cell", "owner", "lease", "standby", "behind", "published", "late"];
         let mut table = Table::new("llrlrrr", &names);
         let name = |of: &Option<Holder>| of.as_ref().map_or("nobody".to_owned(), |of| of.node.clone());
-        let (owner, standby) = (self.counts(self.owner.as_ref()), self.counts(self.standby.as_ref()));
-        table.row([
-            CELL.to_owned(),
-            name(&self.owner),
-            owner.epoch.to_string(),
-            name(&self.standby),
-            format!("{} slots", standby.behind),
-            grouped(owner.published),
-            self.late_s(config).map_or("nothing yet".to_owned(), |late_s| format!("{late_s:.2} s")),
-        ]);
+        for said in &self.cells {
+            let counts = |of: &Option<Holder>| {
+                let node = self.nodes.iter().find(|node| Some(&node.holder) == of.as_ref());
+                node.map(|node| node.counts(&said.cell)).unwrap_or_default()
+            };
+            let (owner, standby) = (counts(&said.owner), counts(&said.standby));
+            table.row([
+                said.cell.clone(),
+                name(&said.owner),
+                owner.epoch.to_string(),
+                name(&said.standby),
+                format!("{} slots", standby.behind),
+                grouped(owner.published),
+                said.late_s(config).map_or("nothing yet".to_owned(), |late_s| format!("{late_s:.2} s")),
+            ]);
+        }
         table
     }
 
     fn nodes(&self) -> Table {
-        let names = ["node", "machine", "is", "take-overs", "fenced", "diverged", "checkpoints"];
-        let mut table = Table::new("lllrrrr", &names);
-        for NodeReport { holder, cells, is_draining } in &self.nodes {
-            for (_, counts) in cells {
-                let part = if *is_draining { "drained" } else { counts.part.name() };
-                table.row([
-                    holder.node.clone(),
-                    holder.machine.clone(),
-                    part.to_owned(),
-                    counts.takeovers.to_string(),
-                    counts.fenced.to_string(),
-                    counts.diverged.to_string(),
-                    counts.checkpoints.to_string(),
-                ]);
-            }
+        let names =
+            ["node", "machine", "is", "owns", "beside", "take-overs", "fenced", "diverged", "checkpoints"];
+        let mut table = Table::new("lllrrrrrr", &names);
+        for node in &self.nodes {
+            let sum = node.sum();
+            table.row([
+                node.holder.node.clone(),
+                node.holder.machine.clone(),
+                node.part().to_owned(),
+                node.cells_as(Part::Owner).count().to_string(),
+                node.cells_as(Part::Standby).count().to_string(),
+                sum.takeovers.to_string(),
+                sum.fenced.to_string(),
+                sum.diverged.to_string(),
+                sum.checkpoints.to_string(),
+            ]);
         }
         table
     }
@@ -253,20 +315,23 @@ impl Said {
     }
 
     fn json(&self, config: &Config) -> Value {
-        let cell = json!({
-            "cell": CELL,
-            "owner": self.owner,
-            "standby": self.standby,
-            "late_s": self.late_s(config),
-            "aircraft_numbers": self.report.as_ref().map(|report| report.status.numbers_used),
-        });
+        let cell = |said: &CellSaid| {
+            json!({
+                "cell": said.cell,
+                "owner": said.owner,
+                "standby": said.standby,
+                "late_s": said.late_s(config),
+                "aircraft_numbers": said.report.as_ref().map(|report| report.status.numbers_used),
+            })
+        };
+        let cells: Vec<Value> = self.cells.iter().map(cell).collect();
         let nodes: Vec<Value> = self.nodes.iter().map(|node| json!(node)).collect();
         let gateways: Vec<Value> = self
             .gateways
             .iter()
             .map(|gateway| json!({ "node": gateway.node, "lines": gateway.lines.len(), "counts": gateway.counts }))
             .collect();
-        json!({ "cells": [cell], "nodes": nodes, "gateways": gateways, "wrong": self.wrong(config) })
+        json!({ "cells": cells, "nodes": nodes, "gateways": gateways, "wrong": self.wrong(config) })
     }
 }
 
@@ -307,15 +372,21 @@ async fn drain(log: &Log, node: &str, out: &mut impl Write) -> CommandResult {
 async fn checked(
     log: &Log,
     cluster: &Cluster,
-    config: &Arc<Config>,
-    areas: &Areas,
+    (config, areas): (&Arc<Config>, &Areas),
+    (cells, names): (&Cells, &[CellName]),
     (lasts, as_json): (SignedDuration, bool),
     out: &mut impl Write,
 ) -> CommandResult {
-    let verdict = verify(log, cluster, config, areas, CELL, lasts.unsigned_abs()).await?;
-    if as_json {
-        writeln!(out, "{:#}", json!(verdict))?;
-    } else {
+    let verdict = |name| verify(log, cluster, config, areas, (cells, name), lasts.unsigned_abs());
+    let verdicts = join_all(names.iter().map(verdict)).await;
+    let (mut shown, mut is_good) = (serde_json::Map::new(), true);
+    for (cell, verdict) in names.iter().zip(verdicts) {
+        let verdict = verdict?;
+        is_good &= verdict.is_good();
+        if as_json {
+            shown.insert(cell.to_string(), json!(verdict));
+            continue;
+        }
         let made = match verdict.differs {
             Some(false) => format!("{} made here, too: all the same", grouped(verdict.made)),
             Some(true) => "made here, too: they DIFFER".to_owned(),
@@ -323,7 +394,7 @@ async fn checked(
         };
         writeln!(
             out,
-            "cell {CELL}: {} slots, {} doubled, {} missing, {} late (latest {:.3} s); {made}; {} datagrams in {} messages",
+            "cell {cell}: {} slots, {} doubled, {} missing, {} late (latest {:.3} s); {made}; {} datagrams in {} messages",
             grouped(verdict.slots),
             verdict.doubled,
             verdict.missing,
@@ -333,5 +404,8 @@ async fn checked(
             grouped(verdict.inputs),
         )?;
     }
-    Ok(if verdict.is_good() { Outcome::Done } else { Outcome::ThresholdMissed })
+    if as_json {
+        writeln!(out, "{:#}", json!({ "cells": shown }))?;
+    }
+    Ok(if is_good { Outcome::Done } else { Outcome::ThresholdMissed })
 }

@@ -2,18 +2,21 @@
 
 use std::path::PathBuf;
 
-use super::kinds::{Kind, any_text, beside, list, named, number, text, whole};
+use super::kinds::{Kind, any_text, beside, list, named, number, tables, text, whole};
 use super::names::{names, written_by_name};
 use super::reader::Section;
 use super::table::{ByHand, absent, need, section};
 
 /// A name that may stand in a subject of the log.
-fn name(rule: &'static str) -> Kind<String> {
+fn plain_name(rule: &'static str) -> Kind<String> {
     text(rule, |name| {
         let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
         (1..=32).contains(&name.len()) && name.chars().all(is_plain)
     })
 }
+
+/// What a halo is larger by than the hysteresis, metres.
+const HALO_LEAST_M: f64 = 310.0;
 
 section! {
     /// Several machines over NATS JetStream (docs/SCALING.md). Without this table there is one machine, and no log.
@@ -27,13 +30,27 @@ section! {
         credentials: Option<PathBuf> = absent("none"), beside();
         /// What this process is called; no other one of the region is called so.
         node: String = need("node = …, what no other process of the region is called"),
-            name("a node is called by 1 to 32 of a-z, 0-9 and -");
+            plain_name("a node is called by 1 to 32 of a-z, 0-9 and -");
         /// The machine that it runs on: an owner and who stands by for it are on different ones, where there are several.
         machine: Option<String> = absent("`node`"), any_text();
         /// The region; it has streams of its own.
-        region: String = need("region = …, whose streams are used"), name("a region is called by 1 to 32 of a-z, 0-9 and -");
+        region: String = need("region = …, whose streams are used"), plain_name("a region is called by 1 to 32 of a-z, 0-9 and -");
         /// What this process does.
         roles: Vec<Role> = Role::ALL.to_vec(), list(named());
+        /// The region is divided into squares of so many degrees of latitude and longitude: all that a radar reaches
+        /// (`max_range_m`, else 20 km), or of a site without a radar those within 20 km of it. Without this key, and without
+        /// `cells`, it is one cell.
+        grid_deg: Option<f64> = absent("one cell, or those of `cells`"),
+            number("squares are 0.01 to 0.25 degrees", |degrees| (0.01..=0.25).contains(&degrees));
+        /// The region is divided into these polygons, which do not overlap; nothing outside of them is published.
+        cells: Vec<CellArea> = Vec::new(), tables();
+        /// Cells that this node may own or stand by for, by name; `*` for all.
+        owns: Vec<String> = vec!["*".to_owned()], list(any_text());
+        /// A cell's engine sees what is so far around it, too, metres.
+        halo_m: f64 = 1000.0, number("a halo is 310 to 10000 metres", |metres| (310.0..=10_000.0).contains(&metres));
+        /// An aircraft that has left its cell stays that cell's while it is no farther away than this, metres.
+        hysteresis_m: f64 = 150.0,
+            number("a hysteresis is 0 to 5000 metres", |metres| (0.0..=5000.0).contains(&metres));
         /// Copies of each stream that the servers keep; 3 where no server may be missed.
         replicas: u32 = 3, whole("copies of a stream are 1 to 5", 1..=5);
         /// Time after which another node owns a cell whose owner is not heard of, seconds.
@@ -44,6 +61,32 @@ section! {
         checkpoint_s: f64 = 30.0,
             number("a checkpoint is written every 1 to 60 seconds", |seconds| (1.0..=60.0).contains(&seconds));
     } by hand {}
+}
+
+section! {
+    /// A cell of a region, as a polygon.
+    CellArea {
+        /// What it is called.
+        name: String = need("name = …, what no other cell is called"), plain_name("a cell is called by 1 to 32 of a-z, 0-9 and -");
+        /// Its corners in order, longitude and latitude in degrees each; the first is not repeated.
+        polygon: Vec<Vec<f64>> = need("polygon = [[4.30, 51.20], …]"),
+            list(list(number("a longitude or a latitude in degrees", |degrees| degrees.abs() <= 360.0)));
+    } by hand {}
+}
+
+impl ByHand for CellArea {
+    fn more(&mut self, section: &mut Section<'_>) {
+        if self.polygon.iter().any(|corner| corner.len() != 2) {
+            section.contradict(&["polygon"], "a corner is [longitude, latitude]");
+        }
+    }
+}
+
+impl CellArea {
+    /// Its corners, longitude and latitude in degrees.
+    pub fn corners(&self) -> Vec<[f64; 2]> {
+        self.polygon.iter().filter_map(|corner| <[f64; 2]>::try_from(&corner[..]).ok()).collect()
+    }
 }
 
 names! {
@@ -71,6 +114,11 @@ impl Cluster {
         self.roles.contains(&role)
     }
 
+    /// Whether this process may own a cell of this name.
+    pub fn may_own(&self, cell: &str) -> bool {
+        self.owns.iter().any(|own| own == "*" || own == cell)
+    }
+
     /// The machine that this process runs on.
     pub fn machine(&self) -> &str {
         self.machine.as_deref().unwrap_or(&self.node)
@@ -83,6 +131,16 @@ impl ByHand for Cluster {
             if is_empty {
                 section.contradict(&[name], "at least one is needed");
             }
+        }
+        if self.grid_deg.is_some() && !self.cells.is_empty() {
+            section.contradict(&["grid_deg", "cells"], "cells are squares, or polygons");
+        }
+        // What leaves a cell is handed over while both still see it: 60 m, and what is flown from a slot to its picture.
+        if self.halo_m < self.hysteresis_m + HALO_LEAST_M {
+            section.contradict(
+                &["halo_m", "hysteresis_m"],
+                "a halo is larger than the hysteresis by 310 metres: 60, and 6.25 s at 40 m/s",
+            );
         }
     }
 }

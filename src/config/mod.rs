@@ -51,7 +51,7 @@ pub use alerts::{AlertKind, AlertRule, Alerts, Severity};
 pub use areas::{AlertArea, Area, AreaKind, AreaSeverity};
 pub use changes::{Change, changes};
 pub use cidr::{Network, NotANetwork};
-pub use cluster::{Cluster, Role};
+pub use cluster::{CellArea, Cluster, Role};
 pub use conflicts::{Advisory, ConflictVolume, Conflicts, VolumePreset, VolumeSide, Warning};
 pub use connections::{BrokerAddress, Connection, ConnectionFormat, MavlinkSystem};
 pub use error::{ConfigError, ConfigErrors, Place};

@@ -1,5 +1,7 @@
 //! An operator's decisions on their way to the engine, and which of them are in force.
 
+use std::collections::BTreeSet;
+
 use super::driver::Driver;
 use super::requests::{Denied, Operators, Requests, requests};
 use crate::picture::serial_text;
@@ -46,9 +48,27 @@ impl Correlations {
         self.0.obey(|wish| Ok((correlate(wish, driver)?, driver.pipeline().engine().correlations())))
     }
 
-    /// Denies what was asked for: the engine is elsewhere.
-    pub fn deny(&self) {
-        self.0.deny();
+    /// Hands on what was asked for where the engines are elsewhere; of transponders these are known. What is then in force is
+    /// what is `held`, and what was handed on.
+    pub fn forward(
+        &self,
+        known: &BTreeSet<Identity>,
+        held: &mut Vec<HeldCorrelation>,
+        mut hand_on: impl FnMut(Correlation) -> Result<HeldCorrelation, Denied>,
+    ) {
+        self.0.obey(|wish| {
+            let correlated = held.iter().map(|held| held.correlation.transponder);
+            let transponder = wish.transponder.among(known.iter().copied().chain(correlated))?;
+            let transponder = transponder.ok_or(NotCorrelated::NoTransponder)?;
+            let decided = hand_on(Correlation { radar: wish.radar, transponder, verdict: wish.verdict })?;
+            let is_same = |other: &HeldCorrelation| {
+                let [one, other] = [&decided.correlation, &other.correlation];
+                (one.radar, one.transponder) == (other.radar, other.transponder)
+            };
+            held.retain(|other| !is_same(other));
+            held.extend((wish.verdict != Verdict::Automatic).then_some(decided));
+            Ok(((), held.clone()))
+        });
     }
 
     /// Publishes the decisions in force; whether they have changed.

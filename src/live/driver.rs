@@ -13,7 +13,7 @@ use crate::capture::Reception;
 use crate::config::Config;
 use crate::integrity::{Flags, Lookout};
 use crate::picture::PictureMaker;
-use crate::pipeline::{Event, NotRestored, Output, Pipeline, Selection};
+use crate::pipeline::{Event, NotRestored, Output, Pipeline, Selection, Shed, Shedding};
 use crate::state::{EngineState, Warm};
 use fusion::Engine;
 use fusion::integrity::Word;
@@ -242,6 +242,16 @@ impl Driver {
         engine.correlate(correlation)?;
         // Before the first slot nothing is there.
         engine.next_slot().ok_or(NotCorrelated::NoRadarTrack)
+    }
+
+    /// What is left out from now on, for a machine that cannot keep up.
+    pub fn shed(&mut self, shed: Shed) {
+        self.pipeline.shed(shed);
+    }
+
+    /// Who is left out, where somebody is.
+    pub fn shedding_mut(&mut self) -> Option<&mut Shedding> {
+        self.pipeline.shedding_mut()
     }
 
     /// An operator's word on a transponder; the first slot that is published by it. `None`: the profile knows none, or nothing

@@ -227,7 +227,9 @@ impl Health {
     pub fn note(&mut self, event: &Event, now: Time) {
         match *event {
             // A sensor is as well as it is, wherever its aircraft are.
-            Event::Accepted { sensor, report } | Event::Elsewhere { sensor, report } => {
+            Event::Accepted { sensor, report }
+            | Event::Elsewhere { sensor, report }
+            | Event::Shed { sensor, report } => {
                 let sensor = self.heard(sensor, now);
                 sensor.accepted += 1;
                 (sensor.taken, sensor.untimely) = (Some(now), None);

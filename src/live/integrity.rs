@@ -1,6 +1,6 @@
 //! Whether transponders can be trusted: what is known of each, and operators' words on their way to the engine.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
@@ -55,9 +55,23 @@ impl IntegrityRequests {
         self.0.obey(|saying| Ok((say(saying, driver)?, Integrities::of(driver, at))))
     }
 
-    /// Denies what was asked for: the engine is elsewhere.
-    pub fn deny(&self) {
-        self.0.deny();
+    /// Hands on what was asked for where the engines are elsewhere; of transponders these are known, and what `held` has.
+    pub fn forward(
+        &self,
+        known: &BTreeSet<Identity>,
+        held: &mut Integrities,
+        mut hand_on: impl FnMut(Word) -> Result<HeldWord, Denied>,
+    ) {
+        self.0.obey(|saying| {
+            let judged = held.assessments.iter().map(|assessment| assessment.identity);
+            let spoken = held.words.iter().map(|held| held.word.identity);
+            let identity = saying.transponder.among(known.iter().copied().chain(judged).chain(spoken))?;
+            let identity = identity.ok_or(NotCorrelated::NoTransponder)?;
+            let said = hand_on(Word { identity, trust: saying.trust })?;
+            held.words.retain(|held| held.word.identity != identity);
+            held.words.extend((saying.trust != Trust::Automatic).then_some(said));
+            Ok(((), held.clone()))
+        });
     }
 
     /// Publishes what is known where the engine is.

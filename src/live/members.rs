@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 /// The members of a cluster, as of a second ago at most.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Members {
     /// The region.
     pub region: String,
@@ -20,10 +20,14 @@ pub struct Members {
     pub doubled: u64,
     /// Slots that nobody published.
     pub missing: u64,
+    /// Aircraft of a slot that were left out because another cell published them, too.
+    pub twice: u64,
+    /// Slots of a cell that came when the region's picture of that slot had been shown without them.
+    pub too_late: u64,
 }
 
 /// A cell.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct CellState {
     /// Its name.
     pub cell: String,
@@ -37,6 +41,14 @@ pub struct CellState {
     pub lease: u64,
     /// Slots that the standby is behind.
     pub behind: u64,
+    /// What is left out because its owner cannot keep up: a step of docs/SCALING.md, 0 for nothing.
+    pub step: u8,
+    /// The same in words.
+    pub left_out: &'static str,
+    /// Whether the picture is without it: nobody has published it for longer than a take-over takes.
+    pub is_missing: bool,
+    /// Where it is, longitude and latitude of its corners in degrees; empty: it is the whole site.
+    pub corners: Vec<[f64; 2]>,
 }
 
 /// A node.
@@ -46,9 +58,13 @@ pub struct NodeState {
     pub node: String,
     /// The machine that it runs on.
     pub machine: String,
-    /// What it is for the cell.
+    /// What it is: for one cell at least, where there are several.
     #[schemars(extend("enum" = ["owner", "standby", "none", "drained"]))]
     pub part: &'static str,
+    /// Cells that it owns.
+    pub owns: Vec<String>,
+    /// Cells beside whose owner it stands.
+    pub stands_by: Vec<String>,
     /// How often it became the owner.
     pub takeovers: u64,
     /// How often it was refused because somebody else owned the cell.

@@ -63,5 +63,5 @@ pub use posts::{NotPosted, Posted, Posts};
 pub use published::{Archive, Fleeting, Followers, Messenger, Outgoing, PublishedPicture, Status};
 pub use registration::{RegistrationStatus, values};
 pub use requests::{Denied, Operators};
-pub use service::{KeeperQueues, Outlets, Seen, SeenCounts, Service, Viewer};
+pub use service::{Decision, KeeperQueues, Outlets, Seen, SeenCounts, Service, Viewer, decisions};
 pub use timings::{Histogram, Timings};

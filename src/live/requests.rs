@@ -27,9 +27,9 @@ pub enum Denied {
          action = \"off\""
     )]
     NotJudged,
-    /// The picture is made on another machine.
-    #[error("this is the picture of a cluster: decisions cannot be taken from here")]
-    Elsewhere,
+    /// The picture is made on other machines, of which none is heard.
+    #[error("nobody who makes the picture is heard: nothing can be decided now")]
+    Unheard,
     /// Too many wait.
     #[error("too many decisions wait for the engine")]
     Busy,
@@ -120,14 +120,6 @@ impl<W, H> Requests<W, H> {
             let _ = answer.send(answered);
         }
         made
-    }
-
-    /// Denies what was asked for: nobody here can do it.
-    pub(super) fn deny(&self) {
-        while let Ok(Asked { answer, .. }) = self.asked.try_recv() {
-            // The caller may have gone.
-            let _ = answer.send(Err(Denied::Elsewhere));
-        }
     }
 
     /// Publishes what is in force, where `is_new` of what is known; whether that is so.

@@ -1,5 +1,6 @@
 //! The threads of the service: line tasks, the engine's own thread, and what it hands out.
 
+mod decisions;
 mod foresight;
 mod keepers;
 mod publication;
@@ -42,6 +43,7 @@ use fusion::time::{SECOND, Time};
 use keepers::InForce;
 use publication::Publisher;
 
+pub use decisions::{Decision, decisions};
 pub use viewer::{Seen, SeenCounts, Viewer};
 
 /// Longest time between two looks at whether to stop or to publish a status.

@@ -9,13 +9,13 @@ use sha2::{Digest, Sha256};
 use super::duplicates::Duplicates;
 use super::senders::Senders;
 use super::settings::settings;
-use super::{Pipeline, RemoteId, Selection};
+use super::{Pipeline, RemoteId, Selection, Shedding};
 use crate::areas::Masks;
 use crate::config::Config;
 use crate::normalise::Barometer;
 
 /// Number of the layout below; that of the engine is its own.
-const LAYOUT: u16 = 2;
+const LAYOUT: u16 = 3;
 
 /// Why a pipeline does not go on where another one was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -43,12 +43,13 @@ struct Written<State> {
 
 /// What the pipeline knows besides the engine.
 #[derive(Serialize, Deserialize)]
-struct State<D, S, B, R, H> {
+struct State<D, S, B, R, H, L> {
     duplicates: D,
     senders: S,
     barometer: B,
     remote_id: R,
     selection: H,
+    shedding: L,
     now: Time,
     clock_behind: bool,
 }
@@ -57,10 +58,10 @@ impl Pipeline {
     /// The state as octets.
     #[must_use]
     pub fn checkpoint(&self, config: &Config) -> Vec<u8> {
-        let Self { duplicates, senders, barometer, remote_id, selection, engine, now, clock_behind, .. } =
-            self;
-        let (now, clock_behind) = (*now, *clock_behind);
-        let state = State { duplicates, senders, barometer, remote_id, selection, now, clock_behind };
+        let Self { duplicates, senders, barometer, remote_id, selection, shedding, engine, .. } = self;
+        let (now, clock_behind) = (self.now, self.clock_behind);
+        let state =
+            State { duplicates, senders, barometer, remote_id, selection, shedding, now, clock_behind };
         let written = Written { layout: LAYOUT, site: site(config), engine: engine.checkpoint(), state };
         postcard::to_stdvec(&written).expect("every state can be written down")
     }
@@ -70,7 +71,8 @@ impl Pipeline {
     /// # Errors
     /// It is none, of another version, damaged, or of a site with other sensors or settings.
     pub fn restored(config: &Config, masks: Masks, octets: &[u8]) -> Result<Self, NotRestored> {
-        type Known = State<Duplicates, Senders, Barometer, Option<RemoteId>, Option<Selection>>;
+        type Known =
+            State<Duplicates, Senders, Barometer, Option<RemoteId>, Option<Selection>, Option<Shedding>>;
         let (layout, _) = postcard::take_from_bytes::<u16>(octets).map_err(|_| NotRestored::Unreadable)?;
         if layout != LAYOUT {
             return Err(NotRestored::Unreadable);
@@ -81,9 +83,21 @@ impl Pipeline {
         }
         let new = Self::new(config, masks);
         let engine = Engine::restored(settings(config, &new.normaliser), &written.engine)?;
-        let State { duplicates, senders, barometer, remote_id, selection, now, clock_behind } = written.state;
+        let State { duplicates, senders, barometer, remote_id, selection, shedding, now, clock_behind } =
+            written.state;
         let senders = new.senders.going_on(senders);
-        Ok(Self { duplicates, senders, barometer, remote_id, selection, engine, now, clock_behind, ..new })
+        Ok(Self {
+            duplicates,
+            senders,
+            barometer,
+            remote_id,
+            selection,
+            shedding,
+            engine,
+            now,
+            clock_behind,
+            ..new
+        })
     }
 }
 

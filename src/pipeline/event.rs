@@ -54,6 +54,13 @@ pub enum Event {
         /// What they are given.
         report: Report,
     },
+    /// A record became a report that is left out, because the machine cannot keep up.
+    Shed {
+        /// From this sensor.
+        sensor: SensorIndex,
+        /// What the engine is not given.
+        report: Report,
+    },
     /// A service message of a radar (CAT034), or who a drone is (Remote ID).
     Service {
         /// The sensor.
@@ -152,6 +159,8 @@ pub struct Tally {
     pub accepted: BTreeMap<SensorIndex, u64>,
     /// Reports for other cells, by sensor.
     pub elsewhere: BTreeMap<SensorIndex, u64>,
+    /// Plots that were left out because the machine could not keep up, by sensor.
+    pub shed: BTreeMap<SensorIndex, u64>,
     /// Service messages (CAT034) and Basic IDs (Remote ID), by sensor.
     pub service: BTreeMap<SensorIndex, u64>,
     /// Records without a report, by sensor and reason.
@@ -183,6 +192,7 @@ impl Tally {
             Event::SeveralRecords => self.several_records += 1,
             Event::Accepted { sensor, .. } => add(&mut self.accepted, sensor),
             Event::Elsewhere { sensor, .. } => add(&mut self.elsewhere, sensor),
+            Event::Shed { sensor, .. } => add(&mut self.shed, sensor),
             Event::Service { sensor, .. } => add(&mut self.service, sensor),
             Event::Refused { refusal: Refusal::UnknownSource { category, source }, .. } => {
                 add(&mut self.unknown_sources, (category, source));
@@ -213,6 +223,7 @@ impl Tally {
             + self.skipped.values().sum::<u64>()
             + self.refused.values().sum::<u64>()
             + self.unknown_sources.values().sum::<u64>()
+            + self.shed.values().sum::<u64>()
             + self.newcomers_dropped()
     }
 }

@@ -9,6 +9,7 @@ mod remote_id;
 mod selection;
 mod senders;
 mod settings;
+mod shedding;
 
 use std::collections::VecDeque;
 use std::net::SocketAddr;
@@ -38,6 +39,7 @@ pub use selection::Selection;
 pub use senders::Contest;
 use senders::{Judged, Senders, Subject};
 use settings::settings;
+pub use shedding::{Shed, Shedding};
 
 /// Stands for the category of what is no ASTERIX.
 const REMOTE_ID: u8 = 0;
@@ -61,6 +63,8 @@ pub struct Pipeline {
     withholds_plots: bool,
     /// Of a cell among others: what is for it. `None`: everything.
     selection: Option<Selection>,
+    /// What is left out while the machine cannot keep up. `None`: nothing, and nobody looks.
+    shedding: Option<Shedding>,
     journal: Journal,
     /// The latest reception.
     now: Time,
@@ -122,6 +126,7 @@ impl Pipeline {
             engine: Engine::new(settings(config, &normaliser)).expect("the configuration was checked"),
             withholds_plots: false,
             selection: None,
+            shedding: None,
             barometer: Barometer::default(),
             remote_id,
             own: DataSource { sac: config.site.sac, sic: config.site.sic },
@@ -135,6 +140,20 @@ impl Pipeline {
     /// The same where the engine is given no plots; they count as accepted all the same.
     pub fn without_plots(self) -> Self {
         Self { withholds_plots: true, ..self }
+    }
+
+    /// What is left out from now on, for a machine that cannot keep up.
+    pub fn shed(&mut self, shed: Shed) {
+        match (&mut self.shedding, shed) {
+            (shedding, Shed::Nothing) => *shedding = None,
+            (Some(shedding), shed) => shedding.set(shed),
+            (shedding, shed) => shedding.insert(Shedding::default()).set(shed),
+        }
+    }
+
+    /// Who is left out, where somebody is.
+    pub const fn shedding_mut(&mut self) -> Option<&mut Shedding> {
+        self.shedding.as_mut()
     }
 
     /// The same for a cell: the engine is given what is for it, everything else is counted.
@@ -335,7 +354,9 @@ impl Pipeline {
         report: Result<Report, Refused>,
         sender: &mut Sender,
     ) -> Result<Event, Refused> {
-        let Self { engine, senders, now, withholds_plots, remote_id, selection, normaliser, .. } = self;
+        let Self {
+            engine, senders, now, withholds_plots, remote_id, selection, shedding, normaliser, ..
+        } = self;
         let mut report = report.inspect_err(|(sensor, _)| {
             if let Some(sensor) = *sensor {
                 sender.still_speaks(Subject { sensor, category, identity: None }, senders, *now);
@@ -357,6 +378,11 @@ impl Pipeline {
         sender.judge(subject, senders, *now)?;
         if selection.as_mut().is_some_and(|selection| !selection.takes(&report, normaliser.frame())) {
             return Ok(Event::Elsewhere { sensor, report });
+        }
+        if let (Report::Plot(plot), Some(shedding)) = (&report, shedding)
+            && !shedding.takes(plot)
+        {
+            return Ok(Event::Shed { sensor, report });
         }
         if !(*withholds_plots && matches!(report, Report::Plot(_))) {
             offer.take();

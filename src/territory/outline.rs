@@ -77,6 +77,12 @@ impl Outline {
         Geodetic::from_degrees(degrees(self.centre.latitude), degrees(self.centre.longitude), 0.0)
     }
 
+    /// Its corners, longitude and latitude in degrees.
+    pub fn corners_deg(&self) -> Vec<[f64; 2]> {
+        let degrees = |nanodegrees: i64| nanodegrees as f64 / DEGREE as f64;
+        self.corners.iter().map(|corner| [degrees(corner.longitude), degrees(corner.latitude)]).collect()
+    }
+
     /// From its centre to its farthest corner, metres.
     pub fn radius_m(&self) -> f64 {
         let away = |corner: &Corner| self.vector_m(self.centre, *corner);

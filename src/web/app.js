@@ -66,7 +66,7 @@ const ground = new Ground(
 reads.add("tracks", "Tracks"); // by the stream
 reads.add("info", "Service", { ask: () => get("info"), take: takeInfo, everyMs: RENEW_MS });
 reads.add("sensors", "Sensors", { ask: () => get("sensors"), take: takeSensors, everyMs: RENEW_MS });
-reads.add("cluster", "Cluster", { ask: () => get("cluster"), take: (answer) => cluster.replace(answer), everyMs: CLUSTER_MS, isWanted: () => status.info?.cluster === true });
+reads.add("cluster", "Cluster", { ask: () => get("cluster"), take: takeCluster, everyMs: CLUSTER_MS, isWanted: () => status.info?.cluster === true });
 reads.add("alerts", "Alerts", { ask: () => get("alerts"), take: (answer) => alerts.replace(answer), everyMs: RENEW_MS });
 reads.add("history", "Alert history", { ask: () => alerts.history.ask(), take: (answer) => alerts.history.take(answer), everyMs: RENEW_MS, isWanted: () => alerts.history.isWanted });
 reads.add("conflicts", "Conflicts", { ask: () => get("conflicts?level=advisory"), take: (answer) => map.conflicts.take(answer), everyMs: CONFLICTS_MS, isWanted: () => map.conflicts.isWanted && !past.isOn });
@@ -111,6 +111,7 @@ function takeInfo(info) {
   setText(byId("attribution"), [info.basemap?.attribution, info.tiles?.attribution].filter(Boolean).join("; "));
   offerLayer("base", Boolean(info.basemap));
   offerLayer("tiles", Boolean(info.tiles));
+  offerLayer("cells", cluster.outlines().features.length > 0);
   past.offer(info.history_hours);
   if (status.isReplay) replay.update(info.replay ?? {});
 }
@@ -130,6 +131,13 @@ function takeShapes(name, collection) {
 }
 
 let zonesTimer = null;
+
+/** Who makes the picture, and the cells on the map. */
+function takeCluster(answer) {
+  cluster.replace(answer);
+  ground.takeShapes("cells", cluster.outlines());
+  offerLayer("cells", cluster.outlines().features.length > 0);
+}
 
 /** Some zones are in force at certain hours only: what the map shows of them is asked for anew when that changes. */
 function renewWhenZonesChange({ features }) {

@@ -9,6 +9,7 @@ const LOOKS = { ok: "●", warning: "▲", critical: "■", unknown: "?" };
 export class Cluster {
   members = null; // the last answer of /cluster
   read = null; // {state, since, why}
+  drawn = null; // {text, collection}
 
   constructor() {
     this.button = byId("cluster");
@@ -25,6 +26,18 @@ export class Cluster {
     list(members, "cells");
     this.members = members;
     this.show();
+  }
+
+  /** Where the cells are, each named after itself and its owner, as GeoJSON; the same object while nothing of it changes. */
+  outlines() {
+    const cells = this.members?.cells.filter(({ corners }) => corners.length) ?? [];
+    const named = cells.map(({ cell, owner, corners }) => [`${cell}: ${owner ?? "nobody"}`, corners]);
+    const text = JSON.stringify(named);
+    if (text !== this.drawn?.text) {
+      const feature = ([name, corners]) => ({ type: "Feature", properties: { name }, geometry: { type: "Polygon", coordinates: [[...corners, corners[0]]] } });
+      this.drawn = { text, collection: { type: "FeatureCollection", features: named.map(feature) } };
+    }
+    return this.drawn.collection;
   }
 
   /** Whether that answer is known. */
@@ -50,6 +63,8 @@ export class Cluster {
     const { cells } = this.members;
     const ownerless = cells.filter(({ owner }) => !owner).map(({ cell }) => cell);
     if (ownerless.length) return ["critical", "no owner", `nobody owns ${ownerless.join(", ")}: nothing is published there`];
+    const missing = cells.filter(({ is_missing }) => is_missing).map(({ cell }) => cell);
+    if (missing.length) return ["critical", "cell missing", `the picture is without ${missing.join(", ")}: nobody publishes what flies there`];
     const alone = cells.filter(({ standby }) => !standby).map(({ cell }) => cell);
     const owners = [...new Set(cells.map(({ owner }) => owner))].join(", ");
     if (alone.length) return ["warning", owners, `${owners}: nobody stands by for ${alone.join(", ")}`];
@@ -58,13 +73,17 @@ export class Cluster {
 
   describe() {
     if (!this.members) return [element("h2", {}, "Cluster"), element("p", {}, "Not known yet")];
-    const { region, cells, nodes, gateways, shown, doubled, missing } = this.members;
+    const { region, cells, nodes, gateways, shown, doubled, missing, twice, too_late: late } = this.members;
     return [
       element("h2", {}, `Cluster ${region}`),
       table(["Cell", "Owner", "Standby", "Lease", "Behind"], cells.map((of) => [of.cell, of.owner ?? "nobody", of.standby ?? "nobody", of.lease, of.behind])),
-      table(["Node", "Machine", "Is", "Take-overs", "Refused"], nodes.map((of) => [of.node, of.machine, of.part, of.takeovers, of.fenced])),
+      table(
+        ["Node", "Machine", "Is", "Owns", "Stands by", "Take-overs", "Refused"],
+        nodes.map((of) => [of.node, of.machine, of.part, of.owns.length, of.stands_by.length, of.takeovers, of.fenced]),
+      ),
       table(["Gateway", "Lines", "Written", "Waiting", "Dropped"], gateways.map((of) => [of.node, of.lines, of.written, of.waiting, of.dropped])),
       element("p", { class: "hint" }, `${shown} slots shown, ${missing} missing, ${doubled} twice`),
+      ...(cells.length > 1 ? [element("p", { class: "hint" }, `${twice} aircraft published by two cells, ${late} slots of cells too late`)] : []),
     ];
   }
 }

@@ -5,7 +5,7 @@ import { drawLabels } from "./labels.js";
 import { palette } from "./palette.js";
 import { Covers, Room } from "./room.js";
 import { change, settings } from "./settings.js";
-import { drawCoverage, drawOverlay } from "./shapes.js";
+import { drawCells, drawCoverage, drawOverlay } from "./shapes.js";
 import { drawSymbols, drawUncertainty, drawVectors, forgetSymbols, place } from "./symbols.js";
 import { drawTrails } from "./trails.js";
 import { drawTrust } from "./trust.js";
@@ -19,6 +19,7 @@ export class Map2d {
   picture = null; // until there is an origin
   radars = [];
   coverage = null;
+  cells = null;
   areas = null;
   overlays = [];
   base = null;
@@ -52,7 +53,7 @@ export class Map2d {
     const moved = (x, y) => frame.toLocal(...before.toGeodetic(x, y));
     this.picture.reframe(frame);
     [this.view.x, this.view.y] = moved(this.view.x, this.view.y);
-    for (const name of ["coverage", "areas"]) this[name] = this[name]?.in(frame) ?? null;
+    for (const name of ["coverage", "areas", "cells"]) this[name] = this[name]?.in(frame) ?? null;
     this.overlays = this.overlays.map((overlay) => overlay.in(frame));
     for (const tiles of [this.base, this.tiles]) if (tiles) tiles.frame = frame;
     this.raw?.move(moved);
@@ -111,6 +112,7 @@ export class Map2d {
     if (layers.base && this.base) this.base.draw(context, view);
     if (layers.tiles && this.tiles) this.tiles.draw(context, view);
     if (layers.coverage && this.coverage) drawCoverage(context, view, this.coverage);
+    if (layers.cells && this.cells) drawCells(context, view, this.cells);
     if (layers.areas && this.areas) this.areas.draw(context, view);
     for (const overlay of this.overlays) drawOverlay(context, view, overlay);
     if (layers.rings && this.picture.frame.isRadar) drawRings(context, view);

@@ -11,6 +11,7 @@ export const LAYERS = {
   rings: ["Range rings and bearings", true],
   coverage: ["Coverage of the sensors", true],
   areas: ["Zones", true],
+  cells: ["Cells of the cluster", true],
   raw: ["Raw inputs: plots and transponder reports", false],
   base: ["Base map", true],
   tiles: ["Map tiles", true],

@@ -121,6 +121,11 @@ export function drawCoverage(context, view, shapes) {
   shapes.draw(context, view, palette.coverage, { fill: 0, dash: [6, 4] });
 }
 
+/** The cells of a cluster, each with who owns it. */
+export function drawCells(context, view, shapes) {
+  shapes.draw(context, view, palette.quiet, { fill: 0, dash: [12, 4, 2, 4] });
+}
+
 export function drawOverlay(context, view, shapes) {
   shapes.draw(context, view, palette.overlay, { fill: 0.06 });
 }

@@ -6,8 +6,7 @@ use std::time::{Duration, Instant};
 use async_nats::jetstream;
 use jiff::SignedDuration;
 use serde_json::Value;
-use utm_fusion::app::CELL;
-use utm_fusion::cluster::Output;
+use utm_fusion::cluster::{Output, WHOLE};
 
 use crate::proxy::Proxy;
 use crate::servers::Store;
@@ -80,12 +79,12 @@ async fn servers_killed_in_turn_lose_no_slot() {
 
 /// What is published from now on, by slot.
 async fn slots(site: &Site, count: usize) -> BTreeSet<i64> {
-    let mut outputs = site.log.outputs(CELL, 1);
+    let mut outputs = site.log.outputs(WHOLE, 1);
     let mut slots = BTreeSet::new();
     while slots.len() < count {
         let read = tokio::time::timeout(Duration::from_secs(60), outputs.next()).await.expect("slots come");
         let Some((_, octets)) = read else {
-            outputs = site.log.outputs(CELL, 1);
+            outputs = site.log.outputs(WHOLE, 1);
             continue;
         };
         let slot = Output::parse(&octets).unwrap().slot.0;
@@ -108,7 +107,7 @@ async fn all_servers_killed_at_once_come_back_empty_and_numbers_are_kept() {
     });
     written.await;
     let before = watcher.checked().await;
-    let last = site.log.last(CELL).await.unwrap().unwrap().1.slot.0;
+    let last = site.log.last(WHOLE).await.unwrap().unwrap().1.slot.0;
     let seq = site.ask("/api/v1/status").await.unwrap().1["seq"].as_u64().unwrap();
     let began = Instant::now();
     site.servers.kill_all();

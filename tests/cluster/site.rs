@@ -13,12 +13,12 @@ use std::time::{Duration, Instant};
 use fusion::time::{SECOND, Time};
 use jiff::SignedDuration;
 use serde_json::Value;
-use utm_fusion::app::CELL;
-use utm_fusion::cluster::{Holder, Log, NodeReport, Part};
-use utm_fusion::config::{Address, Category, Cluster, Config, Input, PictureKind, Role, Sink};
+use utm_fusion::cluster::{Cells, Holder, Log, NodeReport, Part};
+use utm_fusion::config::{Address, Category, CellArea, Cluster, Config, Input, PictureKind, Role, Sink};
 use utm_fusion::live::now;
 use utm_fusion::net::send::socket;
 use utm_fusion::simulate::{Scenario, simulate};
+use utm_fusion::territory::CellName;
 
 use crate::program::{Scratch, utm_fusion};
 use crate::servers::Servers;
@@ -73,13 +73,15 @@ pub struct Setup {
     pub servers: usize,
     pub lease_s: f64,
     pub checkpoint_s: f64,
+    /// Whether the site is four cells, which meet where the radar is.
+    pub is_divided: bool,
     /// Where the processes find the log, if not at its servers.
     pub through: Vec<(&'static str, String)>,
 }
 
 impl Default for Setup {
     fn default() -> Self {
-        Self { servers: 1, lease_s: 3.0, checkpoint_s: 30.0, through: Vec::new() }
+        Self { servers: 1, lease_s: 3.0, checkpoint_s: 30.0, is_divided: false, through: Vec::new() }
     }
 }
 
@@ -119,7 +121,10 @@ impl Site {
     /// The same over servers that there are.
     pub async fn over(servers: Servers, scratch: Scratch, setup: Setup) -> Self {
         let start = Time::from_nanos((now().nanos() / SECOND + 2) * SECOND);
-        let simulation = simulate(&Scenario::parse(SCENARIO, "trial.toml").unwrap(), 1, Some(start)).unwrap();
+        // Where cells meet they fly over the radar.
+        let corner = "east_m = 0\nnorth_m = 0\nradius_m = 400";
+        let scenario = if setup.is_divided { &SCENARIO.replace("radius_m = 400", corner) } else { SCENARIO };
+        let simulation = simulate(&Scenario::parse(scenario, "trial.toml").unwrap(), 1, Some(start)).unwrap();
         let cluster = Cluster {
             servers: servers.urls(),
             credentials: None,
@@ -127,6 +132,12 @@ impl Site {
             machine: None,
             region: "trial".to_owned(),
             roles: Role::ALL.to_vec(),
+            grid_deg: None,
+            cells: if setup.is_divided { quarters(&simulation.config) } else { Vec::new() },
+            owns: vec!["*".to_owned()],
+            halo_m: 1000.0,
+            // Small, so that aircraft which fly in circles of 400 m change their cells often.
+            hysteresis_m: 40.0,
             replicas: setup.servers as u32,
             lease_s: setup.lease_s,
             wait_s: 0.5,
@@ -241,9 +252,14 @@ impl Site {
         fs::read_to_string(self.scratch.path(format!("{name}.log"))).unwrap_or_default()
     }
 
-    /// Who owns the cell.
+    /// Who owns the first cell.
     pub async fn owner(&self) -> Option<Holder> {
-        self.log.holder(&format!("{CELL}.owner")).await.ok().flatten().map(|held| held.by)
+        self.owner_of(&Cells::of(&self.config).unwrap().names()[0]).await
+    }
+
+    /// Who owns that cell.
+    pub async fn owner_of(&self, cell: &CellName) -> Option<Holder> {
+        self.log.holder(&format!("{cell}.owner")).await.ok().flatten().map(|held| held.by)
     }
 
     /// What a node says of itself.
@@ -252,14 +268,26 @@ impl Site {
         postcard::from_bytes(&said).ok()
     }
 
-    /// The owner and who stands by, both with the cell's state; waits for them.
+    /// The owner and who stands by for the first cell, both with its state; waits for those of all cells.
     pub async fn pair(&self) -> [&'static str; 2] {
+        let mut first = None;
+        for cell in Cells::of(&self.config).unwrap().names() {
+            let pair = self.pair_of(cell).await;
+            first = first.or(Some(pair));
+        }
+        first.unwrap()
+    }
+
+    /// The same for that cell.
+    pub async fn pair_of(&self, cell: &CellName) -> [&'static str; 2] {
+        let owner =
+            async || self.log.holder(&format!("{cell}.owner")).await.ok().flatten().map(|held| held.by);
         until("an owner, and one who stands by", async || {
-            let owner = self.owner().await?;
+            let owner = owner().await?;
             let mut pair = [None; 2];
             for node in NODES {
                 let Some(report) = self.report(node).await else { continue };
-                let counts = report.cells[0].1;
+                let counts = report.counts(cell.as_str());
                 match counts.part {
                     Part::Owner if report.holder == owner && counts.published > 0 => pair[0] = Some(node),
                     Part::Standby if counts.behind < 4 => pair[1] = Some(node),
@@ -278,7 +306,12 @@ impl Site {
 
     /// Reads along what is published.
     pub async fn watch(&self) -> Watcher {
-        Watcher::start(&self.log, &self.cluster, &self.config).await
+        self.watch_cell(&Cells::of(&self.config).unwrap().names()[0]).await
+    }
+
+    /// The same of that cell.
+    pub async fn watch_cell(&self, cell: &CellName) -> Watcher {
+        Watcher::start(&self.log, &self.cluster, &self.config, cell).await
     }
 
     /// `utm-fusion cluster` with these arguments.
@@ -290,9 +323,24 @@ impl Site {
 
     /// An answer of the picture: status and JSON.
     pub async fn ask(&self, path: &str) -> Option<(u16, Value)> {
+        self.request(&format!("GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")).await
+    }
+
+    /// Its answer to something that an operator decides.
+    pub async fn decide(&self, path: &str, body: &Value) -> Option<(u16, Value)> {
+        let body = body.to_string();
+        self.request(&format!(
+            "POST {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Type: application/json\r\n\
+             Content-Length: {}\r\n\r\n{body}",
+            body.len()
+        ))
+        .await
+    }
+
+    async fn request(&self, request: &str) -> Option<(u16, Value)> {
         let log = fs::read_to_string(&self.process(PICTURE).log).ok()?;
         let address = log.rsplit_once("url=\"http://")?.1.split('/').next()?.to_owned();
-        let request = format!("GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+        let request = request.to_owned();
         let answer = tokio::task::spawn_blocking(move || {
             let mut socket = TcpStream::connect(address).ok()?;
             socket.write_all(request.as_bytes()).ok()?;
@@ -316,6 +364,25 @@ impl Drop for Site {
             }
         }
     }
+}
+
+/// Four cells that meet where the site's frame begins.
+fn quarters(config: &Config) -> Vec<CellArea> {
+    let (latitude, longitude, _) = config.origin();
+    let quarter = |name: &str, [east, north]: [f64; 2]| {
+        let (far_east, far_north) = (longitude + 0.1 * east, latitude + 0.1 * north);
+        let (west, east) = (longitude.min(far_east), longitude.max(far_east));
+        let (south, north) = (latitude.min(far_north), latitude.max(far_north));
+        let polygon =
+            [[west, south], [east, south], [east, north], [west, north]].map(|corner| corner.to_vec());
+        CellArea { name: name.to_owned(), polygon: polygon.to_vec() }
+    };
+    vec![
+        quarter("ne", [1.0, 1.0]),
+        quarter("nw", [-1.0, 1.0]),
+        quarter("se", [1.0, -1.0]),
+        quarter("sw", [-1.0, -1.0]),
+    ]
 }
 
 /// A configuration in which everything stays here: groups of this process, ports of this site.

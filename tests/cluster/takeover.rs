@@ -5,8 +5,7 @@ use std::time::{Duration, Instant};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
-use utm_fusion::app::CELL;
-use utm_fusion::cluster::{Appended, Output};
+use utm_fusion::cluster::{Appended, Output, WHOLE};
 
 use crate::site::{NODES, SLACK_S, Setup, Site, until, variable};
 
@@ -114,10 +113,10 @@ async fn an_owner_is_drained_and_nobody_notices_and_what_differs_is_noticed() {
     let forging = async {
         // Verifying begins with a checkpoint, and is to see it.
         tokio::time::sleep(Duration::from_secs(1)).await;
-        let (sequence, last) = site.log.last(CELL).await.unwrap().unwrap();
+        let (sequence, last) = site.log.last(WHOLE).await.unwrap().unwrap();
         // The picture of the slot before.
         let forged = Output { slot: last.slot.plus(1), ..last };
-        assert!(matches!(site.log.append(CELL, sequence, &forged).await, Appended::Stored(_)));
+        assert!(matches!(site.log.append(WHOLE, sequence, &forged).await, Appended::Stored(_)));
         site.signal(owner, "-CONT");
         until("the standby notices", async || {
             let report = site.report(standby).await?;
@@ -139,7 +138,8 @@ async fn an_owner_is_drained_and_nobody_notices_and_what_differs_is_noticed() {
 
 async fn verified(site: &Site, lasts: &str) -> (Option<i32>, Value) {
     let output = site.command(&["verify", "--json", "--duration", lasts]).await;
-    (output.status.code(), serde_json::from_slice(&output.stdout).unwrap())
+    let verdicts: Value = serde_json::from_slice(&output.stdout).unwrap();
+    (output.status.code(), verdicts["cells"][WHOLE].clone())
 }
 
 /// As while a site is changed, or a new version comes: what it would make is another picture.

@@ -7,11 +7,11 @@ use fusion::slots::SlotGrid;
 use fusion::time::Time;
 use jiff::SignedDuration;
 use tokio::task::JoinSet;
-use utm_fusion::app::CELL;
 use utm_fusion::areas::Masks;
-use utm_fusion::cluster::{Cell, Checkpoint, Input, Log, Output, SiteEngine, pictures};
+use utm_fusion::cluster::{Cell, Cells, Checkpoint, Log, Logged, Output, pictures};
 use utm_fusion::config::{Cluster, Config};
 use utm_fusion::live::now;
+use utm_fusion::territory::CellName;
 
 use crate::site::until;
 
@@ -25,12 +25,13 @@ struct Read<T> {
 
 #[derive(Default)]
 struct Seen {
-    inputs: Vec<Read<Input>>,
+    inputs: Vec<Read<Logged>>,
     outputs: Vec<Read<Output>>,
 }
 
 /// Reads from a checkpoint on.
 pub struct Watcher {
+    cell: CellName,
     from: Checkpoint,
     /// What was published before it began to read.
     before: u64,
@@ -51,29 +52,33 @@ pub struct Summary {
     pub latest_s: f64,
     /// Aircraft of the last picture, by transponder number.
     pub numbers: Vec<u32>,
+    /// Of each slot, which aircraft are published: their ids, and serial numbers where they have one.
+    pub aircraft: Vec<(i64, Vec<(String, Option<String>)>)>,
 }
 
 impl Watcher {
-    pub async fn start(log: &Log, cluster: &Cluster, config: &Arc<Config>) -> Self {
+    pub async fn start(log: &Log, cluster: &Cluster, config: &Arc<Config>, cell: &CellName) -> Self {
+        let name = cell.as_str();
         let from = until("a checkpoint of these streams", async || {
-            let kept = log.checkpoint(CELL).await.ok().flatten()?;
+            let kept = log.checkpoint(name).await.ok().flatten()?;
             let mark = log.mark(kept.handled, kept.published).await.ok().flatten();
             (mark == Some(kept.mark)).then_some(kept)
         })
         .await;
         let before =
-            until("an output", async || log.last(CELL).await.ok().flatten().map(|last| last.0)).await;
+            until("an output", async || log.last(name).await.ok().flatten().map(|last| last.0)).await;
         let seen = Arc::<Mutex<Seen>>::default();
+        let (own, audience) = (cell.clone(), Cells::of(config).unwrap().audience(config, cell));
         let mut tasks = JoinSet::new();
         let (mut inputs, into) = (log.inputs(from.handled + 1), seen.clone());
         tasks.spawn(async move {
             while let Some((sequence, octets)) = inputs.next().await {
-                let message = Input::parse(&octets).unwrap();
+                let Some(message) = Logged::parse(&octets, &own, &audience).unwrap() else { continue };
                 let read = Read { sequence, message, at: Instant::now(), clock: now() };
                 into.lock().unwrap().inputs.push(read);
             }
         });
-        let (mut outputs, into) = (log.outputs(CELL, from.published + 1), seen.clone());
+        let (mut outputs, into) = (log.outputs(name, from.published + 1), seen.clone());
         tasks.spawn(async move {
             while let Some((sequence, octets)) = outputs.next().await {
                 let message = Output::parse(&octets).unwrap();
@@ -82,7 +87,7 @@ impl Watcher {
             }
         });
         let wait = SignedDuration::from_nanos((cluster.wait_s * 1e9) as i64);
-        Self { from, before, config: config.clone(), wait, seen, tasks }
+        Self { cell: cell.clone(), from, before, config: config.clone(), wait, seen, tasks }
     }
 
     /// Slots so far.
@@ -143,7 +148,8 @@ impl Watcher {
             assert!(after.epoch >= before.epoch, "who was replaced has published: {what}");
             assert!(after.behind >= before.behind, "{what}");
         }
-        let engine = SiteEngine::new(Config::clone(&self.config), Masks::default(), now());
+        let cells = Cells::of(&self.config).unwrap();
+        let engine = cells.engine(&self.config, Masks::default(), now(), &self.cell);
         let engine = engine.restored(Masks::default(), &self.from.engine).unwrap();
         let grid = SlotGrid::new(self.config.fusion.slot);
         let mut alone = Cell::new(engine, grid, self.wait, self.from.handled, self.from.published);
@@ -153,7 +159,8 @@ impl Watcher {
             assert_eq!(alone.pump(now()), Ok(()), "slot {} is another one", output.message.slot.0);
             assert_eq!(alone.behind(), 0, "slot {} cannot be made", output.message.slot.0);
         }
-        assert!(seen.inputs.iter().any(|input| !input.message.heard.is_empty()), "no sensor was heard");
+        let is_heard = |logged: &Logged| matches!(logged, Logged::Input(input) if !input.heard.is_empty());
+        assert!(seen.inputs.iter().any(|input| is_heard(&input.message)), "no sensor was heard");
         let mut epochs: Vec<u64> = outputs.iter().map(|output| output.message.epoch).collect();
         epochs.dedup();
         // The last one of before counts, too: silence begins with it.
@@ -165,12 +172,26 @@ impl Watcher {
         let (picture, _) = pictures(&outputs.last().unwrap().message.picture).unwrap();
         let mut numbers: Vec<u32> = picture.tracks.iter().map(|track| track.point.number).collect();
         numbers.sort_unstable();
+        let aircraft = |output: &Read<Output>| {
+            let (picture, _) = pictures(&output.message.picture).unwrap();
+            let called = picture.tracks.iter().map(|track| {
+                let serial = track
+                    .point
+                    .source
+                    .transponder()
+                    .map(|part| String::from_utf8_lossy(part.identity.name()).into_owned());
+                (track.id.clone().unwrap_or_default(), serial)
+            });
+            (output.message.slot.0, called.collect())
+        };
+        let aircraft = outputs.iter().map(aircraft).collect();
         Summary {
             slots: outputs.len(),
             epochs,
             silence_s: silence.as_secs_f64(),
             latest_s: latest.as_secs_f64(),
             numbers,
+            aircraft,
         }
     }
 }

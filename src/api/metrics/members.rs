@@ -6,7 +6,7 @@ use crate::live::Members;
 impl Metrics {
     /// Cells, nodes and gateways.
     pub(super) fn members(&mut self, members: &Members) {
-        let Members { cells, nodes, gateways, shown, doubled, missing, .. } = members;
+        let Members { cells, nodes, gateways, shown, doubled, missing, twice, too_late, .. } = members;
         let of_cell = |value: fn(&crate::live::CellState) -> u64| {
             cells.iter().map(move |cell| (&*cell.cell, value(cell)))
         };
@@ -18,6 +18,9 @@ impl Metrics {
         self.by("cluster_epoch", help, "cell", of_cell(|cell| cell.lease));
         let help = "Slots that the standby is behind its owner";
         self.by("cluster_standby_behind_slots", help, "cell", of_cell(|cell| cell.behind));
+        let help =
+            "What is left out because its owner cannot keep up, a step of docs/SCALING.md; 0 for nothing";
+        self.by("cluster_shed_step", help, "cell", of_cell(|cell| cell.step.into()));
         let of_node = |value: fn(&crate::live::NodeState) -> u64| {
             nodes.iter().map(move |node| (&*node.node, value(node)))
         };
@@ -42,5 +45,13 @@ impl Metrics {
         let help = "Slots that came again after they, or later ones, had been shown";
         self.one("cluster_doubled_total", help, doubled);
         self.one("cluster_missing_slots_total", "Slots that nobody published", missing);
+        let help = "Whether the picture is without the cell";
+        self.by("cluster_cell_missing", help, "cell", of_cell(|cell| cell.is_missing.into()));
+        let help = "Aircraft of a slot that were left out because another cell published them, too";
+        self.one("cluster_twice_total", help, twice);
+        let help = "Slots of cells that came when the picture had been shown without them";
+        self.one("cluster_late_slots_total", help, too_late);
+        let help = "Cells that a node owns";
+        self.by("cluster_cells_owned", help, "node", of_node(|node| node.owns.len() as u64));
     }
 }

@@ -40,6 +40,11 @@ impl Reading {
     /// The next message and its sequence; waits for it. `None`: the stream was lost, and what it is now is shorter than what was
     /// read of it.
     pub async fn next(&mut self) -> Option<(u64, bytes::Bytes)> {
+        self.next_of().await.map(|(sequence, _, payload)| (sequence, payload))
+    }
+
+    /// The same with the last part of the message's subject: of an output the cell.
+    pub async fn next_of(&mut self) -> Option<(u64, String, bytes::Bytes)> {
         loop {
             let Some(messages) = &mut self.messages else {
                 match tokio::time::timeout(2 * HEARTBEAT, self.begin()).await {
@@ -70,7 +75,8 @@ impl Reading {
                     self.count = count;
                     if sequence >= self.next {
                         self.next = sequence + 1;
-                        return Some((sequence, message.message.payload));
+                        let of = last_part(&message.message.subject);
+                        return Some((sequence, of, message.message.payload));
                     }
                 }
                 _ => self.messages = None,
@@ -79,13 +85,13 @@ impl Reading {
     }
 
     /// The next message, asked for alone.
-    async fn fetch(&mut self) -> Option<(u64, bytes::Bytes)> {
+    async fn fetch(&mut self) -> Option<(u64, String, bytes::Bytes)> {
         let from = (self.next > 0).then_some(self.next)?;
         let asked = self.stream.direct_get_next_for_subject(self.subject.as_str(), Some(from));
         match tokio::time::timeout(PATIENCE, asked).await {
             Ok(Ok(message)) => {
                 self.next = message.sequence + 1;
-                Some((message.sequence, message.payload))
+                Some((message.sequence, last_part(&message.subject), message.payload))
             }
             Ok(Err(error)) if error.kind() != DirectGetErrorKind::NotFound => {
                 debug!(%error, subject = self.subject, "not read: tried again");
@@ -116,4 +122,8 @@ impl Reading {
         let messages = consumer.stream().max_messages_per_batch(ASKED).expires(ASK).heartbeat(HEARTBEAT);
         messages.messages().await.map_err(LogError::unanswered)
     }
+}
+
+fn last_part(subject: &str) -> String {
+    subject.rsplit('.').next().unwrap_or_default().to_owned()
 }

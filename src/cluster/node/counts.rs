@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::cluster::log::Holder;
+use crate::cluster::log::{Holder, Log, LogError};
 use crate::live::NodeState;
 
 /// What a node is for a cell.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Part {
     /// Nothing.
     #[default]
@@ -47,6 +47,10 @@ pub struct CellCounts {
     pub published: u64,
     /// Checkpoints that it wrote.
     pub checkpoints: u64,
+    /// What is left out because it cannot keep up: the step, and how often a further one was taken.
+    pub step: u8,
+    /// How often a further step was taken.
+    pub relieved: u64,
 }
 
 /// What a node says of itself, each second.
@@ -56,24 +60,69 @@ pub struct NodeReport {
     pub holder: Holder,
     /// What it counts, by cell.
     pub cells: Vec<(String, CellCounts)>,
+    /// Cells that it may have, by name; `*` for all.
+    pub owns: Vec<String>,
     /// Whether it takes no cell any more.
     pub is_draining: bool,
 }
 
 impl NodeReport {
+    /// What all nodes say.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn all(log: &Log) -> Result<Vec<Self>, LogError> {
+        let mut all = Vec::new();
+        for key in log.keys().await?.iter().filter(|key| key.starts_with("node.")) {
+            all.extend(log.said(key).await?.and_then(|said| postcard::from_bytes(&said).ok()));
+        }
+        Ok(all)
+    }
+
+    /// What it counts of a cell.
+    pub fn counts(&self, cell: &str) -> CellCounts {
+        self.cells.iter().find(|(of, _)| of == cell).map(|(_, counts)| *counts).unwrap_or_default()
+    }
+
+    /// The cells for which it is that.
+    pub fn cells_as(&self, part: Part) -> impl Iterator<Item = &str> {
+        self.cells.iter().filter(move |(_, counts)| counts.part == part).map(|(cell, _)| cell.as_str())
+    }
+
+    /// What it is: of several cells the most that it is for one.
+    pub fn part(&self) -> &'static str {
+        let most = self.cells.iter().map(|(_, counts)| counts.part).max();
+        if self.is_draining { "drained" } else { most.unwrap_or_default().name() }
+    }
+
+    /// What it counts of all cells together; its part and what belongs to that are of none.
+    pub fn sum(&self) -> CellCounts {
+        self.cells.iter().fold(CellCounts::default(), |sum, (_, counts)| CellCounts {
+            takeovers: sum.takeovers + counts.takeovers,
+            fenced: sum.fenced + counts.fenced,
+            diverged: sum.diverged + counts.diverged,
+            published: sum.published + counts.published,
+            checkpoints: sum.checkpoints + counts.checkpoints,
+            relieved: sum.relieved + counts.relieved,
+            ..sum
+        })
+    }
+
     /// As it is shown.
     pub(in crate::cluster) fn state(&self) -> NodeState {
-        let Self { holder, cells, is_draining } = self;
-        let counts = cells.first().map(|(_, counts)| *counts).unwrap_or_default();
+        let CellCounts { takeovers, fenced, diverged, published, checkpoints, .. } = self.sum();
+        let cells = |part| self.cells_as(part).map(str::to_owned).collect();
         NodeState {
-            node: holder.node.clone(),
-            machine: holder.machine.clone(),
-            part: if *is_draining { "drained" } else { counts.part.name() },
-            takeovers: counts.takeovers,
-            fenced: counts.fenced,
-            diverged: counts.diverged,
-            published: counts.published,
-            checkpoints: counts.checkpoints,
+            node: self.holder.node.clone(),
+            machine: self.holder.machine.clone(),
+            part: self.part(),
+            owns: cells(Part::Owner),
+            stands_by: cells(Part::Standby),
+            takeovers,
+            fenced,
+            diverged,
+            published,
+            checkpoints,
         }
     }
 }

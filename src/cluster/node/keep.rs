@@ -5,12 +5,21 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::watch;
 
-use super::Desk;
-use crate::cluster::log::Renewed;
+use super::counts::{NodeReport, Part};
+use super::desk::{Desk, moment};
+use super::{balance, locked};
+use crate::cluster::log::{Holder, Renewed};
+use crate::cluster::relief::Step;
 use crate::cluster::seat::{Told, tell};
 
 /// The least time between two checkpoints that are asked for.
 const WRITTEN: Duration = Duration::from_secs(1);
+/// Checkpoints of a cell that cannot keep up are this far apart.
+const RARE: Duration = Duration::from_secs(120);
+/// Who stands by is near enough with fewer slots than these to make.
+const FOLLOWED: u64 = 4;
+/// The least time between two cells or seats that a node leaves to others: so that all know what became of the last one.
+const MOVES: Duration = Duration::from_secs(10);
 /// Of the lease: how often it is renewed, and how often others look whether it is free.
 const RENEWED: u32 = 3;
 const LOOKED_AT: u32 = 12;
@@ -61,10 +70,22 @@ impl Desk {
                     (Renewed::Unknown, _) => {}
                 }
             }
-            let is_due = written.elapsed() >= checkpoints;
+            let is_rare = self.counts().step >= Step::CHECKPOINTS.0;
+            let is_due = written.elapsed() >= if is_rare { checkpoints.max(RARE) } else { checkpoints };
             if lease.is_none() {
                 if let Ok(owner) = self.log.holder(&self.owner()).await {
                     tell(&to_cell, Told::Lease(owner.is_some()));
+                    let is_relieved = self.shared.is_relieved(Step::STANDBYS);
+                    let leaves = |peers: &[_]| {
+                        is_relieved
+                            || owner.is_some_and(|owner| {
+                                balance::leaves_seat(peers, &self.me.node, self.cell.as_str(), &owner.by.node)
+                            })
+                    };
+                    if self.moves(leaves) {
+                        tell(&to_cell, Told::Move);
+                        return;
+                    }
                 }
                 if is_due {
                     written = Instant::now();
@@ -86,8 +107,39 @@ impl Desk {
                     written = Instant::now();
                     tell(&to_cell, Told::Write);
                 }
+                let step = self.counts().step;
+                // Whoever owns this one alone would have the same trouble elsewhere.
+                let is_left = step >= Step::LEFT.0 && self.shared.owned() > 1;
+                let leaves = |peers: &[_]| {
+                    now_beside.as_ref().is_some_and(|beside| match is_left {
+                        true => balance::may_take(peers, self.cell.as_str(), &beside.node),
+                        false => balance::leaves_cell(peers, &self.me.node, self.cell.as_str(), &beside.node),
+                    })
+                };
+                if !is_new && self.moves(leaves) && self.is_followed(now_beside.as_ref()).await {
+                    tell(&to_cell, Told::Move);
+                    return;
+                }
                 beside = now_beside;
             }
         }
+    }
+    /// Whether something is left to another node now: not more than one thing at a time.
+    fn moves(&self, leaves: impl FnOnce(&[balance::Peer]) -> bool) -> bool {
+        let mut moved = locked(&self.shared.moved);
+        let is_time = moved.is_none_or(|moved| moved.elapsed() >= MOVES);
+        let moves = is_time && leaves(&locked(&self.shared.peers));
+        if moves {
+            *moved = Some(moment());
+        }
+        moves
+    }
+
+    /// Whether who stands by has the cell's state, and would go on at once.
+    async fn is_followed(&self, by: Option<&Holder>) -> bool {
+        let Ok(nodes) = NodeReport::all(&self.log).await else { return false };
+        let counts =
+            nodes.iter().find(|node| Some(&node.holder) == by).map(|node| node.counts(self.cell.as_str()));
+        counts.is_some_and(|counts| counts.part == Part::Standby && counts.behind < FOLLOWED)
     }
 }

@@ -8,7 +8,6 @@ mod letter;
 mod matching;
 mod merge;
 mod numbers;
-mod office;
 mod public;
 mod teaching;
 
@@ -19,7 +18,6 @@ pub use border::{Border, Counts};
 pub use letter::{Letter, Offer, Word};
 pub use merge::{Merger, Part};
 pub use numbers::{BLOCK, FIRST_BLOCK, LAST_BLOCK, numbers_office};
-pub use office::Office;
 pub(super) use teaching::Teaching;
 
 /// Slots from a hand-over's being offered to the first one that the new owner publishes.

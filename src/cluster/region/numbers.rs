@@ -25,6 +25,8 @@ pub fn numbers_office() -> CellName {
 /// The numbers of a cell.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Numbers {
+    /// The first numbers of the blocks that are this cell's.
+    blocks: BTreeSet<u32>,
     free: BTreeSet<u32>,
     identities: BTreeMap<Identity, u32>,
     /// Numbers of aircraft that are this cell's, or were.
@@ -45,7 +47,8 @@ impl Numbers {
     /// Takes over a block.
     pub(super) fn add_block(&mut self, first: u32) {
         if (FIRST_BLOCK..=LAST_BLOCK).contains(&first) {
-            let Self { free, held, .. } = self;
+            let Self { blocks, free, held, .. } = self;
+            blocks.insert(first);
             free.extend((first..first + BLOCK).filter(|number| !held.contains_key(number)));
         }
     }
@@ -92,6 +95,14 @@ impl Numbers {
         }
     }
 
+    /// The blocks that are this cell's, by their first numbers, and the identities that have a number for its aircraft.
+    pub(super) fn claims(&self) -> (Vec<u32>, Vec<(Identity, u32)>) {
+        let of = |(number, held): (&u32, &Held)| {
+            held.identity.filter(|_| held.ends_here).map(|who| (who, *number))
+        };
+        (self.blocks.iter().copied().collect(), self.held.iter().filter_map(of).collect())
+    }
+
     /// An identity has this number, as who keeps them says; for its next aircraft.
     pub(super) fn learn(&mut self, identity: Identity, number: Option<u32>) {
         match number {
@@ -102,7 +113,7 @@ impl Numbers {
 
     /// Numbers whose aircraft ended before `before` are free again; the identities that have none any more.
     pub(super) fn turn(&mut self, before: Slot) -> Vec<Identity> {
-        let Self { free, identities, held } = self;
+        let Self { free, identities, held, .. } = self;
         let mut forgotten = Vec::new();
         held.retain(|&number, known| {
             if known.last >= before {

@@ -3,6 +3,7 @@
 
 use super::Region;
 use super::letter::Word;
+use crate::cluster::cells::reach_m;
 use crate::config::{Config, SensorKind};
 use crate::territory::CellName;
 use fusion::frames::Geodetic;
@@ -13,8 +14,6 @@ use fusion::{Engine, SensorIndex};
 const EVERY: i64 = 40;
 /// What was learnt is used so many slots later, everywhere.
 const LATER: i64 = 16;
-/// A radar is of use to cells no farther away, metres.
-const REACH_M: f64 = 20_000.0;
 
 /// What this cell teaches others.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,7 +33,7 @@ impl Teaching {
         let radars = config.sensors.iter().enumerate().filter_map(|(index, sensor)| match &sensor.kind {
             SensorKind::Radar(radar) => {
                 let place = Geodetic::from_degrees(radar.latitude_deg, radar.longitude_deg, 0.0);
-                Some((SensorIndex(index as u16), place))
+                Some((SensorIndex(index as u16), (place, reach_m(radar))))
             }
             _ => None,
         });
@@ -43,13 +42,15 @@ impl Teaching {
             let others = region.cells.iter().filter(|cell| **cell != region.cell && is_near(cell));
             others.cloned().collect()
         };
-        let radars: Vec<(SensorIndex, Geodetic)> = radars.collect();
-        let first = radars.first().map_or_else(|| region.cells.first().cloned(), |(_, place)| home(*place));
-        let own = radars.iter().filter(|(_, place)| home(*place).as_ref() == Some(&region.cell));
+        let radars: Vec<(SensorIndex, (Geodetic, f64))> = radars.collect();
+        let first =
+            radars.first().map_or_else(|| region.cells.first().cloned(), |(_, (place, _))| home(*place));
+        let own = radars.iter().filter(|(_, (place, _))| home(*place).as_ref() == Some(&region.cell));
         let mut subjects: Vec<Subject> = own
-            .map(|&(sensor, place)| {
+            .map(|&(sensor, (place, reach_m))| {
+                let within_m = reach_m + region.halo_m;
                 let is_near = |cell: &CellName| {
-                    region.territory.outline(cell).is_some_and(|cell| cell.is_within(place, REACH_M))
+                    region.territory.outline(cell).is_some_and(|cell| cell.is_within(place, within_m))
                 };
                 Subject { radar: Some(sensor), others: others(&is_near) }
             })

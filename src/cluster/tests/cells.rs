@@ -10,11 +10,12 @@ use fusion::slots::SlotGrid;
 use fusion::time::Time;
 use fusion::{Identity, RadarTrackKey};
 
+use super::office::Office;
 use crate::areas::Masks;
 use crate::cluster::cell::Fusing;
 use crate::cluster::engine::{SiteEngine, pictures};
 use crate::cluster::message::Heard;
-use crate::cluster::region::{Border, Counts, Letter, Merger, Office, Part, Region, Word, numbers_office};
+use crate::cluster::region::{Border, Counts, Letter, Merger, Part, Region, Word, numbers_office};
 use crate::config::{Config, Registration, SensorKind};
 use crate::picture::{Picture, PictureTrack};
 use crate::simulate::{Scenario, Simulation, simulate};

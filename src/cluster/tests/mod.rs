@@ -1,6 +1,7 @@
 //! Seeded schedules of faults in virtual time, over a model of the log's four operations.
 
 mod cells;
+mod office;
 mod site;
 mod toy;
 mod world;
@@ -12,8 +13,9 @@ use fusion::time::Time;
 
 use super::cell::Cell;
 use super::engine::{SiteEngine, pictures};
+use super::message::Logged;
 use toy::Toy;
-use world::{Engine, Fault, Faults, Logged, WAIT, World};
+use world::{Engine, Fault, Faults, WAIT, World};
 
 /// What an engine that was there all the time, and handled the log in order, would have published.
 fn checked<E: Engine>(world: &World<E>, what: &str) {
@@ -25,7 +27,7 @@ fn checked<E: Engine>(world: &World<E>, what: &str) {
     }
     let mut alone = Cell::new(E::new(), SlotGrid::default(), WAIT, 0, 0);
     for (index, input) in world.inputs().iter().enumerate() {
-        input.to(&mut alone, index as u64 + 1);
+        alone.input(index as u64 + 1, input.clone());
     }
     for (index, output) in outputs.iter().enumerate() {
         alone.output(index as u64 + 1, output.clone()).unwrap();

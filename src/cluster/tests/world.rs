@@ -10,7 +10,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::cluster::cell::{Appended, Cell, Fusing, Lost, Wish};
-use crate::cluster::message::{Heard, Input, Output};
+use crate::cluster::message::{Heard, Input, Logged, Output};
 use crate::cluster::region::Letter;
 
 const STEP_MS: i64 = 20;
@@ -80,30 +80,6 @@ impl Faults {
             (kinds[random.random_range(0..kinds.len())], from, from + random.random_range(100..9_000))
         };
         Self((0..count).map(fault).collect())
-    }
-}
-
-/// What a cell reads.
-#[derive(Clone, Debug)]
-pub(super) enum Logged {
-    Input(Input),
-    Letter(Box<Letter>),
-}
-
-impl Logged {
-    /// Gives it to a cell.
-    pub(super) fn to<E: Fusing>(&self, cell: &mut Cell<E>, sequence: u64) {
-        match self.clone() {
-            Self::Input(input) => cell.input(sequence, input),
-            Self::Letter(letter) => cell.letter(sequence, *letter),
-        }
-    }
-
-    fn id(&self) -> String {
-        match self {
-            Self::Input(input) => input.id(),
-            Self::Letter(letter) => letter.id(),
-        }
     }
 }
 
@@ -416,7 +392,7 @@ impl<E: Engine> World<E> {
         // Deliveries come late, in order, and now and then not at all for a while.
         if !is_cut && random.random_bool(0.8) {
             for (sequence, input) in log.inputs.iter().enumerate().skip(node.read.0) {
-                input.to(cell, sequence as u64 + 1);
+                cell.input(sequence as u64 + 1, input.clone());
             }
             node.read.0 = log.inputs.len();
         }

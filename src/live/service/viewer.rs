@@ -9,8 +9,10 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use jiff::SignedDuration;
+use tokio::sync::mpsc::Sender;
 use tracing::warn;
 
+use super::decisions::{Decider, Decision};
 use super::publication::Publisher;
 use super::{LOOK_UP, Outlets};
 use crate::config::Config;
@@ -20,7 +22,7 @@ use crate::live::driver::Driver;
 use crate::live::health::SensorState;
 use crate::live::integrity::Integrities;
 use crate::live::losses::Losses;
-use crate::live::members::Members;
+use crate::live::members::{CellState, Members};
 use crate::live::published::{PublishedPicture, Status};
 use crate::picture::Picture;
 use crate::pipeline::Tally;
@@ -61,7 +63,8 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// Begins to show what comes, on a thread of its own. Alerts that are shelved are kept by `shelves`.
+    /// Begins to show what comes, on a thread of its own; what operators decide goes to whoever makes it. Alerts that are shelved
+    /// are kept by `shelves`.
     ///
     /// # Errors
     /// The system gives no thread.
@@ -70,11 +73,11 @@ impl Viewer {
         driver: &Driver,
         outlets: Outlets,
         clock: &Clock,
-        seen: Receiver<Seen>,
+        (seen, decided): (Receiver<Seen>, Option<Sender<Decision>>),
         shelves: Option<SyncSender<Arc<str>>>,
     ) -> io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
-        let view = View::new(config, driver, outlets, clock, shelves);
+        let view = View::new(config, driver, outlets, clock, shelves, decided);
         let stopped = stop.clone();
         let thread = std::thread::Builder::new()
             .name("picture".to_owned())
@@ -106,6 +109,9 @@ struct View {
     seq: u64,
     counts: SeenCounts,
     told: Option<Status>,
+    decider: Decider,
+    /// What is wrong with cells: those that the picture is without, those that cannot keep up.
+    cells: Vec<Trouble>,
     misses: Losses,
     failed_told: u64,
     shelves: Option<SyncSender<Arc<str>>>,
@@ -122,6 +128,7 @@ impl View {
         outlets: Outlets,
         clock: &Clock,
         shelves: Option<SyncSender<Arc<str>>>,
+        decided: Option<Sender<Decision>>,
     ) -> Self {
         Self {
             publisher: Publisher::new(config, outlets, clock.clone()),
@@ -131,6 +138,8 @@ impl View {
             seq: 0,
             counts: SeenCounts::default(),
             told: None,
+            decider: Decider::new(config, decided),
+            cells: Vec::new(),
             misses: Losses::default(),
             failed_told: 0,
             shelves,
@@ -148,6 +157,7 @@ impl View {
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             let at = self.publisher.clock.now();
+            self.decide(at);
             self.publisher.publish_due(at, self.lead);
             self.publisher.look_ahead();
             if at >= self.next_status || self.next_status.nanos() - at.nanos() > SECOND {
@@ -180,6 +190,7 @@ impl View {
                 self.last = Some(picture.slot);
                 self.seq += 1;
                 self.counts.shown += 1;
+                self.decider.see(&picture);
                 let due = picture.time + self.due_after;
                 self.publisher.take(PublishedPicture {
                     seq: self.seq,
@@ -190,23 +201,30 @@ impl View {
                 });
             }
             Seen::Told(status, integrities, correlations) => {
+                self.decider.hear(&correlations, &integrities);
                 self.publisher.outlets.hub.integrity.show(&integrities);
                 self.publisher.outlets.hub.correlations.tell(&correlations);
                 self.told = Some(*status);
             }
             Seen::Members(members) => {
                 let SeenCounts { shown, doubled, missing } = self.counts;
+                self.cells = members.cells.iter().filter_map(trouble).collect();
                 let members = Members { shown, doubled, missing, ..*members };
                 self.publisher.outlets.hub.tell_members(members);
             }
         }
     }
 
+    /// What operators ask for goes to those who make the picture.
+    fn decide(&mut self, at: Time) {
+        let is_heard = self.told.as_ref().is_some_and(|told| at - told.at <= UNHEARD);
+        let hub = &self.publisher.outlets.hub;
+        self.decider.decide(&hub.correlations, &hub.integrity, is_heard);
+    }
+
     /// The status each second, as it was told last.
     fn tell(&mut self, at: Time) {
         let hub = &self.publisher.outlets.hub;
-        hub.correlations.deny();
-        hub.integrity.deny();
         // The recorder of decisions is where the engine is; what is shelved is kept here.
         hub.alerts.lines().for_each(drop);
         let shelves = hub.alerts.shelves();
@@ -233,6 +251,7 @@ impl View {
             let trouble = Trouble { about: Trouble::CLUSTER.into(), severity: Severity::Critical, text };
             status.troubles.push(trouble);
         }
+        status.troubles.extend(self.cells.iter().cloned());
         if let Some(slots) = self.misses.going_on(self.counts.missing, at) {
             let text = format!("{slots} slots were published by nobody");
             status.troubles.push(Trouble {
@@ -256,12 +275,26 @@ impl View {
     }
 }
 
+/// What is wrong with a cell.
+fn trouble(of: &CellState) -> Option<Trouble> {
+    let CellState { cell, is_missing, step, left_out, .. } = of;
+    let (severity, text) = match (is_missing, step) {
+        (true, _) => (
+            Severity::Critical,
+            format!("the picture is without cell {cell}: nobody publishes what flies there"),
+        ),
+        (false, 0) => return None,
+        (false, _) => (Severity::Warning, format!("the owner of cell {cell} cannot keep up: {left_out}")),
+    };
+    Some(Trouble { about: Trouble::CLUSTER.into(), severity, text })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::areas::Masks;
     use crate::formats::Encoders;
-    use crate::live::{CellState, Hub, Level, Made};
+    use crate::live::{Hub, Level, Made};
     use crate::net::send::Sinks;
     use crate::simulate::{Scenario, simulate};
 
@@ -293,7 +326,7 @@ mod tests {
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), start);
         let (sinks, encoders) = (Sinks::open(&[]).unwrap(), Encoders::new(&config));
         let outlets = Outlets { hub: writer, sinks, encoders, recorder: None, keepers: None };
-        let view = View::new(&config, &driver, outlets, &Clock::default(), None);
+        let view = View::new(&config, &driver, outlets, &Clock::default(), None, None);
         (view, hub, driver, slots)
     }
 

@@ -15,8 +15,9 @@ use super::numbers::{Numbers, numbers_office};
 use super::public::{Public, publish};
 use crate::picture::{Picture, PictureTrack};
 use crate::territory::{CellName, Outline};
-use fusion::Engine;
+use fusion::integrity::Assessment;
 use fusion::slots::Slot;
+use fusion::{Engine, Identity};
 
 /// An offer that is not answered is made again after so many slots,
 const AGAIN: i64 = 4;
@@ -165,6 +166,36 @@ impl Border {
         let read: Option<(Whose, State)> = postcard::from_bytes(octets).ok();
         let state = read.filter(|(whose, _)| *whose == self.whose()).map(|(_, state)| state);
         state.map(|state| self.state = state).is_some()
+    }
+
+    /// Takes what outlives a gap from a state that is too old to go on with: numbers.
+    pub fn remember(&mut self, octets: &[u8]) {
+        let read: Option<(Whose, State)> = postcard::from_bytes(octets).ok();
+        if let Some((_, state)) = read.filter(|((cell, ..), _)| *cell == self.region.cell) {
+            self.state.numbers = state.numbers;
+        }
+    }
+
+    /// What of the region's numbers is this cell's: blocks, by their first numbers, and those of identities.
+    pub fn claims(&self) -> (Vec<u32>, Vec<(Identity, u32)>) {
+        self.state.numbers.claims()
+    }
+
+    /// Gives what is known of a transponder the region's numbers; whether this cell speaks of it: another one does while the
+    /// aircraft is that one's.
+    pub fn publicise(&self, assessment: &mut Assessment) -> bool {
+        let State { seen, owned, numbers, .. } = &self.state;
+        let mut aircraft =
+            seen.iter().filter(|(_, seen)| seen.identity == Some(assessment.identity)).peekable();
+        if aircraft.peek().is_some() && !aircraft.any(|(inner, _)| owned.contains_key(inner)) {
+            return false;
+        }
+        assessment.number = numbers.known(assessment.identity);
+        assessment.twin = assessment.twin.and_then(|twin| {
+            let mut of = owned.iter().filter(|(inner, _)| inner.number == twin);
+            of.next().map(|(_, owned)| owned.public.number)
+        });
+        true
     }
 
     /// What a state is of.
@@ -346,7 +377,7 @@ impl Border {
     }
 
     /// Who keeps the numbers learns of a new one.
-    fn tell_number(&mut self, identity: Option<fusion::Identity>, number: u32) {
+    fn tell_number(&mut self, identity: Option<Identity>, number: u32) {
         let word = identity.map(|identity| Word::Number { identity, number: Some(number) });
         self.state.answers.extend(word.map(|word| (numbers_office(), word)));
     }

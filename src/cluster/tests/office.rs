@@ -1,11 +1,10 @@
-//! Who keeps a region's numbers: one of it, wherever it runs, with a state that outlives it.
+//! A model of the table in which a region's numbers are kept.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::letter::{Letter, Word};
-use super::numbers::{BLOCK, FIRST_BLOCK, LAST_BLOCK, numbers_office};
+use crate::cluster::region::{BLOCK, FIRST_BLOCK, LAST_BLOCK, Letter, Word, numbers_office};
 use crate::territory::CellName;
 use fusion::Identity;
 use fusion::slots::Slot;

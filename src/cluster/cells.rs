@@ -1,0 +1,217 @@
+//! The cells of a region, as its configuration says: one that is the whole site, or several that border each other.
+
+use std::collections::BTreeMap;
+
+use asterix::DataSource;
+
+use super::engine::SiteEngine;
+use super::region::{Border, Region};
+use crate::areas::Masks;
+use crate::config::{Config, Radar, SensorKind};
+use crate::net::listen::lines;
+use crate::territory::{CellName, Territory, TerritoryError};
+use fusion::frames::Geodetic;
+use fusion::time::Time;
+
+/// The one cell of a region that is not divided.
+pub const WHOLE: &str = "all";
+/// A radar without a configured range is of use so far, metres.
+const REACH_M: f64 = 20_000.0;
+
+/// The cells of a region.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cells {
+    names: Vec<CellName>,
+    /// `None`: there is one cell, without borders.
+    territory: Option<Territory>,
+    halo_m: f64,
+    hysteresis_m: f64,
+}
+
+/// Which lines a cell is told of, by the sensor that their messages name. What is not known here is for every cell.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Audience(BTreeMap<DataSource, bool>);
+
+impl Audience {
+    /// Whether messages of that sensor are of use.
+    pub fn hears(&self, sensor: DataSource) -> bool {
+        self.0.get(&sensor).copied().unwrap_or(true)
+    }
+}
+
+/// How far a radar sees, metres, as far as that is known.
+pub(super) fn reach_m(radar: &Radar) -> f64 {
+    radar.max_range_m.unwrap_or(REACH_M)
+}
+
+fn place(radar: &Radar) -> Geodetic {
+    Geodetic::from_degrees(radar.latitude_deg, radar.longitude_deg, 0.0)
+}
+
+impl Cells {
+    /// Of a region. Of a grid there are the squares that a radar reaches; of a site without a radar those near its origin.
+    ///
+    /// # Errors
+    /// The grid or the polygons are no territory.
+    pub fn of(config: &Config) -> Result<Self, TerritoryError> {
+        let whole = || vec![CellName::new(WHOLE).expect("it is a name")];
+        let Some(cluster) = &config.cluster else {
+            return Ok(Self { names: whole(), territory: None, halo_m: 0.0, hysteresis_m: 0.0 });
+        };
+        let territory = match cluster.grid_deg {
+            Some(degrees) => Some(Territory::grid(degrees)?),
+            None if cluster.cells.is_empty() => None,
+            None => {
+                let cells = cluster.cells.iter().map(|cell| (cell.name.clone(), cell.corners()));
+                Some(Territory::polygons(cells.collect())?)
+            }
+        };
+        let names = match &territory {
+            None => whole(),
+            Some(Territory::Polygons(cells)) => cells.keys().cloned().collect(),
+            Some(grid) => {
+                let (latitude_deg, longitude_deg, _) = config.origin();
+                let origin = [(Geodetic::from_degrees(latitude_deg, longitude_deg, 0.0), REACH_M)];
+                let mut reached: Vec<_> =
+                    radars(config).map(|radar| (place(radar), reach_m(radar))).collect();
+                if reached.is_empty() {
+                    reached.extend(origin);
+                }
+                let near = reached.into_iter().flat_map(|(place, reach_m)| grid.around(place, reach_m));
+                let mut near: Vec<CellName> = near.collect();
+                near.sort();
+                near.dedup();
+                near
+            }
+        };
+        Ok(Self { names, territory, halo_m: cluster.halo_m, hysteresis_m: cluster.hysteresis_m })
+    }
+
+    /// Their names, in order.
+    pub fn names(&self) -> &[CellName] {
+        &self.names
+    }
+
+    /// Whether the region is not divided.
+    pub const fn is_whole(&self) -> bool {
+        self.territory.is_none()
+    }
+
+    /// A cell among the others; `None`: it is the only one, or there is none of this name.
+    pub fn region(&self, cell: &CellName) -> Option<Region> {
+        let territory = self.territory.clone().filter(|_| self.names.contains(cell))?;
+        Region::new(territory, self.names.clone(), cell.clone(), self.halo_m, self.hysteresis_m)
+    }
+
+    /// The engine of a cell, with nothing received; `started` is now.
+    pub fn engine(&self, config: &Config, masks: Masks, started: Time, cell: &CellName) -> SiteEngine {
+        let engine = SiteEngine::new(config.clone(), masks, started);
+        match self.region(cell) {
+            Some(region) => engine.bordering(Border::new(region)),
+            None => engine,
+        }
+    }
+
+    /// Which lines a cell is told of: all but those on which there is nothing but radars whose configured range ends outside.
+    pub fn audience(&self, config: &Config, cell: &CellName) -> Audience {
+        let Some(region) = self.region(cell) else { return Audience::default() };
+        let is_of_use = |sensor: &usize| match &config.sensors[*sensor].kind {
+            SensorKind::Radar(radar) => radar
+                .max_range_m
+                .is_none_or(|range_m| region.outline().is_within(place(radar), range_m + self.halo_m)),
+            _ => true,
+        };
+        let mut audience = BTreeMap::new();
+        for line in lines(config) {
+            let first = &config.sensors[line.sensors[0]];
+            let source = DataSource { sac: first.sac, sic: first.sic };
+            *audience.entry(source).or_default() |= line.sensors.iter().any(is_of_use);
+        }
+        Audience(audience)
+    }
+
+    /// The cells that a sensor of the configuration is of use to, where there are several: for who reads what `check` prints.
+    pub fn of_sensor(&self, config: &Config, sensor: usize) -> Vec<&CellName> {
+        let SensorKind::Radar(radar) = &config.sensors[sensor].kind else {
+            return self.names.iter().collect();
+        };
+        let is_near = |cell: &&CellName| {
+            let region = self.region(cell);
+            region.is_none_or(|region| region.outline().is_within(place(radar), reach_m(radar) + self.halo_m))
+        };
+        self.names.iter().filter(is_near).collect()
+    }
+
+    /// Of each sensor of the configuration the cell that knows it best: a radar's own, else the first.
+    pub fn homes(&self, config: &Config) -> Vec<CellName> {
+        let home = |kind: &SensorKind| match (kind, &self.territory) {
+            (SensorKind::Radar(radar), Some(territory)) => territory.home(place(radar), &self.names),
+            _ => None,
+        };
+        let first = &self.names[0];
+        config.sensors.iter().map(|sensor| home(&sensor.kind).unwrap_or_else(|| first.clone())).collect()
+    }
+
+    /// A cell's corners, longitude and latitude in degrees; none of an undivided region.
+    pub fn corners(&self, cell: &CellName) -> Vec<[f64; 2]> {
+        self.region(cell).map(|region| region.outline().corners_deg()).unwrap_or_default()
+    }
+}
+
+fn radars(config: &Config) -> impl Iterator<Item = &Radar> {
+    config.sensors.iter().filter_map(|sensor| match &sensor.kind {
+        SensorKind::Radar(radar) => Some(radar),
+        _ => None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn config(cluster: &str) -> Config {
+        let text = format!(
+            "[site]\nname = \"site\"\n[[sensors]]\nid = \"north\"\nkind = \"radar\"\nsac = 25\nsic = 1\n\
+             latitude_deg = 51.25\nlongitude_deg = 4.35\nheight_amsl_m = 10\nmax_range_m = 5000\n\
+             [[sensors.inputs]]\ngroup = \"239.1.1.1\"\nport = 8048\ninterface = \"127.0.0.1\"\n\
+             [[sensors]]\nid = \"drones\"\nkind = \"transponder\"\nsac = 25\nsic = 2\n\
+             [[sensors.inputs]]\ngroup = \"239.1.1.2\"\nport = 8129\ninterface = \"127.0.0.1\"\n\
+             [cluster]\nservers = [\"nats://127.0.0.1:4222\"]\nnode = \"n\"\nregion = \"r\"\n{cluster}"
+        );
+        Config::parse(&text, "site.toml", std::iter::empty()).unwrap()
+    }
+
+    #[test]
+    fn a_region_that_is_not_divided_is_one_cell() {
+        let config = config("");
+        let cells = Cells::of(&config).unwrap();
+        assert!(cells.is_whole());
+        assert_eq!(cells.names().iter().map(CellName::as_str).collect::<Vec<_>>(), [WHOLE]);
+        assert_eq!(cells.region(&cells.names()[0]), None);
+        assert!(cells.audience(&config, &cells.names()[0]).hears(DataSource { sac: 25, sic: 1 }));
+    }
+
+    #[test]
+    fn a_grid_has_the_squares_that_a_radar_reaches() {
+        let config = config("grid_deg = 0.1\n");
+        let cells = Cells::of(&config).unwrap();
+        let names: Vec<&str> = cells.names().iter().map(CellName::as_str).collect();
+        // 5 km from the middle of a square of 11.1 by 7 km: over its western and eastern edges.
+        assert_eq!(names, ["n512-e0042", "n512-e0043", "n512-e0044"]);
+        assert_eq!(cells.region(&cells.names()[1]).unwrap().neighbours().count(), 2);
+    }
+
+    #[test]
+    fn a_cell_beyond_a_radars_range_is_not_told_of_it() {
+        let far = "[[cluster.cells]]\nname = \"near\"\npolygon = [[4.3, 51.2], [4.4, 51.2], [4.4, 51.3], [4.3, 51.3]]\n\
+                   [[cluster.cells]]\nname = \"far\"\npolygon = [[4.6, 51.2], [4.7, 51.2], [4.7, 51.3], [4.6, 51.3]]\n";
+        let config = config(far);
+        let cells = Cells::of(&config).unwrap();
+        let [far, near] = cells.names() else { panic!("two cells: {:?}", cells.names()) };
+        let [radar, drones] = [1, 2].map(|sic| DataSource { sac: 25, sic });
+        let hears = |cell| [radar, drones].map(|sensor| cells.audience(&config, cell).hears(sensor));
+        assert_eq!((hears(near), hears(far)), ([true, true], [false, true]));
+        assert_eq!((cells.of_sensor(&config, 0), cells.of_sensor(&config, 1)), (vec![near], vec![far, near]));
+        assert_eq!(cells.corners(near).len(), 4);
+    }
+}

@@ -1,0 +1,148 @@
+//! Which node is to have a cell: rules by which the cells of a region are shared evenly. Sans-IO.
+
+use super::counts::{NodeReport, Part};
+
+/// A node, as the others know it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Peer {
+    pub(super) node: String,
+    machine: String,
+    /// Cells that it owns, and those beside whose owner it stands.
+    owned: usize,
+    beside: usize,
+    is_draining: bool,
+    may_own: Vec<String>,
+}
+
+impl From<&NodeReport> for Peer {
+    fn from(report: &NodeReport) -> Self {
+        let of = |part| report.cells.iter().filter(|(_, counts)| counts.part == part).count();
+        Self {
+            node: report.holder.node.clone(),
+            machine: report.holder.machine.clone(),
+            owned: of(Part::Owner),
+            beside: of(Part::Standby),
+            is_draining: report.is_draining,
+            may_own: report.owns.clone(),
+        }
+    }
+}
+
+impl Peer {
+    /// Engines that it runs: an owner's costs what that of who stands by does.
+    const fn load(&self) -> usize {
+        self.owned + self.beside
+    }
+
+    fn may_have(&self, cell: &str) -> bool {
+        !self.is_draining && self.may_own.iter().any(|own| own == "*" || own == cell)
+    }
+}
+
+/// Whether another node is to take the free seat beside an owner: one of another machine than the owner's where this one is of
+/// the same, else one with fewer cells.
+pub(super) fn is_for_others(peers: &[Peer], me: &str, cell: &str, owner: Option<&str>) -> bool {
+    let Some(own) = peers.iter().find(|peer| peer.node == me) else { return false };
+    let machine =
+        owner.and_then(|owner| peers.iter().find(|peer| peer.node == owner)).map(|peer| &peer.machine);
+    let rank = |peer: &Peer| (Some(&peer.machine) == machine, peer.load());
+    let others = peers.iter().filter(|peer| peer.node != me && Some(peer.node.as_str()) != owner);
+    others.filter(|peer| peer.may_have(cell)).any(|peer| rank(peer) < rank(own))
+}
+
+/// Whether who stands beside an owner leaves the seat to a node that has two cells fewer, and is on another machine than the
+/// owner's.
+pub(super) fn leaves_seat(peers: &[Peer], me: &str, cell: &str, owner: &str) -> bool {
+    let of = |name: &str| peers.iter().find(|peer| peer.node == name);
+    let (Some(own), Some(owner)) = (of(me), of(owner)) else { return false };
+    let others = peers.iter().filter(|peer| peer.node != own.node && peer.node != owner.node);
+    others
+        .filter(|peer| peer.may_have(cell) && (peer.machine != owner.machine || own.machine == owner.machine))
+        .any(|peer| peer.load() + 2 <= own.load())
+}
+
+/// Whether an owner leaves a cell to who stands beside it, because that one owns two fewer.
+pub(super) fn leaves_cell(peers: &[Peer], me: &str, cell: &str, standby: &str) -> bool {
+    let of = |name: &str| peers.iter().find(|peer| peer.node == name);
+    let (Some(own), Some(beside)) = (of(me), of(standby)) else { return false };
+    beside.may_have(cell) && beside.owned + 2 <= own.owned
+}
+
+/// Whether a node may take a cell over at all.
+pub(super) fn may_take(peers: &[Peer], cell: &str, node: &str) -> bool {
+    peers.iter().any(|peer| peer.node == node && peer.may_have(cell))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn peer(node: &str, machine: &str, owned: usize, beside: usize) -> Peer {
+        Peer {
+            node: node.to_owned(),
+            machine: machine.to_owned(),
+            owned,
+            beside,
+            is_draining: false,
+            may_own: vec!["*".to_owned()],
+        }
+    }
+
+    #[test]
+    fn a_seat_is_for_who_has_the_fewest_cells_on_another_machine_than_the_owners() {
+        let peers = [peer("a", "1", 2, 0), peer("b", "1", 0, 0), peer("c", "2", 0, 3), peer("d", "3", 0, 2)];
+        let takes = |owner| {
+            let free = peers.iter().filter(|peer| Some(peer.node.as_str()) != owner);
+            let takes = free.filter(|peer| !is_for_others(&peers, &peer.node, "x", owner));
+            takes.map(|peer| peer.node.as_str()).collect::<Vec<_>>()
+        };
+        assert_eq!(takes(Some("a")), ["d"]);
+        assert_eq!(takes(None), ["b"]);
+        // Alone it does not matter where.
+        let two = [peer("a", "1", 2, 0), peer("b", "1", 0, 0)];
+        assert!(!is_for_others(&two, "b", "x", Some("a")));
+        assert!(!is_for_others(&[], "b", "x", Some("a")), "nobody has spoken yet");
+        let other = [peer("a", "1", 0, 0), Peer { may_own: vec!["y".to_owned()], ..peer("b", "2", 0, 0) }];
+        assert!(!is_for_others(&other, "a", "x", None));
+    }
+
+    /// From one node with all cells, others join: until nobody moves anything. Never more moves than cells.
+    #[test]
+    fn cells_come_to_be_shared_evenly_and_stay() {
+        for nodes in 2..6_usize {
+            let cells = 7;
+            // Who owns which cell, and stands beside.
+            let mut held: Vec<[usize; 2]> = vec![[0, 1]; cells];
+            let peers = |held: &[[usize; 2]]| -> Vec<Peer> {
+                let count = |part: usize, node| held.iter().filter(|of| of[part] == node).count();
+                (0..nodes)
+                    .map(|node| peer(&node.to_string(), &node.to_string(), count(0, node), count(1, node)))
+                    .collect()
+            };
+            let mut moves = 0;
+            loop {
+                let known = peers(&held);
+                let names: Vec<String> = (0..nodes).map(|node| node.to_string()).collect();
+                let moved = (0..cells).find_map(|cell| {
+                    let [owner, beside] = held[cell];
+                    if leaves_cell(&known, &names[owner], "x", &names[beside]) {
+                        return Some((cell, [beside, owner]));
+                    }
+                    let leaves = leaves_seat(&known, &names[beside], "x", &names[owner]);
+                    let next = (0..nodes).find(|next| {
+                        *next != owner && !is_for_others(&known, &names[*next], "x", Some(&names[owner]))
+                    });
+                    leaves.then(|| (cell, [owner, next.unwrap()]))
+                });
+                let Some((cell, now)) = moved else { break };
+                held[cell] = now;
+                moves += 1;
+                assert!(moves <= 3 * cells, "{nodes} nodes: {held:?}");
+            }
+            let loads: Vec<usize> = peers(&held).iter().map(Peer::load).collect();
+            let owned: Vec<usize> = peers(&held).iter().map(|peer| peer.owned).collect();
+            let spread = |of: &[usize]| of.iter().max().unwrap() - of.iter().min().unwrap();
+            assert!(spread(&loads) <= 3 && spread(&owned) <= 2, "{nodes} nodes: {loads:?} {owned:?}");
+        }
+    }
+}

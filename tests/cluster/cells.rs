@@ -1,0 +1,159 @@
+//! Several cells, each with an owner and one who stands by: one picture, whoever is lost.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde_json::{Value, json};
+use utm_fusion::cluster::{Cells, Part};
+use utm_fusion::territory::CellName;
+
+use crate::site::{NODES, PICTURE, SLACK_S, Setup, Site, until};
+use crate::watcher::{Summary, Watcher};
+
+/// The cells of the site.
+fn names(site: &Site) -> Vec<CellName> {
+    Cells::of(&site.config).unwrap().names().to_vec()
+}
+
+async fn watch(site: &Site) -> Vec<Watcher> {
+    let mut watchers = Vec::new();
+    for cell in names(site) {
+        watchers.push(site.watch_cell(&cell).await);
+    }
+    watchers
+}
+
+/// Who is in the picture, by id: serial number and track number.
+async fn shown(site: &Site) -> BTreeMap<String, (Value, Value)> {
+    let Some((200, tracks)) = site.ask("/api/v1/tracks").await else { return BTreeMap::new() };
+    let of = |track: &Value| {
+        let properties = &track["properties"];
+        let id = track["id"].as_str().or(properties["id"].as_str())?.to_owned();
+        Some((id, (properties["serial_number"].clone(), properties["track_number"].clone())))
+    };
+    tracks["features"].as_array().into_iter().flatten().filter_map(of).collect()
+}
+
+/// What is held of the first drone's transponder, as its track says.
+async fn integrity(site: &Site) -> Option<String> {
+    let (_, tracks) = site.ask("/api/v1/tracks").await?;
+    let all = tracks["features"].as_array()?;
+    let track = all.iter().find(|track| track["properties"].to_string().contains("000000000001"))?;
+    Some(track["properties"]["integrity"].as_str()?.to_owned())
+}
+
+/// In no slot two cells publish one aircraft; every identity has one id, whatever cell it is in. Returns by how many cells the
+/// aircraft of each serial number were published, and how many slots are without one of those that come before and after.
+fn joined(summaries: &[Summary]) -> (BTreeMap<String, BTreeSet<usize>>, usize) {
+    let mut by_slot = BTreeMap::<i64, Vec<(usize, String, Option<String>)>>::new();
+    for (cell, summary) in summaries.iter().enumerate() {
+        for (slot, aircraft) in &summary.aircraft {
+            let of = aircraft.iter().map(|(id, serial)| (cell, id.clone(), serial.clone()));
+            by_slot.entry(*slot).or_default().extend(of);
+        }
+    }
+    // Watchers begin and end one after the other.
+    let first = summaries.iter().map(|summary| summary.aircraft[0].0).max().unwrap();
+    let last = summaries.iter().map(|summary| summary.aircraft.last().unwrap().0).min().unwrap();
+    let mut cells = BTreeMap::<String, BTreeSet<usize>>::new();
+    let mut ids = BTreeMap::<String, BTreeSet<String>>::new();
+    let mut slots_of = BTreeMap::<String, Vec<i64>>::new();
+    for (slot, aircraft) in by_slot.range(first..=last) {
+        let distinct: BTreeSet<&String> = aircraft.iter().map(|(_, id, _)| id).collect();
+        assert_eq!(
+            distinct.len(),
+            aircraft.len(),
+            "slot {slot}: an aircraft is published twice: {aircraft:?}"
+        );
+        for (cell, id, serial) in aircraft {
+            let Some(serial) = serial else { continue };
+            cells.entry(serial.clone()).or_default().insert(*cell);
+            ids.entry(serial.clone()).or_default().insert(id.clone());
+            slots_of.entry(serial.clone()).or_default().push(*slot);
+        }
+    }
+    for (serial, ids) in &ids {
+        assert_eq!(ids.len(), 1, "{serial} is called {ids:?}");
+    }
+    let gaps = slots_of.values().flat_map(|slots| slots.windows(2)).filter(|pair| pair[1] != pair[0] + 1);
+    (cells, gaps.count())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn four_cells_make_one_picture_and_outlive_a_node() {
+    let Some(mut site) = Site::start(Setup { is_divided: true, checkpoint_s: 5.0, ..Setup::default() }).await
+    else {
+        return;
+    };
+    let watchers = watch(&site).await;
+    // Three nodes share four cells: nobody has nothing to do.
+    until("cells are shared", async || {
+        for node in NODES {
+            let report = site.report(node).await?;
+            let has = |part| report.cells_as(part).count();
+            (has(Part::Owner) > 0 && has(Part::Owner) < 4 && has(Part::Owner) + has(Part::Standby) > 1)
+                .then_some(())?;
+        }
+        Some(())
+    })
+    .await;
+    until("aircraft", async || (shown(&site).await.len() >= 3).then_some(())).await;
+    watchers[0].more(40).await;
+    let before = shown(&site).await;
+
+    // What an operator decides at the picture holds in every cell, whoever owns it.
+    let (code, answer) =
+        site.decide("/api/v1/integrity/000000000001", &json!({ "verdict": "distrusted" })).await.unwrap();
+    assert_eq!(code, 200, "{answer}");
+    let (code, answer) =
+        site.decide("/api/v1/integrity/nobody", &json!({ "verdict": "distrusted" })).await.unwrap();
+    assert_eq!(code, 404, "{answer}");
+    until("it has failed", async || (integrity(&site).await? == "failed").then_some(())).await;
+
+    let [owner, _] = site.pair_of(&names(&site)[0]).await;
+    site.kill(owner);
+    let lost = until("all its cells have other owners", async || {
+        for cell in names(&site) {
+            site.owner_of(&cell).await.filter(|by| by.node != owner)?;
+        }
+        Some(owner)
+    })
+    .await;
+    watchers[0].more(40).await;
+    site.run(lost);
+    site.pair().await;
+    until("in time again", async || {
+        let (_, status) = site.ask("/api/v1/status").await?;
+        (status["reasons"].as_array().is_none_or(Vec::is_empty)).then_some(())
+    })
+    .await;
+    let after = shown(&site).await;
+    assert_eq!(integrity(&site).await.as_deref(), Some("failed"), "the decision is forgotten");
+    let kept = before.iter().filter(|(id, named)| after.get(*id) == Some(named)).count();
+    println!("{before:?}\n{after:?}");
+    assert!(kept >= 3, "{before:?} {after:?}");
+
+    let (_, members) = site.ask("/api/v1/cluster").await.unwrap();
+    assert_eq!(members["cells"].as_array().unwrap().len(), 4);
+    assert_eq!(
+        (&members["missing"], &members["too_late"], &members["twice"]),
+        (&0.into(), &0.into(), &0.into()),
+        "{members}"
+    );
+    let verified = site.command(&["verify", "--json", "--duration", "5s"]).await;
+    let verdicts: Value = serde_json::from_slice(&verified.stdout).unwrap();
+    for cell in names(&site) {
+        let verdict = &verdicts["cells"][cell.as_str()];
+        assert_eq!((&verdict["differs"], &verdict["missing"]), (&false.into(), &0.into()), "{verdicts}");
+    }
+    let mut summaries = Vec::new();
+    for watcher in watchers {
+        summaries.push(watcher.checked().await);
+    }
+    let silences: Vec<f64> = summaries.iter().map(|summary| summary.silence_s).collect();
+    let (cells, gaps) = joined(&summaries);
+    println!("silence {silences:?} s, {gaps} gaps, cells of each transponder: {cells:?}");
+    assert!(silences.iter().all(|silence_s| *silence_s < 3.0 + 1.0 + SLACK_S), "{silences:?}");
+    assert!(cells.values().any(|cells| cells.len() > 1), "nobody flew from one cell into another: {cells:?}");
+    assert_eq!(gaps, 0, "an aircraft was missing in a slot");
+    assert!(!site.said(PICTURE).contains("panicked"));
+}
