@@ -77,6 +77,10 @@ fn whole_example() -> String {
         "machine = ",
         "region = ",
         "roles = ",
+        "cells = ",
+        "halo_m = ",
+        "hysteresis_m = ",
+        "owns = ",
         "replicas = ",
         "lease_s = ",
         "wait_s = ",
@@ -160,6 +164,7 @@ fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
         "alerts.webhooks.secret_env",
         "alerts.mqtt.password_env",
         "sensors.connections.password_env",
+        "cluster.grid_deg",
     ];
     // The sections, and the keys that the user names.
     let no_keys = [

@@ -52,7 +52,7 @@ impl Parts {
                 machine: cluster.machine().to_owned(),
                 run: run_number(),
             };
-            Node::start(config.clone(), cluster, areas, cells.clone(), &me, &log)
+            Node::start(config, cluster, areas, &cells, &me, &log)
         };
         let (window, seen) = cluster
             .does(Role::Picture)

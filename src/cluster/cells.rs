@@ -171,7 +171,7 @@ mod tests {
 
     fn config(cluster: &str) -> Config {
         let text = format!(
-            "[site]\nname = \"site\"\n[[sensors]]\nid = \"north\"\nkind = \"radar\"\nsac = 25\nsic = 1\n\
+            "[site]\nname = \"site\"\nsac = 25\nsic = 100\n[[sensors]]\nid = \"north\"\nkind = \"radar\"\nsac = 25\nsic = 1\n\
              latitude_deg = 51.25\nlongitude_deg = 4.35\nheight_amsl_m = 10\nmax_range_m = 5000\n\
              [[sensors.inputs]]\ngroup = \"239.1.1.1\"\nport = 8048\ninterface = \"127.0.0.1\"\n\
              [[sensors]]\nid = \"drones\"\nkind = \"transponder\"\nsac = 25\nsic = 2\n\

@@ -170,6 +170,11 @@ impl SiteEngine {
         CellReport { node: node.to_owned(), epoch, status, integrities, correlations: engine.correlations() }
     }
 
+    /// The slot that is made next.
+    pub fn next_slot(&self) -> Option<Slot> {
+        self.driver.next_slot()
+    }
+
     /// Transponder numbers that are in use.
     pub fn numbers(&self) -> Vec<Given> {
         self.driver.pipeline().engine().numbers().given().collect()

@@ -263,10 +263,10 @@ mod tests {
 
         #[test]
         fn an_output_comes_back(
-            (slot, epoch, behind) in any::<(i64, u64, u64)>(),
+            (slot, epoch, behind, step) in any::<(i64, u64, u64, u8)>(),
             picture in prop::collection::vec(any::<u8>(), 0..100),
         ) {
-            let output = Output { slot: Slot(slot), epoch, behind, picture };
+            let output = Output { slot: Slot(slot), epoch, behind, step: Step(step), picture };
             prop_assert_eq!(Output::parse(&output.body()), Ok(output));
         }
 

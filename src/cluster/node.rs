@@ -57,10 +57,10 @@ fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 impl Node {
     /// Takes part in the cells that its configuration names; within a runtime.
     pub fn start(
-        config: Arc<Config>,
+        config: &Arc<Config>,
         cluster: &Cluster,
         areas: &Areas,
-        cells: Arc<Cells>,
+        cells: &Arc<Cells>,
         me: &Holder,
         log: &Log,
     ) -> Self {
@@ -70,7 +70,7 @@ impl Node {
         let desks = own.map(|cell| Desk {
             log: log.clone(),
             cluster: cluster.clone(),
-            audience: Arc::new(cells.audience(&config, cell)),
+            audience: Arc::new(cells.audience(config, cell)),
             config: config.clone(),
             areas: areas.clone(),
             cells: cells.clone(),

@@ -4,18 +4,21 @@ use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
 use std::path::Path;
 
 use jiff::SignedDuration;
-use tracing::info;
+use tracing::{info, warn};
 
 use super::cell::{Cell, Fusing, Lost};
 use super::cells::{Audience, WHOLE};
 use super::engine::{SiteEngine, pictures};
 use super::log::{Log, LogError};
 use super::message::{Heard, Input, Logged, Output};
+use super::region::{Letter, Word};
+use super::relief::Step;
 use crate::areas::{Areas, Masks};
 use crate::config::{Cluster, Config, Feed};
 use crate::formats::Encoders;
 use crate::live::now;
 use crate::record::{Recorded, Recorder, RecorderCounts, RecorderQueue, record_into};
+use crate::state::{correlation_line, word_line};
 use crate::territory::CellName;
 use fusion::numbering::Given;
 use fusion::slots::{Slot, SlotGrid};
@@ -42,6 +45,7 @@ pub enum NotRecorded {
 
 /// A site's engine, whose inputs and outputs are recorded.
 struct Noted {
+    site: Config,
     engine: SiteEngine,
     queue: RecorderQueue,
     encoders: Encoders,
@@ -70,6 +74,30 @@ impl Fusing for Noted {
 
     fn next_due(&self) -> Option<Time> {
         self.engine.next_due()
+    }
+
+    fn relieve(&mut self, step: Step) {
+        if step > Step::default() {
+            warn!(
+                step = step.0,
+                "the owner cannot keep up: what it leaves out is recorded, and a replay leaves it in"
+            );
+        }
+        self.engine.relieve(step);
+    }
+
+    fn letter(&mut self, letter: &Letter) {
+        // Carried out with the next slot, where it was for one that is made already.
+        let next = |from: Slot| self.engine.next_slot().map_or(from, |next| from.max(next));
+        let line = match &letter.word {
+            Word::Correlate { from, correlation } => {
+                Some(correlation_line(next(*from), correlation, &self.site))
+            }
+            Word::Say { from, word } => Some(word_line(next(*from), word, &self.site)),
+            _ => None,
+        };
+        line.into_iter().for_each(|line| _ = self.queue.wait(Recorded::Decided(line.into())));
+        self.engine.letter(letter);
     }
 
     fn poll(&mut self) -> Option<(Slot, Vec<u8>)> {
@@ -160,6 +188,7 @@ pub async fn record(
     let state = SiteEngine::driver_in(&kept.engine).ok_or(NotRecorded::NoCheckpoint)?;
     queue.wait(Recorded::Checkpoint(state.into()));
     let noted = Noted {
+        site: site.clone(),
         engine,
         queue,
         encoders: Encoders::new(&site),

@@ -283,20 +283,23 @@ async fn who_makes_the_picture_is_said_where_several_machines_do() {
         cells: vec![CellState {
             cell: "all".to_owned(),
             owner: Some("node-1".to_owned()),
-            standby: None,
             lease: 7,
-            behind: 0,
+            step: 5,
+            left_out: "plots",
+            ..CellState::default()
         }],
         nodes: vec![NodeState {
             node: "node-1".to_owned(),
             part: "owner",
             takeovers: 2,
+            owns: vec!["all".to_owned()],
             ..NodeState::default()
         }],
         gateways: vec![GatewayState { node: "gateway-1".to_owned(), waiting: 3, ..GatewayState::default() }],
         shown: 40,
-        doubled: 0,
         missing: 1,
+        twice: 2,
+        ..Members::default()
     });
     let json = site.get("/api/v1/cluster").await.json();
     assert_eq!((&json["cells"][0]["owner"], json["cells"][0].get("standby")), (&Value::from("node-1"), None));
@@ -308,6 +311,10 @@ async fn who_makes_the_picture_is_said_where_several_machines_do() {
         "utm_fusion_cluster_takeovers_total{node=\"node-1\"} 2",
         "utm_fusion_cluster_waiting{gateway=\"gateway-1\"} 3",
         "utm_fusion_cluster_missing_slots_total 1",
+        "utm_fusion_cluster_twice_total 2",
+        "utm_fusion_cluster_shed_step{cell=\"all\"} 5",
+        "utm_fusion_cluster_cell_missing{cell=\"all\"} 0",
+        "utm_fusion_cluster_cells_owned{node=\"node-1\"} 1",
     ] {
         assert!(metrics.lines().any(|found| found == line), "{line}\n{metrics}");
     }

@@ -152,7 +152,7 @@ impl Desk {
                 }
             }
             self.note(|counts| {
-                (counts.part, counts.epoch, counts.behind, counts.step) = (Part::None, 0, 0, 0)
+                (counts.part, counts.epoch, counts.behind, counts.step) = (Part::None, 0, 0, 0);
             });
             // Streams may have been lost, and with them what the sequences mean.
             if let Ok(log) = self.log.again(&self.cluster).await {
@@ -225,7 +225,7 @@ impl Desk {
         let lease = *holding.borrow();
         match lease {
             Some(lease) if matches!(left, Left::Stopped | Left::Moved) => {
-                _ = self.log.give_up(&self.owner(), lease).await
+                _ = self.log.give_up(&self.owner(), lease).await;
             }
             Some(_) => {}
             None => _ = self.log.give_up(&self.standby(), seat).await,

@@ -111,6 +111,26 @@ fn whatever_happens_nothing_is_doubled_and_nothing_is_missing() {
     assert!(takeovers > 2 * count as usize && refused > 0 && lost > 0, "{takeovers} {refused} {lost}");
 }
 
+/// What an owner leaves out, who stands by leaves out, too, whoever owns the cell next.
+#[test]
+fn what_an_owner_leaves_out_because_it_cannot_keep_up_is_left_out_by_all() {
+    for seed in 100..103 {
+        let mut world: World<SiteEngine> = World::new(seed, Faults::any(seed), site::feed()).relieving();
+        world.run();
+        checked(&world, &format!("seed {seed}"));
+        let steps: BTreeSet<u8> = world.outputs().iter().map(|output| output.step.0).collect();
+        assert!(steps.len() > 4, "{steps:?}");
+        let never: World<SiteEngine> = {
+            let mut world = World::new(seed, Faults::none(), site::feed());
+            world.run();
+            world
+        };
+        let octets =
+            |world: &World<SiteEngine>| -> usize { world.outputs().iter().map(|of| of.picture.len()).sum() };
+        assert!(octets(&world) < octets(&never), "nothing was left out");
+    }
+}
+
 /// The whole engine, and not a cheap one in its place: filters, registration, integrity, pictures.
 #[test]
 fn so_it_is_with_the_engine_of_a_site() {

@@ -12,6 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::cluster::cell::{Appended, Cell, Fusing, Lost, Wish};
 use crate::cluster::message::{Heard, Input, Logged, Output};
 use crate::cluster::region::Letter;
+use crate::cluster::relief::Step;
 
 const STEP_MS: i64 = 20;
 pub(super) const LASTS_MS: i64 = 60_000;
@@ -175,6 +176,8 @@ pub(super) struct World<E> {
     lost: usize,
     last_output: (usize, i64),
     silence_ms: i64,
+    /// Owners leave things out now and then, as if they could not keep up.
+    relieves: bool,
 }
 
 /// Milliseconds since 1970.
@@ -215,7 +218,13 @@ impl<E: Engine> World<E> {
             lost: 0,
             last_output: (0, 8_000),
             silence_ms: 0,
+            relieves: false,
         }
+    }
+
+    /// The same with owners that leave things out now and then, as if they could not keep up.
+    pub(super) fn relieving(self) -> Self {
+        Self { relieves: true, ..self }
     }
 
     pub(super) fn inputs(&self) -> &[Logged] {
@@ -373,7 +382,7 @@ impl<E: Engine> World<E> {
     fn work(&mut self, index: usize) -> Result<(), Lost> {
         let (now, is_leaderless) = (self.now, self.is_leaderless());
         let has_faults = self.faults.0.len() > 1;
-        let Self { nodes, log, random, takeovers, .. } = self;
+        let Self { nodes, log, random, takeovers, relieves, .. } = self;
         let node = &mut nodes[index];
         let Some(cell) = &mut node.cell else { return Ok(()) };
         let is_cut = now < node.cut_until;
@@ -417,6 +426,9 @@ impl<E: Engine> World<E> {
                     cell.leased_again(again);
                 }
             }
+        }
+        if *relieves && cell.owns() && random.random_bool(0.02) {
+            cell.relieved(Step(random.random_range(0..8)));
         }
         cell.pump(time(now + node.clock_ms))?;
         node.post.extend(std::iter::from_fn(|| cell.post()));
