@@ -9,6 +9,8 @@
 
 mod batches;
 mod cell;
+#[cfg(feature = "cluster")]
+mod clocks;
 mod engine;
 #[cfg(feature = "cluster")]
 mod gateway;
@@ -31,6 +33,8 @@ mod window;
 
 pub use batches::Batches;
 pub use cell::{Appended, Cell, Fusing, Lost, Wish};
+#[cfg(feature = "cluster")]
+pub use clocks::{ClockState, GatewayClock, differences};
 pub use engine::{SiteEngine, pictures};
 #[cfg(feature = "cluster")]
 pub use gateway::{Gateway, GatewayCounts, GatewayReport};

@@ -7,6 +7,7 @@ use std::time::Duration;
 use tokio::task::JoinSet;
 use tracing::warn;
 
+use super::clocks::Comparison;
 use super::engine::pictures;
 use super::gateway::GatewayReport;
 use super::log::{Held, Log, LogError};
@@ -62,6 +63,7 @@ async fn slots(mut log: Log, cluster: Cluster, cell: String, seen: Sender<Seen>)
 /// How the cell is, with the lines of the gateways, and who makes the picture.
 async fn states(log: Log, cluster: Cluster, cell: String, seen: Sender<Seen>) {
     let mut looks = tokio::time::interval(LOOKS);
+    let mut clocks = Comparison::default();
     loop {
         looks.tick().await;
         if let Ok((nodes, gateways)) = members(&log).await {
@@ -84,6 +86,7 @@ async fn states(log: Log, cluster: Cluster, cell: String, seen: Sender<Seen>) {
                 cells: vec![state],
                 nodes: nodes.iter().map(NodeReport::state).collect(),
                 gateways: gateways.iter().map(GatewayReport::state).collect(),
+                clocks: clocks.look(&gateways),
                 ..Members::default()
             };
             if seen.send(Seen::Members(members.into())).is_err() {

@@ -6,6 +6,7 @@
     reason = "a test that cannot go on fails; its files and its clock are its own"
 )]
 
+mod clocks;
 mod contract;
 mod outages;
 #[path = "../shared/program.rs"]

@@ -106,6 +106,8 @@ struct View {
     seq: u64,
     counts: SeenCounts,
     told: Option<Status>,
+    /// What was wrong with the members when they were last heard of.
+    troubles: (Time, Vec<Trouble>),
     misses: Losses,
     failed_told: u64,
     shelves: Option<SyncSender<Arc<str>>>,
@@ -131,6 +133,7 @@ impl View {
             seq: 0,
             counts: SeenCounts::default(),
             told: None,
+            troubles: (clock.now(), Vec::new()),
             misses: Losses::default(),
             failed_told: 0,
             shelves,
@@ -195,6 +198,7 @@ impl View {
                 self.told = Some(*status);
             }
             Seen::Members(members) => {
+                self.troubles = (self.publisher.clock.now(), members.troubles());
                 let SeenCounts { shown, doubled, missing } = self.counts;
                 let members = Members { shown, doubled, missing, ..*members };
                 self.publisher.outlets.hub.tell_members(members);
@@ -232,6 +236,10 @@ impl View {
             }
             let trouble = Trouble { about: Trouble::CLUSTER.into(), severity: Severity::Critical, text };
             status.troubles.push(trouble);
+        }
+        let (heard_of, troubles) = &self.troubles;
+        if at - *heard_of <= UNHEARD {
+            status.troubles.extend(troubles.iter().cloned());
         }
         if let Some(slots) = self.misses.going_on(self.counts.missing, at) {
             let text = format!("{slots} slots were published by nobody");
