@@ -190,6 +190,26 @@ export type CellState = {
   behind: number;
 };
 
+/** How far apart the clocks of two gateways are, by when both heard the same datagrams. */
+export type ClockDifference = {
+  /** One of them. */
+  gateway: string;
+  /** The other one. */
+  other: string;
+  /** The median of how much later the one stamps than the other one, seconds. */
+  difference_s: number;
+  /** Datagrams that were compared. */
+  datagrams: number;
+  /** They have been more than 20 ms apart, and not less than 15 ms since. */
+  apart: boolean;
+};
+
+/** Who says how good a clock is. */
+export type ClockSource = "chrony" | "kernel" | "systemd";
+
+/** What a clock is worth. */
+export type ClockStanding = "good" | "warning" | "degraded" | "unbounded" | "unsynchronised" | "unknown";
+
 /** Why the stream ends. */
 export type Closed = {
   reason: string;
@@ -469,6 +489,18 @@ export type GatewayState = {
   waiting: number;
   /** Datagrams that were dropped because the log was away for too long. */
   dropped: number;
+  /** What its clock is worth. */
+  clock: ClockStanding;
+  /** Its clock is off by no more than this, seconds; absent: nobody knows. */
+  clock_bound_s?: number;
+  /** Who says so; absent: nobody does. */
+  clock_by?: ClockSource;
+  /** Its clock has not been synchronised for a minute or longer. */
+  unfit: boolean;
+  /** It publishes nothing, because of that: other gateways carry all that it hears. */
+  silent: boolean;
+  /** Datagrams that it did not publish while it was silent. */
+  withheld: number;
 };
 
 /** A place, a line, or an area. */
@@ -709,6 +741,8 @@ export type Members = {
   nodes: Array<NodeState>;
   /** Its gateways. */
   gateways: Array<GatewayState>;
+  /** How far apart the clocks of each two gateways are that hear the same. */
+  clocks: Array<ClockDifference>;
   /** Slots that were shown here. */
   shown: number;
   /** Slots that came again after they, or later ones, had been shown. */

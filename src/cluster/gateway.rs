@@ -17,10 +17,11 @@ use tokio::sync::Notify;
 use tracing::warn;
 
 use super::batches::Batches;
-use super::log::Log;
+use super::clocks::{ClockRule, GatewayClock, Keeper, Stamps};
+use super::log::{Log, LogError};
 use super::message::Input;
 use crate::config::{Cluster, Config};
-use crate::live::{Clock, GatewayState, LineStatus, Listening, listen};
+use crate::live::{Clock, ClockStanding, GatewayState, LineStatus, Listening, listen};
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 use fusion::slots::SlotGrid;
 
@@ -44,6 +45,8 @@ pub struct GatewayCounts {
     pub waiting: u64,
     /// Datagrams that were dropped because the log was away for too long.
     pub dropped: u64,
+    /// Datagrams that were not published because the clock is not fit, and others carry them.
+    pub withheld: u64,
 }
 
 /// What a gateway says of itself, each second.
@@ -55,14 +58,32 @@ pub struct GatewayReport {
     pub counts: GatewayCounts,
     /// Each of its lines, with the sensors on it, by their place in the configuration.
     pub lines: Vec<(Vec<usize>, LineStatus)>,
+    /// How often it has said something: who says nothing new is gone.
+    pub said: u64,
+    /// How good its clock is.
+    pub clock: GatewayClock,
+    /// Some of the latest datagrams: hash, and when it heard them, nanoseconds since 1970.
+    pub heard: Vec<(u64, i64)>,
 }
 
 impl GatewayReport {
     /// As it is shown.
-    pub(super) fn state(&self) -> GatewayState {
-        let Self { node, counts: GatewayCounts { written, waiting, dropped }, lines } = self;
-        let (written, waiting, dropped) = (*written, *waiting, *dropped);
-        GatewayState { node: node.clone(), lines: lines.len() as u64, written, waiting, dropped }
+    pub fn state(&self) -> GatewayState {
+        let Self { node, counts, lines, clock, .. } = self;
+        let GatewayCounts { written, waiting, dropped, withheld } = *counts;
+        GatewayState {
+            node: node.clone(),
+            lines: lines.len() as u64,
+            written,
+            waiting,
+            dropped,
+            clock: clock.standing,
+            clock_bound_s: clock.state.bound_s,
+            clock_by: clock.state.by,
+            unfit: clock.is_unfit,
+            silent: clock.is_silent,
+            withheld,
+        }
     }
 }
 
@@ -72,6 +93,11 @@ struct Waiting {
     inputs: Mutex<Inputs>,
     more: Notify,
     written: AtomicU64,
+    /// When it heard some of the latest datagrams, published or not.
+    stamps: Mutex<Stamps>,
+    /// Nothing is to be published.
+    is_silent: AtomicBool,
+    withheld: AtomicU64,
 }
 
 #[derive(Debug, Default)]
@@ -112,7 +138,7 @@ impl Gateway {
             readers.stop();
         })?;
         let writing = runtime.spawn(write(log.clone(), waiting.clone()));
-        let saying = runtime.spawn(say(log, cluster.clone(), lines, waiting.clone()));
+        let saying = runtime.spawn(say(log, cluster.clone(), lines, waiting.clone(), Keeper::start()?));
         Ok(Self { stop, thread, tasks: [writing, saying], waiting })
     }
 
@@ -163,9 +189,16 @@ impl Waiting {
     }
 
     fn add(&self, inputs: impl IntoIterator<Item = Input>) {
+        let is_silent = self.is_silent.load(Ordering::Relaxed);
+        let mut stamps = self.stamps.lock().unwrap_or_else(PoisonError::into_inner);
         let mut waiting = self.inputs();
         let mut is_more = false;
         for input in inputs {
+            stamps.note(&input);
+            if is_silent {
+                self.withheld.fetch_add(input.heard.len() as u64, Ordering::Relaxed);
+                continue;
+            }
             waiting.octets += octets(&input);
             waiting.queue.push_back(input);
             is_more = true;
@@ -186,7 +219,12 @@ impl Waiting {
             written: self.written.load(Ordering::Relaxed),
             waiting: inputs.queue.len() as u64,
             dropped: inputs.dropped,
+            withheld: self.withheld.load(Ordering::Relaxed),
         }
+    }
+
+    fn heard(&self) -> Vec<(u64, i64)> {
+        self.stamps.lock().unwrap_or_else(PoisonError::into_inner).said()
     }
 }
 
@@ -223,17 +261,20 @@ async fn write(log: Log, waiting: Arc<Waiting>) {
     }
 }
 
-/// Says each second how it is.
+/// Says each second how it is, and is silent where its clock is not to be used.
 async fn say(
     mut log: Log,
     cluster: Cluster,
     lines: Vec<(Arc<Line>, Arc<LineCounters>)>,
     waiting: Arc<Waiting>,
+    keeper: Keeper,
 ) {
     let node = &cluster.node;
     let mut seconds = tokio::time::interval(SAYS);
+    let began = tokio::time::Instant::now();
     let (mut dropped, mut was_away) = (0, false);
-    loop {
+    let (mut rule, mut told) = (ClockRule::default(), None);
+    for said in 0.. {
         seconds.tick().await;
         let table = udp::kernel_table();
         lines.iter().for_each(|(_, counters)| counters.note_kernel_drops(&table));
@@ -245,7 +286,20 @@ async fn say(
         let status = |(line, counters): &(Arc<Line>, Arc<LineCounters>)| {
             (line.sensors.clone(), LineStatus::of(line.name(), counters, 0))
         };
-        let report = GatewayReport { node: node.clone(), counts, lines: lines.iter().map(status).collect() };
+        let lines: Vec<_> = lines.iter().map(status).collect();
+        let asked = keeper.state();
+        let mut clock = rule.note(asked.unwrap_or_default(), began.elapsed());
+        if rule.wants_others() {
+            // Who is not heard of for a while, also because the log is away, is not known to carry anything.
+            let others = others(&log, node).await.unwrap_or_default();
+            clock = rule.decide(&lines, &others, began.elapsed());
+        }
+        waiting.is_silent.store(clock.is_silent, Ordering::Relaxed);
+        let heard = waiting.heard();
+        let report = GatewayReport { node: node.clone(), counts, lines, said, clock, heard };
+        if asked.is_some() {
+            tell(&report, told.replace(clock));
+        }
         let octets = postcard::to_stdvec(&report).expect("it can be written");
         let is_away = log.say(&format!("gateway.{node}"), octets).await.is_err();
         if is_away && let Ok(again) = log.again(&cluster).await {
@@ -258,6 +312,38 @@ async fn say(
                 false => tracing::info!("the log answers"),
             }
             was_away = is_away;
+        }
+    }
+}
+
+/// What the other gateways say.
+async fn others(log: &Log, node: &str) -> Result<Vec<GatewayReport>, LogError> {
+    let mut others = Vec::new();
+    for key in log.keys().await? {
+        if key.strip_prefix("gateway.").is_some_and(|other| other != node) {
+            let said = log.said(&key).await?;
+            others.extend(said.and_then(|said| postcard::from_bytes::<GatewayReport>(&said).ok()));
+        }
+    }
+    Ok(others)
+}
+
+/// A line of the log where the clock is worth another thing than before, or for that reason something else is done.
+fn tell(report: &GatewayReport, before: Option<GatewayClock>) {
+    let GatewayClock { standing, is_silent, .. } = report.clock;
+    if before.map(|before| before.standing) != Some(standing) {
+        let state = report.state();
+        let (clock, by) = (GatewayState { silent: false, ..state.clone() }.clock_text(), state.clock_by);
+        match standing {
+            ClockStanding::Good => tracing::info!(clock, ?by, "the clock of this machine is good"),
+            _ => warn!(clock, ?by, "the clock of this machine is not known to be good"),
+        }
+    }
+    if before.is_some_and(|before| before.is_silent) != is_silent {
+        let withheld = report.counts.withheld;
+        match is_silent {
+            true => warn!("publishes nothing: the clock is not synchronised, and others carry what is heard"),
+            false => tracing::info!(withheld, "publishes again what is heard"),
         }
     }
 }

@@ -10,6 +10,8 @@
 mod batches;
 mod cell;
 mod cells;
+#[cfg(feature = "cluster")]
+mod clocks;
 mod engine;
 #[cfg(feature = "cluster")]
 mod gateway;
@@ -34,6 +36,8 @@ mod window;
 pub use batches::Batches;
 pub use cell::{Appended, Cell, Fusing, Lost, Wish};
 pub use cells::{Audience, Cells, WHOLE};
+#[cfg(feature = "cluster")]
+pub use clocks::{ClockState, GatewayClock, differences};
 pub use engine::{SiteEngine, pictures};
 #[cfg(feature = "cluster")]
 pub use gateway::{Gateway, GatewayCounts, GatewayReport};

@@ -14,6 +14,7 @@ use tokio::task::JoinSet;
 use tracing::{info, warn};
 
 use super::cells::Cells;
+use super::clocks::Comparison;
 use super::engine::pictures;
 use super::gateway::GatewayReport;
 use super::log::{Holder, Log, LogError};
@@ -152,6 +153,7 @@ async fn states(
     seen: Sender<Seen>,
 ) {
     let mut looks = tokio::time::interval(LOOKS);
+    let mut clocks = Comparison::default();
     loop {
         looks.tick().await;
         let Ok((nodes, gateways)) = members(&log).await else { continue };
@@ -187,6 +189,7 @@ async fn states(
             cells: states,
             nodes: nodes.iter().map(NodeReport::state).collect(),
             gateways: gateways.iter().map(GatewayReport::state).collect(),
+            clocks: clocks.look(&gateways),
             twice,
             too_late,
             ..Members::default()

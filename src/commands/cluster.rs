@@ -15,11 +15,11 @@ use super::{CommandResult, Outcome, Usage};
 use crate::app::{Failure, Signals, runtime};
 use crate::areas::Areas;
 use crate::cluster::{
-    CellReport, Cells, GatewayReport, Holder, Log, NodeReport, Part, record as recorded, record_region,
-    verify,
+    CellReport, Cells, GatewayReport, Holder, Log, NodeReport, Part, differences, record as recorded,
+    record_region, verify,
 };
 use crate::config::{Cluster, Config};
-use crate::live::now;
+use crate::live::{ClockDifference, Members, milliseconds, now};
 use crate::territory::CellName;
 use fusion::time::Time;
 
@@ -43,8 +43,8 @@ pub struct Args {
 /// What can be done.
 #[derive(Clone, Debug, clap::Subcommand)]
 pub enum Command {
-    /// Who owns what and stands by, what nodes and gateways count. Exit code 1 where a cell is late, or has no owner or nobody
-    /// beside it.
+    /// Who owns what and stands by, what nodes and gateways count, how good gateways' clocks are. Exit code 1 where a cell is
+    /// late, or has no owner or nobody beside it, or a clock is not to be trusted.
     Status {
         /// As JSON.
         #[arg(long)]
@@ -252,7 +252,17 @@ impl Said {
     }
 
     fn wrong(&self, config: &Config) -> Vec<String> {
-        self.cells.iter().flat_map(|cell| cell.wrong(config)).collect()
+        let clocks = self.clocks().troubles().into_iter().map(|trouble| trouble.text);
+        self.cells.iter().flat_map(|cell| cell.wrong(config)).chain(clocks).collect()
+    }
+
+    /// The gateways with their clocks, by this one look.
+    fn clocks(&self) -> Members {
+        Members {
+            gateways: self.gateways.iter().map(GatewayReport::state).collect(),
+            clocks: differences(&self.gateways),
+            ..Members::default()
+        }
     }
 
     fn cells(&self, config: &Config) -> Table {
@@ -300,8 +310,10 @@ impl Said {
     }
 
     fn gateways(&self) -> Table {
-        let mut table = Table::new("lrrrr", &["gateway", "lines", "datagrams", "waiting", "dropped"]);
-        for GatewayReport { node, counts, lines } in &self.gateways {
+        let names = ["gateway", "lines", "datagrams", "waiting", "dropped", "withheld", "clock", "differs"];
+        let mut table = Table::new("lrrrrrll", &names);
+        let Members { gateways, clocks, .. } = self.clocks();
+        for (GatewayReport { node, counts, lines, .. }, state) in self.gateways.iter().zip(&gateways) {
             let received = lines.iter().map(|(_, line)| line.received).sum();
             table.row([
                 node.clone(),
@@ -309,6 +321,9 @@ impl Said {
                 grouped(received),
                 counts.waiting.to_string(),
                 grouped(counts.dropped),
+                grouped(counts.withheld),
+                state.clock_text(),
+                worst(node, &clocks),
             ]);
         }
         table
@@ -326,13 +341,34 @@ impl Said {
         };
         let cells: Vec<Value> = self.cells.iter().map(cell).collect();
         let nodes: Vec<Value> = self.nodes.iter().map(|node| json!(node)).collect();
-        let gateways: Vec<Value> = self
-            .gateways
-            .iter()
-            .map(|gateway| json!({ "node": gateway.node, "lines": gateway.lines.len(), "counts": gateway.counts }))
-            .collect();
-        json!({ "cells": cells, "nodes": nodes, "gateways": gateways, "wrong": self.wrong(config) })
+        let Members { gateways, clocks, .. } = self.clocks();
+        let gateways = self.gateways.iter().zip(gateways).map(|(gateway, state)| {
+            json!({ "node": gateway.node, "lines": gateway.lines.len(), "counts": gateway.counts, "clock": {
+                "standing": state.clock, "bound_s": state.clock_bound_s, "by": state.clock_by, "unfit": state.unfit, "silent": state.silent,
+            } })
+        });
+        let gateways: Vec<Value> = gateways.collect();
+        let wrong = self.wrong(config);
+        json!({ "cells": cells, "nodes": nodes, "gateways": gateways, "clocks": clocks, "wrong": wrong })
     }
+}
+
+/// By how much a gateway's clock differs most from another one's, and from which.
+fn worst(node: &str, clocks: &[ClockDifference]) -> String {
+    let own = clocks.iter().filter_map(|clock| match clock {
+        ClockDifference { gateway, other, difference_s, .. } if gateway == node => {
+            Some((other, *difference_s))
+        }
+        ClockDifference { gateway, other, difference_s, .. } if other == node => {
+            Some((gateway, -difference_s))
+        }
+        _ => None,
+    });
+    let worst = own.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    worst.map_or("not known".to_owned(), |(other, by_s)| {
+        let sign = if by_s < 0.0 { "-" } else { "+" };
+        format!("{sign}{} ms from {other}", milliseconds(by_s.abs()))
+    })
 }
 
 /// Asks a node to give up its cells, until it has.

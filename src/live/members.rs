@@ -1,7 +1,9 @@
 //! Who makes the picture where several machines do: what they say of themselves.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+
+use super::alerts::{Severity, Trouble};
 
 /// The members of a cluster, as of a second ago at most.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
@@ -14,6 +16,8 @@ pub struct Members {
     pub nodes: Vec<NodeState>,
     /// Its gateways.
     pub gateways: Vec<GatewayState>,
+    /// How far apart the clocks of each two gateways are that hear the same.
+    pub clocks: Vec<ClockDifference>,
     /// Slots that were shown here.
     pub shown: u64,
     /// Slots that came again after they, or later ones, had been shown.
@@ -78,7 +82,7 @@ pub struct NodeState {
 }
 
 /// A gateway.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct GatewayState {
     /// Its name.
     pub node: String,
@@ -90,4 +94,191 @@ pub struct GatewayState {
     pub waiting: u64,
     /// Datagrams that were dropped because the log was away for too long.
     pub dropped: u64,
+    /// What its clock is worth.
+    pub clock: ClockStanding,
+    /// Its clock is off by no more than this, seconds; absent: nobody knows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
+    pub clock_bound_s: Option<f64>,
+    /// Who says so; absent: nobody does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clock_by: Option<ClockSource>,
+    /// Its clock has not been synchronised for a minute or longer.
+    pub unfit: bool,
+    /// It publishes nothing, because of that: other gateways carry all that it hears.
+    pub silent: bool,
+    /// Datagrams that it did not publish while it was silent.
+    pub withheld: u64,
+}
+
+/// What a clock is worth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ClockStanding {
+    /// It is synchronised, and off by 20 ms at most.
+    Good,
+    /// It may be off by more than 20 ms.
+    Warning,
+    /// It may be off by more than 100 ms.
+    Degraded,
+    /// It is synchronised, and nobody says how well.
+    Unbounded,
+    /// It is not synchronised.
+    Unsynchronised,
+    /// Nobody says anything of it.
+    #[default]
+    Unknown,
+}
+
+/// Who says how good a clock is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ClockSource {
+    /// chrony, by `chronyc`.
+    Chrony,
+    /// The kernel, by `adjtimex`.
+    Kernel,
+    /// systemd, by `timedatectl`.
+    Systemd,
+}
+
+/// How far apart the clocks of two gateways are, by when both heard the same datagrams.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct ClockDifference {
+    /// One of them.
+    pub gateway: String,
+    /// The other one.
+    pub other: String,
+    /// The median of how much later the one stamps than the other one, seconds.
+    pub difference_s: f64,
+    /// Datagrams that were compared.
+    #[schemars(range(min = 5))]
+    pub datagrams: u64,
+    /// They have been more than 20 ms apart, and not less than 15 ms since.
+    pub apart: bool,
+}
+
+impl Members {
+    /// What is wrong with cells and with the gateways' clocks; each becomes an alert.
+    pub fn troubles(&self) -> Vec<Trouble> {
+        let cells = self.cells.iter().filter_map(CellState::trouble);
+        let gateways = self.gateways.iter().filter_map(GatewayState::trouble);
+        cells.chain(gateways).chain(self.clocks.iter().filter_map(ClockDifference::trouble)).collect()
+    }
+}
+
+impl CellState {
+    fn trouble(&self) -> Option<Trouble> {
+        let Self { cell, is_missing, step, left_out, .. } = self;
+        let (severity, text) = match (is_missing, step) {
+            (true, _) => {
+                let text = format!("the picture is without cell {cell}: nobody publishes what flies there");
+                (Severity::Critical, text)
+            }
+            (false, 0) => return None,
+            (false, _) => (Severity::Warning, format!("the owner of cell {cell} cannot keep up: {left_out}")),
+        };
+        Some(Trouble { about: format!("{} cell {cell}", Trouble::CLUSTER).into(), severity, text })
+    }
+}
+
+impl GatewayState {
+    /// What is known of its clock, in words.
+    pub fn clock_text(&self) -> String {
+        let bound = match self.clock_bound_s {
+            Some(bound_s) => format!("±{} ms", milliseconds(bound_s)),
+            None => String::new(),
+        };
+        let text = match self.clock {
+            ClockStanding::Good => bound,
+            ClockStanding::Warning => format!("{bound}, warning"),
+            ClockStanding::Degraded => format!("{bound}, degraded"),
+            ClockStanding::Unbounded => "synchronised, how well is not known".to_owned(),
+            ClockStanding::Unsynchronised => "not synchronised".to_owned(),
+            ClockStanding::Unknown => "not known".to_owned(),
+        };
+        if self.silent { format!("{text}, silent") } else { text }
+    }
+
+    fn trouble(&self) -> Option<Trouble> {
+        let Self { node, silent, .. } = self;
+        let (severity, text) = match (self.unfit, self.clock, self.clock_bound_s) {
+            (true, ..) if *silent => {
+                let text = "is not synchronised: it publishes nothing, others carry what it hears";
+                (Severity::Warning, text.to_owned())
+            }
+            (true, ..) => {
+                let text = "is not synchronised, and no other gateway carries all that it hears: what it stamps may be wrong";
+                (Severity::Critical, text.to_owned())
+            }
+            (false, ClockStanding::Degraded, Some(bound_s)) => {
+                (Severity::Warning, format!("may be off by {} ms", milliseconds(bound_s)))
+            }
+            _ => return None,
+        };
+        let about = format!("{} clock {node}", Trouble::CLUSTER).into();
+        Some(Trouble { about, severity, text: format!("the clock of gateway {node} {text}") })
+    }
+}
+
+impl ClockDifference {
+    fn trouble(&self) -> Option<Trouble> {
+        let Self { gateway, other, difference_s, .. } = self;
+        let (ahead, behind) = if *difference_s > 0.0 { (gateway, other) } else { (other, gateway) };
+        self.apart.then(|| Trouble {
+            about: format!("{} clocks {gateway} {other}", Trouble::CLUSTER).into(),
+            severity: Severity::Warning,
+            text: format!(
+                "the clocks of gateways {gateway} and {other} differ by {} ms: {ahead} is ahead of {behind}, and which one is wrong is not known",
+                milliseconds(difference_s.abs())
+            ),
+        })
+    }
+}
+
+/// Seconds as milliseconds: three digits are enough.
+pub(crate) fn milliseconds(seconds: f64) -> String {
+    let ms = seconds * 1e3;
+    if ms.abs() < 10.0 { format!("{ms:.1}") } else { format!("{ms:.0}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_that_nobody_knows_is_not_said_to_be_good_and_each_trouble_has_a_subject_of_its_own() {
+        let gateway = |node: &str| GatewayState { node: node.to_owned(), ..GatewayState::default() };
+        assert_eq!(gateway("g0").clock_text(), "not known");
+        let good = GatewayState { clock: ClockStanding::Good, clock_bound_s: Some(0.0031), ..gateway("g0") };
+        assert_eq!(good.clock_text(), "±3.1 ms");
+        let degraded =
+            GatewayState { clock: ClockStanding::Degraded, clock_bound_s: Some(0.15), ..gateway("g1") };
+        let alone = GatewayState { clock: ClockStanding::Unsynchronised, unfit: true, ..gateway("g2") };
+        let silent = GatewayState { node: "g3".to_owned(), silent: true, ..alone.clone() };
+        assert_eq!(silent.clock_text(), "not synchronised, silent");
+        // Not yet for a minute.
+        let restarted = GatewayState { unfit: false, ..alone.clone() };
+        let apart = |gateway: &str, difference_s: f64, apart| ClockDifference {
+            gateway: gateway.to_owned(),
+            other: "g3".to_owned(),
+            difference_s,
+            datagrams: 60,
+            apart,
+        };
+        let members = Members {
+            gateways: vec![gateway("g4"), good, degraded, alone, silent, restarted],
+            clocks: vec![apart("g0", -0.0502, true), apart("g1", 0.001, false)],
+            ..Members::default()
+        };
+        let troubles = members.troubles();
+        let about: Vec<&str> = troubles.iter().map(|trouble| &*trouble.about).collect();
+        assert_eq!(
+            about,
+            ["cluster clock g1", "cluster clock g2", "cluster clock g3", "cluster clocks g0 g3"]
+        );
+        let severe = troubles.iter().filter(|trouble| trouble.severity == Severity::Critical);
+        assert_eq!(severe.map(|trouble| &*trouble.about).collect::<Vec<_>>(), ["cluster clock g2"]);
+        assert!(troubles[3].text.contains("differ by 50 ms: g3 is ahead of g0"), "{}", troubles[3].text);
+    }
 }

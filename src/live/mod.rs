@@ -55,7 +55,9 @@ pub use learning::{
 };
 pub(crate) use lines::{Listening, listen};
 pub(crate) use losses::Losses;
-pub use members::{CellState, GatewayState, Members, NodeState};
+#[cfg(feature = "cluster")]
+pub(crate) use members::milliseconds;
+pub use members::{CellState, ClockDifference, ClockSource, ClockStanding, GatewayState, Members, NodeState};
 pub use observer::observe;
 pub use outlooks::{OutlookWriter, Outlooks};
 pub use player::{OpenCaptures, Order, Player, PlayerState};

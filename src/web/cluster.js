@@ -68,12 +68,14 @@ export class Cluster {
     const alone = cells.filter(({ standby }) => !standby).map(({ cell }) => cell);
     const owners = [...new Set(cells.map(({ owner }) => owner))].join(", ");
     if (alone.length) return ["warning", owners, `${owners}: nobody stands by for ${alone.join(", ")}`];
+    const doubts = clockDoubts(this.members);
+    if (doubts.length) return ["warning", owners, doubts.join("\n")];
     return ["ok", owners, cells.map(({ cell, owner, standby }) => `${cell}: ${owner} owns it, ${standby} stands by`).join("\n")];
   }
 
   describe() {
     if (!this.members) return [element("h2", {}, "Cluster"), element("p", {}, "Not known yet")];
-    const { region, cells, nodes, gateways, shown, doubled, missing, twice, too_late: late } = this.members;
+    const { region, cells, nodes, gateways, clocks, shown, doubled, missing, twice, too_late: late } = this.members;
     return [
       element("h2", {}, `Cluster ${region}`),
       table(["Cell", "Owner", "Standby", "Lease", "Behind"], cells.map((of) => [of.cell, of.owner ?? "nobody", of.standby ?? "nobody", of.lease, of.behind])),
@@ -81,11 +83,31 @@ export class Cluster {
         ["Node", "Machine", "Is", "Owns", "Stands by", "Take-overs", "Refused"],
         nodes.map((of) => [of.node, of.machine, of.part, of.owns.length, of.stands_by.length, of.takeovers, of.fenced]),
       ),
-      table(["Gateway", "Lines", "Written", "Waiting", "Dropped"], gateways.map((of) => [of.node, of.lines, of.written, of.waiting, of.dropped])),
+      table(["Gateway", "Lines", "Written", "Waiting", "Dropped", "Clock"], gateways.map((of) => [of.node, of.lines, of.written, of.waiting, of.dropped, clock(of)])),
+      ...clocks.map((of) => element("p", { class: of.apart ? "doubt" : "hint" }, `${of.gateway} stamps ${milliseconds(Math.abs(of.difference_s))} ${of.difference_s < 0 ? "earlier" : "later"} than ${of.other}`)),
       element("p", { class: "hint" }, `${shown} slots shown, ${missing} missing, ${doubled} twice`),
       ...(cells.length > 1 ? [element("p", { class: "hint" }, `${twice} aircraft published by two cells, ${late} slots of cells too late`)] : []),
     ];
   }
+}
+
+const milliseconds = (seconds) => `${(seconds * 1000).toFixed(Math.abs(seconds) < 0.01 ? 1 : 0)} ms`;
+
+const CLOCKS = { good: "", warning: "▲", degraded: "▲ degraded", unbounded: "synchronised, how well is not known", unsynchronised: "▲ not synchronised", unknown: "not known" };
+
+/** What is known of a gateway's clock. */
+function clock({ clock: standing, clock_bound_s: bound, silent }) {
+  return [bound === undefined ? "" : `±${milliseconds(bound)}`, CLOCKS[standing] ?? standing, silent ? "silent" : ""].filter(Boolean).join(" ");
+}
+
+/** What speaks against the clocks of gateways; that nothing is known of one does not. */
+function clockDoubts({ gateways, clocks }) {
+  const doubted = gateways.filter(({ clock: standing }) => !["good", "unbounded", "unknown"].includes(standing));
+  const apart = clocks.filter((of) => of.apart);
+  return [
+    ...doubted.map((of) => `clock of ${of.node}: ${clock(of)}`),
+    ...apart.map((of) => `clocks of ${of.gateway} and ${of.other} differ by ${milliseconds(Math.abs(of.difference_s))}`),
+  ];
 }
 
 function table(names, rows) {

@@ -272,7 +272,7 @@ async fn the_server_of_the_tiles_is_the_only_other_one() {
 /// On one machine nothing is to be known of a cluster; in one, who owns what and who stands by.
 #[tokio::test]
 async fn who_makes_the_picture_is_said_where_several_machines_do() {
-    use utm_fusion::live::{CellState, GatewayState, Members, NodeState};
+    use utm_fusion::live::{CellState, ClockDifference, ClockStanding, GatewayState, Members, NodeState};
     let site = Site::plain();
     assert_eq!(site.get("/api/v1/cluster").await.status, StatusCode::NOT_FOUND);
     assert_eq!(site.get("/api/v1/info").await.json()["cluster"], false);
@@ -295,7 +295,22 @@ async fn who_makes_the_picture_is_said_where_several_machines_do() {
             owns: vec!["all".to_owned()],
             ..NodeState::default()
         }],
-        gateways: vec![GatewayState { node: "gateway-1".to_owned(), waiting: 3, ..GatewayState::default() }],
+        gateways: vec![
+            GatewayState { node: "gateway-1".to_owned(), waiting: 3, ..GatewayState::default() },
+            GatewayState {
+                node: "gateway-2".to_owned(),
+                clock: ClockStanding::Good,
+                clock_bound_s: Some(0.0025),
+                ..GatewayState::default()
+            },
+        ],
+        clocks: vec![ClockDifference {
+            gateway: "gateway-1".to_owned(),
+            other: "gateway-2".to_owned(),
+            difference_s: -0.05,
+            datagrams: 60,
+            apart: true,
+        }],
         shown: 40,
         missing: 1,
         twice: 2,
@@ -303,8 +318,18 @@ async fn who_makes_the_picture_is_said_where_several_machines_do() {
     });
     let json = site.get("/api/v1/cluster").await.json();
     assert_eq!((&json["cells"][0]["owner"], json["cells"][0].get("standby")), (&Value::from("node-1"), None));
+    // What nobody knows is not a number, and not good.
+    let clock = |gateway: usize| {
+        (&json["gateways"][gateway]["clock"], json["gateways"][gateway].get("clock_bound_s"))
+    };
+    assert_eq!(clock(0), (&Value::from("unknown"), None));
+    assert_eq!(clock(1), (&Value::from("good"), Some(&Value::from(0.0025))));
+    assert_eq!(json["clocks"][0]["difference_s"], -0.05);
     let metrics = site.get("/metrics").await.text;
+    assert!(!metrics.contains("clock_bound_seconds{gateway=\"gateway-1\"}"), "{metrics}");
     for line in [
+        "utm_fusion_cluster_clock_bound_seconds{gateway=\"gateway-2\"} 0.0025",
+        "utm_fusion_cluster_clock_difference_seconds{gateway=\"gateway-1\",other=\"gateway-2\"} -0.05",
         "utm_fusion_cluster_owner{cell=\"all\"} 1",
         "utm_fusion_cluster_standby{cell=\"all\"} 0",
         "utm_fusion_cluster_epoch{cell=\"all\"} 7",

@@ -7,6 +7,7 @@
 )]
 
 mod cells;
+mod clocks;
 mod contract;
 mod outages;
 #[path = "../shared/program.rs"]

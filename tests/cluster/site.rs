@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use fusion::time::{SECOND, Time};
 use jiff::SignedDuration;
 use serde_json::Value;
-use utm_fusion::cluster::{Cells, Holder, Log, NodeReport, Part};
+use utm_fusion::cluster::{Cells, GatewayReport, Holder, Log, NodeReport, Part};
 use utm_fusion::config::{Address, Category, CellArea, Cluster, Config, Input, PictureKind, Role, Sink};
 use utm_fusion::live::now;
 use utm_fusion::net::send::socket;
@@ -32,6 +32,12 @@ pub const SLACK_S: f64 = 4.0;
 pub const NODES: [&str; 3] = ["n0", "n1", "n2"];
 pub const GATEWAYS: [&str; 2] = ["g0", "g1"];
 pub const PICTURE: &str = "p0";
+
+/// A clock that is off by 3 ms at most, as `chronyc -c tracking` says it.
+pub const GOOD_CLOCK: &str =
+    "C0A80001,192.168.0.1,2,1795573492.6,0.0001,0.0001,0.0002,-12.1,0.0,0.1,0.0038,0.001,64.2,Normal\n";
+/// And one that follows nothing.
+pub const LOST_CLOCK: &str = "00000000,,0,0.0,0.0,0.0,0.0,0.0,0.0,0.0,1.0,1.0,0.0,Not synchronised\n";
 
 const SCENARIO: &str = "name = \"trial\"\nduration_s = 900\n[airspace]\nradius_m = 400\n\
     [drones]\npattern = \"crossing\"\nmultirotors = 4\nequipped = 3\n[birds]\ncount = 2\n";
@@ -77,11 +83,20 @@ pub struct Setup {
     pub is_divided: bool,
     /// Where the processes find the log, if not at its servers.
     pub through: Vec<(&'static str, String)>,
+    /// Gateways whose clocks can be shifted, by this library of libfaketime.
+    pub shifted: Option<(&'static str, PathBuf)>,
 }
 
 impl Default for Setup {
     fn default() -> Self {
-        Self { servers: 1, lease_s: 3.0, checkpoint_s: 30.0, is_divided: false, through: Vec::new() }
+        Self {
+            servers: 1,
+            lease_s: 3.0,
+            checkpoint_s: 30.0,
+            is_divided: false,
+            through: Vec::new(),
+            shifted: None,
+        }
     }
 }
 
@@ -107,6 +122,7 @@ pub struct Site {
     pub cluster: Cluster,
     pub config: Arc<Config>,
     pub servers: Servers,
+    shifted: Option<(&'static str, PathBuf)>,
     scratch: Scratch,
 }
 
@@ -153,13 +169,17 @@ impl Site {
             cluster,
             config: Arc::new(config),
             servers,
+            shifted: setup.shifted,
             scratch,
         };
+        site.scratch.script("chronyc", "#!/bin/sh\ncat \"$TRIAL_CLOCK\"\n");
         let roles = NODES.map(|name| (name, Role::Node)).into_iter();
         let roles = roles.chain(GATEWAYS.map(|name| (name, Role::Gateway))).chain([(PICTURE, Role::Picture)]);
         for (name, role) in roles {
             let through = setup.through.iter().find(|(of, _)| *of == name).map(|(_, url)| url.clone());
-            site.configure(name, role, through);
+            site.configure(name, vec![role], through);
+            site.clock(name, GOOD_CLOCK);
+            site.shift(name, SignedDuration::ZERO);
             site.run(name);
         }
         let datagrams: Vec<(Time, Vec<u8>)> =
@@ -169,9 +189,37 @@ impl Site {
         site
     }
 
-    fn configure(&self, name: &str, role: Role, through: Option<String>) {
+    /// One process that is gateway and node of a region of its own, on the same lines; its log.
+    pub async fn beside(&mut self, name: &'static str) -> Log {
+        let cluster = Cluster { region: name.to_owned(), ..self.cluster.clone() };
+        let before = std::mem::replace(&mut self.cluster, cluster);
+        self.configure(name, vec![Role::Gateway, Role::Node], None);
+        self.clock(name, GOOD_CLOCK);
+        self.run(name);
+        let log = Log::open(&self.cluster).await.unwrap();
+        self.cluster = before;
+        log
+    }
+
+    /// What `chronyc -c tracking` says from now on where a process asks it.
+    pub fn clock(&self, name: &str, said: &str) {
+        self.replaced(&format!("{name}.clock"), said);
+    }
+
+    /// By how much the clock of a process is wrong from now on, or within a second, if it is one that can be shifted.
+    pub fn shift(&self, name: &str, by: SignedDuration) {
+        self.replaced(&format!("{name}.shift"), &format!("{:+.6}\n", by.as_secs_f64()));
+    }
+
+    /// A file that is never half written.
+    fn replaced(&self, name: &str, contents: &str) {
+        let new = self.scratch.file(&format!("{name}.new"), contents);
+        fs::rename(new, self.scratch.path(name)).unwrap();
+    }
+
+    fn configure(&self, name: &str, roles: Vec<Role>, through: Option<String>) {
         let mut config = Config::clone(&self.config);
-        let mut cluster = Cluster { node: name.to_owned(), roles: vec![role], ..self.cluster.clone() };
+        let mut cluster = Cluster { node: name.to_owned(), roles, ..self.cluster.clone() };
         cluster.servers = through.map_or(cluster.servers, |url| vec![url]);
         config.cluster = Some(cluster);
         config.state.dir = self.scratch.path(format!("{name}.state"));
@@ -189,6 +237,15 @@ impl Site {
         let log = self.scratch.path(format!("{name}.log"));
         let stderr = File::options().create(true).append(true).open(&log).unwrap();
         let mut command = utm_fusion("run");
+        let path = std::env::var_os("PATH").unwrap_or_default();
+        let own = std::iter::once(self.scratch.path("")).chain(std::env::split_paths(&path));
+        command.env("PATH", std::env::join_paths(own).unwrap());
+        command.env("TRIAL_CLOCK", self.scratch.path(format!("{name}.clock")));
+        if let Some((_, library)) = self.shifted.as_ref().filter(|(of, _)| *of == name) {
+            command.env("LD_PRELOAD", library).env("FAKETIME_DONT_FAKE_MONOTONIC", "1");
+            command.env("FAKETIME_TIMESTAMP_FILE", self.scratch.path(format!("{name}.shift")));
+            command.env("FAKETIME_CACHE_DURATION", "1");
+        }
         let child = command.arg("--config").arg(self.file(name)).stdout(Stdio::null()).stderr(stderr).spawn();
         self.running.push((name, Running { child: child.unwrap(), log }));
     }
@@ -312,6 +369,12 @@ impl Site {
     /// The same of that cell.
     pub async fn watch_cell(&self, cell: &CellName) -> Watcher {
         Watcher::start(&self.log, &self.cluster, &self.config, cell).await
+    }
+
+    /// What a gateway says of itself.
+    pub async fn gateway(&self, gateway: &str) -> Option<GatewayReport> {
+        let said = self.log.said(&format!("gateway.{gateway}")).await.ok().flatten()?;
+        postcard::from_bytes(&said).ok()
     }
 
     /// `utm-fusion cluster` with these arguments.

@@ -41,6 +41,9 @@ pub struct Watcher {
     tasks: JoinSet<()>,
 }
 
+/// An aircraft's id, and its serial number.
+pub type Called = (String, Option<String>);
+
 /// What was published while it read.
 #[derive(Debug)]
 pub struct Summary {
@@ -53,7 +56,7 @@ pub struct Summary {
     /// Aircraft of the last picture, by transponder number.
     pub numbers: Vec<u32>,
     /// Of each slot, which aircraft are published: their ids, and serial numbers where they have one.
-    pub aircraft: Vec<(i64, Vec<(String, Option<String>)>)>,
+    pub aircraft: Vec<(i64, Vec<Called>)>,
 }
 
 impl Watcher {

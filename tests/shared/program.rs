@@ -1,6 +1,7 @@
 //! The program, and a folder, for a test.
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -27,6 +28,14 @@ impl Scratch {
     pub fn file(&self, name: &str, contents: impl AsRef<[u8]>) -> PathBuf {
         let path = self.path(name);
         fs::write(&path, contents).unwrap();
+        path
+    }
+
+    /// A program in it.
+    #[allow(dead_code, reason = "one test puts a program of its own in the place of the system's")]
+    pub fn script(&self, name: &str, contents: &str) -> PathBuf {
+        let path = self.file(name, contents);
+        fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).unwrap();
         path
     }
 }

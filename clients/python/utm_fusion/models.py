@@ -161,6 +161,21 @@ CellState = TypedDict(
     },
 )
 
+ClockDifference = TypedDict(
+    "ClockDifference",
+    {
+        "gateway": str,
+        "other": str,
+        "difference_s": float,
+        "datagrams": int,
+        "apart": bool,
+    },
+)
+
+ClockSource = Union[Literal["chrony"], Literal["kernel"], Literal["systemd"]]
+
+ClockStanding = Union[Literal["good"], Literal["warning"], Literal["degraded"], Literal["unbounded"], Literal["unsynchronised"], Literal["unknown"]]
+
 Closed = TypedDict(
     "Closed",
     {
@@ -447,6 +462,12 @@ GatewayState = TypedDict(
         "written": int,
         "waiting": int,
         "dropped": int,
+        "clock": "ClockStanding",
+        "clock_bound_s": NotRequired[float],
+        "clock_by": NotRequired["ClockSource"],
+        "unfit": bool,
+        "silent": bool,
+        "withheld": int,
     },
 )
 
@@ -682,6 +703,7 @@ Members = TypedDict(
         "cells": list["CellState"],
         "nodes": list["NodeState"],
         "gateways": list["GatewayState"],
+        "clocks": list["ClockDifference"],
         "shown": int,
         "doubled": int,
         "missing": int,

@@ -6,7 +6,8 @@ use crate::live::Members;
 impl Metrics {
     /// Cells, nodes and gateways.
     pub(super) fn members(&mut self, members: &Members) {
-        let Members { cells, nodes, gateways, shown, doubled, missing, twice, too_late, .. } = members;
+        let Members { cells, nodes, gateways, clocks, shown, doubled, missing, twice, too_late, .. } =
+            members;
         let of_cell = |value: fn(&crate::live::CellState) -> u64| {
             cells.iter().map(move |cell| (&*cell.cell, value(cell)))
         };
@@ -41,6 +42,25 @@ impl Metrics {
         self.by("cluster_waiting", help, "gateway", of_gateway(|gateway| gateway.waiting));
         let help = "Datagrams that a gateway dropped because the log was away for too long";
         self.by("cluster_dropped_total", help, "gateway", of_gateway(|gateway| gateway.dropped));
+        let help =
+            "Datagrams that a gateway did not publish because its clock is not fit, and others carry them";
+        self.by("cluster_withheld_total", help, "gateway", of_gateway(|gateway| gateway.withheld));
+        let help = "Whether a gateway publishes nothing because its clock is not synchronised";
+        self.by("cluster_gateway_silent", help, "gateway", of_gateway(|gateway| gateway.silent.into()));
+        let help = "How far the clock of a gateway may be off; absent where nobody knows";
+        let bound = |gateway: &crate::live::GatewayState| {
+            gateway.clock_bound_s.map(|bound_s| (gateway.node.clone(), bound_s))
+        };
+        self.by("cluster_clock_bound_seconds", help, "gateway", gateways.iter().filter_map(bound));
+        let name = "cluster_clock_difference_seconds";
+        self.family(
+            name,
+            "How much later a gateway stamps the same datagrams than the other one, the median",
+        );
+        for clock in clocks {
+            let labels = [("gateway", &*clock.gateway), ("other", &*clock.other)];
+            self.sample(name, &labels, clock.difference_s);
+        }
         self.one("cluster_slots_shown_total", "Slots of the cluster that were shown here", shown);
         let help = "Slots that came again after they, or later ones, had been shown";
         self.one("cluster_doubled_total", help, doubled);

@@ -22,7 +22,7 @@ use crate::live::driver::Driver;
 use crate::live::health::SensorState;
 use crate::live::integrity::Integrities;
 use crate::live::losses::Losses;
-use crate::live::members::{CellState, Members};
+use crate::live::members::Members;
 use crate::live::published::{PublishedPicture, Status};
 use crate::picture::Picture;
 use crate::pipeline::Tally;
@@ -110,8 +110,8 @@ struct View {
     counts: SeenCounts,
     told: Option<Status>,
     decider: Decider,
-    /// What is wrong with cells: those that the picture is without, those that cannot keep up.
-    cells: Vec<Trouble>,
+    /// What was wrong with the members when they were last heard of.
+    troubles: (Time, Vec<Trouble>),
     misses: Losses,
     failed_told: u64,
     shelves: Option<SyncSender<Arc<str>>>,
@@ -139,7 +139,7 @@ impl View {
             counts: SeenCounts::default(),
             told: None,
             decider: Decider::new(config, decided),
-            cells: Vec::new(),
+            troubles: (clock.now(), Vec::new()),
             misses: Losses::default(),
             failed_told: 0,
             shelves,
@@ -207,8 +207,8 @@ impl View {
                 self.told = Some(*status);
             }
             Seen::Members(members) => {
+                self.troubles = (self.publisher.clock.now(), members.troubles());
                 let SeenCounts { shown, doubled, missing } = self.counts;
-                self.cells = members.cells.iter().filter_map(trouble).collect();
                 let members = Members { shown, doubled, missing, ..*members };
                 self.publisher.outlets.hub.tell_members(members);
             }
@@ -251,7 +251,10 @@ impl View {
             let trouble = Trouble { about: Trouble::CLUSTER.into(), severity: Severity::Critical, text };
             status.troubles.push(trouble);
         }
-        status.troubles.extend(self.cells.iter().cloned());
+        let (heard_of, troubles) = &self.troubles;
+        if at - *heard_of <= UNHEARD {
+            status.troubles.extend(troubles.iter().cloned());
+        }
         if let Some(slots) = self.misses.going_on(self.counts.missing, at) {
             let text = format!("{slots} slots were published by nobody");
             status.troubles.push(Trouble {
@@ -275,26 +278,12 @@ impl View {
     }
 }
 
-/// What is wrong with a cell.
-fn trouble(of: &CellState) -> Option<Trouble> {
-    let CellState { cell, is_missing, step, left_out, .. } = of;
-    let (severity, text) = match (is_missing, step) {
-        (true, _) => (
-            Severity::Critical,
-            format!("the picture is without cell {cell}: nobody publishes what flies there"),
-        ),
-        (false, 0) => return None,
-        (false, _) => (Severity::Warning, format!("the owner of cell {cell} cannot keep up: {left_out}")),
-    };
-    Some(Trouble { about: Trouble::CLUSTER.into(), severity, text })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::areas::Masks;
     use crate::formats::Encoders;
-    use crate::live::{Hub, Level, Made};
+    use crate::live::{CellState, Hub, Level, Made};
     use crate::net::send::Sinks;
     use crate::simulate::{Scenario, simulate};
 

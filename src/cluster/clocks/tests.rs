@@ -1,0 +1,324 @@
+use asterix::DataSource;
+use fusion::slots::SlotGrid;
+use fusion::time::Time;
+use jiff::SignedDuration;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::*;
+use crate::cluster::{Batches, GatewayCounts};
+
+fn seconds(seconds: f64) -> Duration {
+    Duration::from_secs_f64(seconds)
+}
+
+fn state(is_synchronised: Option<bool>, bound_s: Option<f64>) -> ClockState {
+    ClockState { is_synchronised, bound_s, by: Some(ClockSource::Chrony) }
+}
+
+const GOOD: Option<bool> = Some(true);
+const BAD: Option<bool> = Some(false);
+
+fn line(sensors: &[usize], received: u64) -> (Vec<usize>, LineStatus) {
+    (sensors.to_vec(), LineStatus { joined: true, received, ..LineStatus::default() })
+}
+
+fn report(
+    node: &str,
+    said: u64,
+    is_synchronised: Option<bool>,
+    lines: &[(Vec<usize>, LineStatus)],
+) -> GatewayReport {
+    let clock = GatewayClock { state: state(is_synchronised, None), ..GatewayClock::default() };
+    let (counts, heard) = (GatewayCounts::default(), Vec::new());
+    GatewayReport { node: node.to_owned(), counts, lines: lines.to_vec(), said, clock, heard }
+}
+
+#[test]
+fn a_bound_has_limits_that_are_left_a_little_below_and_what_is_not_known_is_not_good() {
+    let mut rule = ClockRule::default();
+    let mut standing = |bound_ms: f64| rule.note(state(GOOD, Some(bound_ms * 1e-3)), Duration::ZERO).standing;
+    let bounds_ms = [3.0, 20.0, 20.1, 17.0, 15.9, 19.0, 100.0, 101.0, 81.0, 79.0, 17.0, 15.0, 500.0, 1.0];
+    use ClockStanding::{Degraded, Good, Warning};
+    let expected = [
+        Good, Good, Warning, Warning, Good, Good, Warning, Degraded, Degraded, Warning, Warning, Good,
+        Degraded, Good,
+    ];
+    assert_eq!(bounds_ms.map(&mut standing), expected);
+    let mut standing = |is_synchronised| rule.note(state(is_synchronised, None), Duration::ZERO).standing;
+    assert_eq!(standing(GOOD), ClockStanding::Unbounded);
+    assert_eq!(standing(BAD), ClockStanding::Unsynchronised);
+    assert_eq!(standing(None), ClockStanding::Unknown);
+    assert_eq!(ClockRule::default().note(ClockState::default(), Duration::ZERO), GatewayClock::default());
+}
+
+/// A gateway of two lines whose clock is lost, and another one: both are looked at each second.
+struct Pair {
+    rule: ClockRule,
+    now_s: f64,
+    own: [u64; 2],
+    other: [u64; 2],
+    said: u64,
+}
+
+impl Pair {
+    fn new() -> Self {
+        Self { rule: ClockRule::default(), now_s: 0.0, own: [0; 2], other: [0; 2], said: 0 }
+    }
+
+    /// A second in which `hears` of the lines bring a datagram to each, and the other gateway says this, if anything.
+    fn second(
+        &mut self,
+        own: Option<bool>,
+        hears: [[bool; 2]; 2],
+        other: Option<Option<bool>>,
+    ) -> GatewayClock {
+        self.now_s += 1.0;
+        for line in 0..2 {
+            self.own[line] += u64::from(hears[0][line]);
+            self.other[line] += u64::from(hears[1][line]);
+        }
+        self.said += u64::from(other.is_some());
+        let lines = |received: [u64; 2]| [line(&[0], received[0]), line(&[1, 2], received[1])];
+        self.rule.note(state(own, None), seconds(self.now_s));
+        let others: Vec<_> =
+            other.map(|is_good| report("g0", self.said, is_good, &lines(self.other))).into_iter().collect();
+        self.rule.decide(&lines(self.own), &others, seconds(self.now_s))
+    }
+
+    /// As many of these; the last one.
+    fn seconds(
+        &mut self,
+        count: usize,
+        own: Option<bool>,
+        hears: [[bool; 2]; 2],
+        other: Option<Option<bool>>,
+    ) -> GatewayClock {
+        (0..count).map(|_| self.second(own, hears, other)).last().expect("a second at least")
+    }
+}
+
+const ALL: [[bool; 2]; 2] = [[true; 2]; 2];
+
+#[test]
+fn a_gateway_is_silent_after_a_minute_and_speaks_when_the_other_one_is_gone_or_its_clock_is_well() {
+    let mut pair = Pair::new();
+    for second in 0..60 {
+        let clock = pair.second(BAD, ALL, Some(GOOD));
+        assert!(!clock.is_unfit && !clock.is_silent, "after {second} s: {clock:?}");
+    }
+    let clock = pair.second(BAD, ALL, Some(GOOD));
+    assert!(clock.is_unfit && clock.is_silent, "{clock:?}");
+    // Nobody says anything of the clock for a while: it is no better for it.
+    assert!(pair.second(None, ALL, Some(GOOD)).is_silent);
+    // The other one is gone, and comes back.
+    assert!(pair.seconds(2, BAD, ALL, None).is_silent, "the log may not have answered");
+    let clock = pair.second(BAD, ALL, None);
+    assert!(clock.is_unfit && !clock.is_silent, "{clock:?}");
+    pair.seconds(10, BAD, ALL, None);
+    assert!(!pair.second(BAD, ALL, Some(GOOD)).is_silent, "what is found may be what it left behind");
+    assert!(pair.second(BAD, ALL, Some(GOOD)).is_silent);
+    // Its clock is lost, too: better a wrong one than none.
+    assert!(!pair.second(BAD, ALL, Some(BAD)).is_silent);
+    assert!(!pair.second(BAD, ALL, Some(None)).is_silent);
+    assert!(pair.second(BAD, ALL, Some(GOOD)).is_silent);
+    // Well again, at once; and lost again, after a minute.
+    let clock = pair.second(GOOD, ALL, Some(GOOD));
+    assert!(!clock.is_unfit && !clock.is_silent, "{clock:?}");
+    assert!(!pair.seconds(60, BAD, ALL, Some(GOOD)).is_silent);
+    assert!(pair.second(BAD, ALL, Some(GOOD)).is_silent);
+}
+
+#[test]
+fn who_has_stopped_speaking_is_gone_after_3_s_though_its_last_word_is_still_there() {
+    let mut pair = Pair::new();
+    assert!(pair.seconds(61, BAD, ALL, Some(GOOD)).is_silent);
+    let said = pair.said;
+    let silent: Vec<bool> = (0..4)
+        .map(|_| {
+            pair.said = said - 1;
+            pair.second(BAD, [[true; 2], [false; 2]], Some(GOOD)).is_silent
+        })
+        .collect();
+    assert_eq!(silent, [true, true, false, false]);
+}
+
+#[test]
+fn every_line_that_is_heard_here_must_be_heard_there_too() {
+    let mut pair = Pair::new();
+    assert!(pair.seconds(61, BAD, ALL, Some(GOOD)).is_silent);
+    // Neither line brings anything: nothing is missed.
+    assert!(pair.seconds(30, BAD, [[false; 2]; 2], Some(GOOD)).is_silent);
+    // A seldom one that is said a second later.
+    assert!(pair.second(BAD, [[true, true], [true, false]], Some(GOOD)).is_silent);
+    assert!(pair.seconds(30, BAD, [[true, false], [true, true]], Some(GOOD)).is_silent);
+    // One of them is not heard there any more.
+    let deaf = [[true, true], [true, false]];
+    assert!(pair.seconds(3, BAD, deaf, Some(GOOD)).is_silent);
+    assert!(!pair.second(BAD, deaf, Some(GOOD)).is_silent);
+    assert!(
+        !pair.seconds(30, BAD, [[true, false], [true, false]], Some(GOOD)).is_silent,
+        "it still owes one"
+    );
+    assert!(pair.second(BAD, ALL, Some(GOOD)).is_silent);
+}
+
+#[test]
+fn lines_may_be_carried_by_several_others_and_none_relies_on_one_that_is_silent() {
+    let decide = |others: &dyn Fn(u64) -> Vec<GatewayReport>| {
+        let mut rule = ClockRule::default();
+        let mut silent = false;
+        for second in 0..62 {
+            rule.note(state(BAD, None), seconds(second as f64));
+            let lines = [line(&[0], second), line(&[0], second), line(&[1], second)];
+            silent = rule.decide(&lines, &others(second), seconds(second as f64)).is_silent;
+        }
+        silent
+    };
+    let one = |second| report("g0", second, GOOD, &[line(&[0], second), line(&[0], second)]);
+    let other = |second| report("g2", second, GOOD, &[line(&[1], second)]);
+    assert!(decide(&|second| vec![one(second), other(second)]));
+    assert!(!decide(&|second| vec![one(second)]));
+    // The second line of the same sensor is another one.
+    let half = |second| report("g0", second, GOOD, &[line(&[0], second)]);
+    assert!(!decide(&|second| vec![half(second), other(second)]));
+    let silent = |second| {
+        let mut silent = other(second);
+        silent.clock.is_silent = true;
+        silent
+    };
+    assert!(!decide(&|second| vec![one(second), silent(second)]));
+    // A line that is not open there.
+    let closed = |second| {
+        let mut closed = other(second);
+        closed.lines[0].1.joined = false;
+        closed
+    };
+    assert!(!decide(&|second| vec![one(second), closed(second)]));
+}
+
+/// Two gateways that hear the same of two lines, but for 3 % that each misses; the second's clock can be stepped.
+struct Heard {
+    random: ChaCha8Rng,
+    batches: [Batches; 2],
+    stamps: [Stamps; 2],
+    now_ms: i64,
+    step_ms: i64,
+}
+
+const SENSORS: [DataSource; 2] = [DataSource { sac: 25, sic: 1 }, DataSource { sac: 25, sic: 2 }];
+
+impl Heard {
+    fn new(step_ms: i64) -> Self {
+        let to = "239.1.1.1:8048".parse().unwrap();
+        let batches = [0, step_ms]
+            .map(|by| Batches::new(SlotGrid::default(), SENSORS.map(|sensor| (sensor, to)), at(by)));
+        let stamps = [Stamps::default(), Stamps::default()];
+        Self { random: ChaCha8Rng::seed_from_u64(1), batches, stamps, now_ms: 0, step_ms }
+    }
+
+    /// For so long; a datagram every so many milliseconds, which arrives up to 2 ms later at either.
+    fn hear(&mut self, for_ms: i64, every_ms: i64) {
+        let ends = self.now_ms + for_ms;
+        while self.now_ms < ends {
+            self.now_ms += every_ms;
+            let mut payload = vec![48; 40];
+            self.random.fill(&mut payload[..]);
+            for gateway in 0..2 {
+                let clock_ms = self.now_ms + if gateway == 1 { self.step_ms } else { 0 };
+                for input in self.batches[gateway].end(at(clock_ms)) {
+                    self.stamps[gateway].note(&input);
+                }
+                if self.random.random_bool(0.03) {
+                    continue;
+                }
+                let received = at(clock_ms) + SignedDuration::from_micros(self.random.random_range(0..2_000));
+                let line = (payload[0] % 2).into();
+                let full = self.batches[gateway].hear(
+                    line,
+                    received,
+                    "127.0.0.1:5000".parse().unwrap(),
+                    payload.clone(),
+                );
+                full.iter().for_each(|input| self.stamps[gateway].note(input));
+            }
+        }
+    }
+
+    fn reports(&self) -> [GatewayReport; 2] {
+        [0, 1].map(|gateway| {
+            let heard = self.stamps[gateway].said();
+            GatewayReport { heard, ..report(["g0", "g1"][gateway], 0, GOOD, &[]) }
+        })
+    }
+}
+
+fn at(ms: i64) -> Time {
+    Time::from_nanos(1_795_168_800_000_000_000 + ms * 1_000_000)
+}
+
+#[test]
+fn two_gateways_say_the_same_datagrams_however_many_there_are_and_however_wrong_their_clocks() {
+    for every_ms in [1, 7, 40, 900] {
+        for step_ms in [0, 50, -50, 130, -4_000, 86_400_000] {
+            let mut heard = Heard::new(step_ms);
+            heard.hear(20_000, every_ms);
+            let reports = heard.reports();
+            assert!(reports.iter().all(|report| report.heard.len() <= 128));
+            let found = differences(&reports);
+            let [found] = &found[..] else { panic!("{every_ms} {step_ms}: {found:?}") };
+            let off_ms = found.difference_s * 1e3 + step_ms as f64;
+            assert!(off_ms.abs() < 2.0, "{every_ms} {step_ms}: {found:?}");
+            let least = match every_ms {
+                900 => 8,
+                // Slots that do not end together have not quite the same lowest ones.
+                _ => 24,
+            };
+            assert!(found.datagrams >= least, "{every_ms} {step_ms}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn clocks_are_apart_after_three_looks_and_together_after_three() {
+    let (mut heard, mut comparison) = (Heard::new(0), Comparison::default());
+    let mut look = |heard: &mut Heard| {
+        heard.hear(1_000, 10);
+        comparison.look(&heard.reports())
+    };
+    for _ in 0..5 {
+        assert!(look(&mut heard).iter().all(|clock| !clock.apart));
+    }
+    heard.step_ms = 50;
+    let apart: Vec<bool> = (0..8).map(|_| look(&mut heard)[0].apart).collect();
+    let first = apart.iter().position(|is_apart| *is_apart).unwrap();
+    // Half of two seconds is to be of after the step, and then three looks.
+    assert!((2..=5).contains(&first) && apart[first..].iter().all(|is_apart| *is_apart), "{apart:?}");
+    // Between the limits it stays as it is.
+    heard.step_ms = 17;
+    assert!((0..8).all(|_| look(&mut heard)[0].apart));
+    heard.step_ms = 10;
+    let apart: Vec<bool> = (0..8).map(|_| look(&mut heard)[0].apart).collect();
+    assert!(apart[..2].iter().all(|is_apart| *is_apart) && !apart[7], "{apart:?}");
+    heard.step_ms = 17;
+    assert!((0..8).all(|_| !look(&mut heard)[0].apart));
+}
+
+#[test]
+fn nothing_is_said_of_gateways_that_hear_too_little_alike() {
+    let mut heard = Heard::new(50);
+    heard.hear(5_000, 10);
+    let mut comparison = Comparison::default();
+    let [one, other] = heard.reports();
+    let is_known = |reports: &[GatewayReport]| !differences(reports).is_empty();
+    assert!(is_known(&[one.clone(), other.clone()]) && !is_known(std::slice::from_ref(&one)));
+    let deaf = GatewayReport { heard: other.heard[..4].to_vec(), ..other.clone() };
+    assert!(!is_known(&[one.clone(), deaf.clone()]));
+    // What is said twice is not known which it is.
+    let twice = GatewayReport { heard: [&other.heard[..], &other.heard].concat(), ..other.clone() };
+    assert!(!is_known(&[one.clone(), twice]));
+    // One look without anything does not end it, ten do.
+    assert!((0..3).all(|_| comparison.look(&[one.clone(), other.clone()]).len() == 1));
+    let known: Vec<usize> = (0..12).map(|_| comparison.look(&[one.clone(), deaf.clone()]).len()).collect();
+    assert_eq!(known, [1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0]);
+}
