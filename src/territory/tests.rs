@@ -71,7 +71,7 @@ proptest! {
         prop_assert_eq!(territory.home(at, [&named("t00"), &own]), Some(own));
     }
 
-    /// What is near by the distance on the ellipsoid's chord is near, to 0.3 %.
+    /// What is near by the distance on the ellipsoid's chord is near, to 0.6 %; towards 85 degrees, where meridians meet, to 2 %.
     #[test]
     fn a_margin_is_as_wide_as_it_says(at in any_place(), away_m in 1.0..3000.0_f64, azimuth in 0.0..std::f64::consts::TAU) {
         let territory = Territory::grid(0.1).unwrap();
@@ -79,8 +79,9 @@ proptest! {
         let plane = fusion::frames::TangentPlane::at_site(at);
         let moved = plane.to_geodetic(fusion::Enu::new(away_m * azimuth.sin(), away_m * azimuth.cos(), 0.0));
         let grown = outline.distance_m(moved);
-        prop_assert!(grown <= away_m * 1.006 + 0.01, "{grown} m of {away_m}");
-        prop_assert!(outline.is_within(moved, away_m * 1.006 + 0.01));
+        let most_m = away_m * if at.latitude_deg().abs() < 75.0 { 1.006 } else { 1.02 } + 0.01;
+        prop_assert!(grown <= most_m, "{grown} m of {away_m}");
+        prop_assert!(outline.is_within(moved, most_m));
         prop_assert_eq!(outline.is_within(moved, 0.0), outline.distance_m(moved) <= 0.0);
     }
 }
