@@ -189,8 +189,16 @@ impl Servers {
     }
 
     /// Halts a server as a machine without processor time would: connections stay, nothing answers.
+    ///
+    /// On a busy machine some time passes between the signal and the halt, in which the server goes on answering.
     pub fn halt(&self, index: usize) {
-        signal("-STOP", self.process(index));
+        let process = self.process(index);
+        signal("-STOP", process);
+        let began = Instant::now();
+        while state(process).is_some_and(|state| state != 'T') {
+            assert!(began.elapsed() < PATIENCE, "{process} does not halt");
+            thread::sleep(Duration::from_millis(1));
+        }
     }
 
     /// Lets a halted server go on.
@@ -346,6 +354,12 @@ pub fn options() -> ConnectOptions {
         .ping_interval(Duration::from_secs(1))
         .request_timeout(Some(Duration::from_secs(5)))
         .reconnect_delay_callback(|attempts| Duration::from_millis(if attempts <= 1 { 0 } else { 100 }))
+}
+
+/// What a process does, in proc(5)'s letter; `None` where there is no such file.
+fn state(process: u32) -> Option<char> {
+    let line = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    line.rsplit_once(") ")?.1.chars().next()
 }
 
 fn signal(signal: &str, process: u32) {
