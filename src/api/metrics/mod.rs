@@ -184,6 +184,8 @@ impl Metrics {
         self.by("blocks_skipped_total", "Blocks of categories that are not used", "category", skipped);
         let accepted = tally.accepted.iter().map(|(&sensor, count)| (name(sensor), count));
         self.by("reports_accepted_total", "Reports taken", "sensor", accepted);
+        let shed = tally.shed.iter().map(|(&sensor, count)| (name(sensor), count));
+        self.by("plots_shed_total", "Plots left out because a node could not keep up", "sensor", shed);
         let service = tally.service.iter().map(|(&sensor, count)| (name(sensor), count));
         self.by("service_messages_total", "Service messages of radars", "sensor", service);
         self.family("records_refused_total", "Records that gave no report");

@@ -20,6 +20,11 @@ pub(super) fn joined(homes: &[CellName], reports: Vec<(CellName, CellReport)>) -
     for (sensor, elsewhere) in std::mem::take(&mut tally.elsewhere) {
         *tally.accepted.entry(sensor).or_default() += elsewhere;
     }
+    let tally = &mut joined.status.tally;
+    tally.shed.clear();
+    for (sensor, shed) in reports.iter().flat_map(|(_, report)| &report.status.tally.shed) {
+        *tally.shed.entry(*sensor).or_default() += shed;
+    }
     for (index, sensor) in joined.status.sensors.iter_mut().enumerate() {
         let of = reports.iter().filter_map(|(cell, report)| Some((cell, report.status.sensors.get(index)?)));
         let home = homes.get(index);
@@ -54,4 +59,69 @@ pub(super) fn joined(homes: &[CellName], reports: Vec<(CellName, CellReport)>) -
     let words = joined.integrities.words;
     joined.integrities = Integrities { at, assessments: assessments.into_values().collect(), words, flags };
     Some(joined)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::live::{SensorState, Severity, Status, Trouble};
+    use fusion::SensorIndex;
+    use fusion::time::Time;
+
+    fn report(
+        states: [SensorState; 2],
+        received: u64,
+        accepted: u64,
+        elsewhere: u64,
+        trouble: &str,
+    ) -> CellReport {
+        let config = crate::simulate::simulate(
+            &crate::simulate::Scenario::parse("name = \"x\"\nduration_s = 1\n", "x.toml").unwrap(),
+            1,
+            Some(Time::from_nanos(1_800_000_000_000_000_000)),
+        )
+        .unwrap()
+        .config;
+        let at = Time::from_nanos(1_800_000_000_000_000_000);
+        let mut driver = crate::live::Driver::new(&config, crate::areas::Masks::default(), at, 2);
+        let mut sensors = driver.sensors(at, |_| Vec::new());
+        sensors.iter_mut().zip(states).for_each(|(sensor, state)| sensor.state = state);
+        let mut tally = driver.pipeline().tally().clone();
+        tally.received = received;
+        tally.accepted.insert(SensorIndex(0), accepted);
+        tally.elsewhere.insert(SensorIndex(0), elsewhere);
+        let trouble = Trouble { about: "x".into(), severity: Severity::Warning, text: trouble.to_owned() };
+        let status = Status {
+            at,
+            sensors,
+            unknown: Vec::new(),
+            tally,
+            numbers_used: 3,
+            lateness_s: None,
+            failed_sends: 0,
+            troubles: vec![trouble],
+        };
+        let integrities = Integrities::default();
+        CellReport { node: "n".to_owned(), epoch: 1, status, integrities, correlations: Vec::new() }
+    }
+
+    #[test]
+    fn a_sensor_is_as_its_home_says_and_a_datagram_counts_once() {
+        use SensorState::{Degraded, Operational, Outage};
+        let [east, west] = ["east", "west"].map(|name| CellName::new(name).unwrap());
+        let homes = [west.clone(), east.clone()];
+        let of_east = || report([Outage, Operational], 90, 10, 70, "same");
+        let of_west = || report([Degraded, Outage], 100, 60, 30, "same");
+        let both = joined(&homes, vec![(east.clone(), of_east()), (west, of_west())]).unwrap();
+        let states: Vec<SensorState> =
+            both.status.sensors.iter().take(2).map(|sensor| sensor.state).collect();
+        assert_eq!(states, [Degraded, Operational]);
+        assert_eq!((both.status.tally.received, both.status.numbers_used), (100, 6));
+        assert_eq!(both.status.tally.accepted[&SensorIndex(0)], 90, "what is for others is accepted, too");
+        assert!(both.status.tally.elsewhere.is_empty() && both.status.troubles.len() == 1);
+        // While the home of one says nothing the other speaks for it.
+        let alone = joined(&homes, vec![(east, of_east())]).unwrap();
+        assert_eq!(alone.status.sensors[0].state, Outage);
+        assert_eq!(joined(&homes, Vec::new()), None);
+    }
 }

@@ -280,10 +280,13 @@ impl View {
 
 #[cfg(test)]
 mod tests {
+    use fusion::integrity::Trust;
+
     use super::*;
     use crate::areas::Masks;
     use crate::formats::Encoders;
-    use crate::live::{CellState, Hub, Level, Made};
+    use crate::live::requests::Denied;
+    use crate::live::{CellState, Hub, Level, Made, Named, Saying};
     use crate::net::send::Sinks;
     use crate::simulate::{Scenario, simulate};
 
@@ -369,6 +372,48 @@ mod tests {
         view.see(told(&mut driver, later));
         view.tell(later);
         assert!(hub.status().unwrap().troubles.is_empty());
+    }
+
+    /// What an operator decides goes to the cells, with the slot from which on it holds; and is refused while none is heard.
+    #[tokio::test]
+    async fn decisions_go_to_whoever_makes_the_picture() {
+        let (mut view, hub, mut driver, slots) = viewed();
+        let (sender, mut decided) = crate::live::decisions();
+        view.decider = Decider::new(&hub.config, Some(sender));
+        let at = view.publisher.clock.now();
+        let says = |serial: &str| Saying {
+            transponder: Named { serial: serial.to_owned(), country: None },
+            trust: Trust::Distrusted,
+        };
+        let mut last = None;
+        for slot in slots {
+            if let Seen::Slot(picture, _) = &slot {
+                last = Some(picture.clone());
+            }
+            view.see(slot);
+        }
+        let last = last.unwrap();
+        let identity =
+            last.tracks.iter().find_map(|track| track.point.source.transponder()).unwrap().identity;
+        let serial = crate::picture::serial_text(identity);
+        // Nobody has said yet how the sensors are.
+        let answer = hub.integrity.ask(says(&serial)).unwrap();
+        view.decide(at);
+        assert_eq!(answer.await.unwrap().unwrap_err(), Denied::Unheard);
+
+        view.see(told(&mut driver, at));
+        let answer = hub.integrity.ask(says(&serial)).unwrap();
+        let unknown = hub.integrity.ask(says("nobody")).unwrap();
+        view.decide(at);
+        let held = answer.await.unwrap().unwrap();
+        let Decision::Say(from, word) = decided.try_recv().unwrap() else { panic!("another decision") };
+        assert_eq!((word.identity, word.trust), (identity, Trust::Distrusted));
+        assert!(from > last.slot && held.words.iter().any(|held| held.word == word && held.since == from));
+        assert!(unknown.await.unwrap().is_err() && decided.try_recv().is_err());
+        // And minutes later, when nobody is heard any more.
+        let answer = hub.integrity.ask(says(&serial)).unwrap();
+        view.decide(at + SignedDuration::from_secs(60));
+        assert_eq!(answer.await.unwrap().unwrap_err(), Denied::Unheard);
     }
 
     #[test]
