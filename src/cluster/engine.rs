@@ -11,7 +11,7 @@ use fusion::time::Time;
 
 use super::cell::Fusing;
 use super::message::Heard;
-use super::region::{Border, Letter, Teaching, Word};
+use super::region::{Border, Letter, Teaching, View, Word};
 use super::relief::Step;
 use super::report::CellReport;
 use crate::areas::Masks;
@@ -206,8 +206,9 @@ impl SiteEngine {
                     shedding.forget(picture.time);
                 }
                 let words = self.teaching.turn(slot, self.driver.engine_mut());
-                let engine = self.driver.pipeline().engine();
-                let turn = |border: &mut Border| border.turn(&mut picture, now.as_mut(), engine, words);
+                let pipeline = self.driver.pipeline();
+                let view = View { engine: pipeline.engine(), frame: pipeline.normaliser().frame() };
+                let turn = |border: &mut Border| border.turn(&mut picture, now.as_mut(), &view, words);
                 let letters = self.border.as_mut().map(turn).unwrap_or_default();
                 self.made.push_back((slot, octets(&picture, now.as_ref()), letters));
             }
@@ -274,7 +275,7 @@ impl Fusing for SiteEngine {
         };
         match word {
             Some(Word::Values { from, values }) => self.driver.engine_mut().use_values(from, *values),
-            Some(Word::Known(values)) => self.driver.engine_mut().use_transponder_values(&values),
+            Some(Word::Known(values)) => self.driver.engine_mut().meet(*values),
             Some(word) => self.decided.push(word),
             None => {}
         }

@@ -1,10 +1,11 @@
 //! What an engine has learnt of its sensors: to be shown, and to outlive a restart. The `reference` profile learns nothing.
 
 use super::{Engine, Rules};
+use crate::frames::Enu;
 use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
-use crate::operational::{Operational, Registered, SensorValues, TransponderValues};
+use crate::operational::{Acquaintance, Name, Operational, Registered, SensorValues};
 use crate::registration::{RegistrationState, RegistrationStateError};
-use crate::report::{Identity, SensorIndex, TransponderType};
+use crate::report::{SensorIndex, TransponderType};
 use crate::slots::Slot;
 
 impl Engine {
@@ -68,15 +69,28 @@ impl Engine {
         }
     }
 
-    /// What is known of a transponder, for an engine that will hear it soon.
-    pub fn transponder_values(&self, identity: Identity) -> Option<TransponderValues> {
-        self.operational()?.transponder_values(identity)
+    /// All aircraft, and the radar tracks that are nobody's, and where each was in the slot that was decided last; none in the
+    /// `reference` profile.
+    pub fn names(&self) -> Vec<(Name, Enu)> {
+        self.operational().map(Operational::names).unwrap_or_default()
     }
 
-    /// Goes on with what another engine knows of a transponder, as soon as that is heard.
-    pub fn use_transponder_values(&mut self, values: &TransponderValues) {
+    /// The name of the aircraft that is published under this number.
+    pub fn numbered(&self, number: u32) -> Option<Name> {
+        self.operational()?.numbered(number)
+    }
+
+    /// What is known of an aircraft or a radar track, for an engine that begins to see it, and of the radar tracks that could be
+    /// this aircraft and are nobody's, where those are `around`.
+    pub fn acquaintance(&self, name: Name, around: impl Fn(Enu) -> bool) -> Option<Acquaintance> {
+        self.operational()?.acquaintance(name, around)
+    }
+
+    /// Goes on with what another engine knows of an aircraft or a radar track, with the next slot after the one in which that
+    /// one knew it; what is older than 5 s by then, or of another version, is passed over.
+    pub fn meet(&mut self, acquaintance: Acquaintance) {
         if let Rules::Operational(operational, _) = &mut self.rules {
-            operational.use_transponder_values(values);
+            operational.await_acquaintance(acquaintance);
         }
     }
 

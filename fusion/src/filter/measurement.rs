@@ -88,8 +88,8 @@ pub enum By {
 pub struct Owner {
     /// The radar.
     pub radar: SensorIndex,
-    /// Tells radar tracks apart.
-    pub tracklet: u64,
+    /// Tells its radar tracks apart: when one began, and its number.
+    pub tracklet: (Time, u16),
     /// The last report of a transponder before; `None`: there was none.
     pub since: Option<Time>,
 }

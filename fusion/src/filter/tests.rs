@@ -81,7 +81,11 @@ fn measurements(rows: &[(f64, f64, f64, usize)]) -> Vec<Measurement> {
         let is_transponder = by == 0;
         let by = match by.checked_sub(1) {
             Some(radar) => By::Radar {
-                owner: Owner { radar: SensorIndex(radar as u16), tracklet: radar as u64, since: None },
+                owner: Owner {
+                    radar: SensorIndex(radar as u16),
+                    tracklet: (Time::default(), 1),
+                    since: None,
+                },
                 known: Bias::of(&ERRORS),
                 seen: LineOfSight::from(RADARS[radar], position),
                 errors: ERRORS,

@@ -50,9 +50,9 @@ const NORMAL_95: f64 = 1.644_853_626_951_472;
 pub(crate) struct Look {
     /// Middle of the second.
     pub(crate) time: Time,
-    /// The radar, and its track.
+    /// The radar, and its track: when that began, and its number.
     pub(crate) radar: SensorIndex,
-    pub(crate) track: u64,
+    pub(crate) track: (Time, u16),
     /// Mean of the plots less the transponder's curve at their times: outward and clockwise, metres.
     pub(crate) offset_m: [f64; 2],
     /// Variance of these that is new with each look, m².
@@ -106,7 +106,7 @@ pub(crate) struct Bank {
     begun_late: Option<Time>,
     /// How many times rows were begun.
     count: u32,
-    track: Option<(SensorIndex, u64)>,
+    track: Option<(SensorIndex, (Time, u16))>,
     slow: Slow,
 }
 

@@ -122,27 +122,28 @@ impl Admission {
         self.admitted.insert(identity, self.now);
     }
 
-    /// A report of an identity that has no target: whether it is admitted with it. `reserve` is a place among the targets.
-    pub(super) fn offer(
-        &mut self,
-        fix: &Fix,
-        settings: &Transponder,
-        mut reserve: impl FnMut() -> TargetId,
-    ) -> Option<Admitted> {
+    /// Another engine has admitted an identity; the reports that waited here.
+    pub(super) fn admit(&mut self, identity: Identity) -> Vec<Fix> {
+        self.admitted.insert(identity, self.now);
+        let Some(waits) = self.waiting.remove(&identity) else { return Vec::new() };
+        if let Some(of) = self.receivers.get_mut(&waits.sensor) {
+            of.waiting -= 1;
+            of.count.admitted += 1;
+        }
+        [waits.first].into_iter().chain(waits.more).collect()
+    }
+
+    /// A report of an identity that has no target: whether it is admitted with it. `target`: what its target is called that begins
+    /// with this report.
+    pub(super) fn offer(&mut self, fix: &Fix, settings: &Transponder, target: TargetId) -> Option<Admitted> {
         let Self { waiting, admitted, receivers, now } = self;
         if let Some(heard) = admitted.get_mut(&fix.identity) {
             *heard = *now;
-            return Some(Admitted { target: reserve(), waited: Vec::new() });
+            return Some(Admitted { target, waited: Vec::new() });
         }
         let of = receivers.entry(fix.sensor).or_insert_with(|| Receiver::new(fix.sensor, *now));
         let Some(waits) = waiting.get_mut(&fix.identity) else {
-            let waits = Waiting {
-                target: reserve(),
-                sensor: fix.sensor,
-                first: *fix,
-                more: Vec::new(),
-                agrees: false,
-            };
+            let waits = Waiting { target, sensor: fix.sensor, first: *fix, more: Vec::new(), agrees: false };
             of.enqueue(fix.identity, waits.target, *now, settings.max_new_per_s);
             waiting.insert(fix.identity, waits);
             if of.waiting > WAITING_MAX {

@@ -44,11 +44,10 @@ impl<K: Ord + Copy, T> ById<K, T> {
         }
     }
 
-    pub(super) fn remove(&mut self, id: K) {
-        if let Ok(index) = self.index(id) {
-            self.ids.remove(index);
-            self.all.remove(index);
-        }
+    pub(super) fn remove(&mut self, id: K) -> Option<T> {
+        let index = self.index(id).ok()?;
+        self.ids.remove(index);
+        Some(self.all.remove(index))
     }
 
     /// Keeps those of which that is true, asked in their order.

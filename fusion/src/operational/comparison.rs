@@ -104,7 +104,7 @@ mod tests {
         };
         let is_near = |east_m: f64, north_m: f64| {
             let place = Enu::new(east_m, 5000.0 + north_m, 100.0);
-            near(&Places::of([(place, TargetId(0))].into_iter()), &plot, time, &radar).next().is_some()
+            near(&Places::of([(place, TargetId::nth(0))].into_iter()), &plot, time, &radar).next().is_some()
         };
         let along_m = GATE_M + GATE_SIGMAS * radar.errors.bias_range_m;
         let across_m = GATE_M + GATE_SIGMAS * 5000.0 * radar.errors.bias_azimuth;

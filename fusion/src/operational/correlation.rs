@@ -138,7 +138,29 @@ impl Decided {
     }
 }
 
+/// What holds of a radar track and a transponder, and since when.
+pub(super) type Decision = ((TrackletId, Identity), (Verdict, Slot));
+
 impl Correlations {
+    /// What was decided of a radar track.
+    pub(super) fn of(&self, id: TrackletId) -> impl Iterator<Item = Decision> {
+        let of = self.0.iter().filter(move |((tracklet, _), _)| *tracklet == id);
+        of.map(|(&pair, &held)| (pair, held))
+    }
+
+    /// A radar track has another name.
+    pub(super) fn rename(&mut self, before: TrackletId, now: TrackletId) {
+        for ((id, identity), held) in self.of(before).collect::<Vec<_>>() {
+            self.0.remove(&(id, identity));
+            self.0.insert((now, identity), held);
+        }
+    }
+
+    /// What was decided elsewhere holds here; but for what was decided here.
+    pub(super) fn take_over(&mut self, decisions: Vec<Decision>) {
+        decisions.into_iter().for_each(|(pair, held)| _ = self.0.entry(pair).or_insert(held));
+    }
+
     pub(super) fn contains(&self, tracklet: TrackletId, transponder: Identity) -> bool {
         self.0.contains_key(&(tracklet, transponder))
     }

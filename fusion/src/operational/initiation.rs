@@ -57,7 +57,7 @@ pub(super) fn initiate(
         let target = match of_other_radar(id, &initiated, tracklets, targets, cycle) {
             Some((target, llr)) if llr > MUTUAL_ASSOCIATE_LLR => target,
             Some(_) => continue,
-            None => targets.insert_unknown(cycle),
+            None => targets.insert_unknown(id, cycle),
         };
         targets.follow(tracklets, id, Some(target));
         initiated.push((sensor, target));

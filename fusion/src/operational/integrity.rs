@@ -31,7 +31,8 @@ use crate::report::{Fix, Identity};
 use crate::slots::Slot;
 use crate::time::Time;
 use choice::{Claim, Claims};
-use judge::{Judge, Shown};
+pub(super) use judge::Judge;
+use judge::Shown;
 use watch::{Curve, SECOND, TakenFor, Watch};
 
 /// A radar track further away than this is not looked at, metres, beside so many deviations of its slow errors.
@@ -299,6 +300,17 @@ impl Integrities {
                 self.words.insert(word.identity, HeldWord { word, since });
             }
         }
+    }
+
+    /// What is known of an identity.
+    pub(super) fn judge(&self, identity: Identity) -> Option<&Judge> {
+        self.judges.get(&identity)
+    }
+
+    /// Goes on with what another engine knows of an identity.
+    pub(super) fn take_over(&mut self, identity: Identity, mut judge: Judge, tracklets: &Tracklets) {
+        judge.watches.retain(|&id, _| tracklets.get(id).is_some());
+        self.judges.insert(identity, judge);
     }
 
     /// The operators' words in force, by identity.

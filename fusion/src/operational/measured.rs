@@ -47,7 +47,7 @@ pub(super) fn measured_by_radar(
         position: plot.position,
         height_measured: plot.height_measured,
         by: By::Radar {
-            owner: Owner { radar: plot.track.sensor, tracklet: tracklet.0, since: last },
+            owner: Owner { radar: plot.track.sensor, tracklet: tracklet.of_radar(), since: last },
             known: known.unwrap_or(Bias::of(&radar.errors)),
             seen,
             errors: radar.errors,

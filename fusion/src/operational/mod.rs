@@ -4,6 +4,7 @@
 //! (with their numbers), `Admission`, `Correlations`, `Registrations`. What is decided depends on the reports received by
 //! then, not on the order in which they came.
 
+mod acquaintance;
 mod admission;
 mod aircraft_class;
 mod association;
@@ -52,19 +53,21 @@ use crate::registration::{RegistrationState, RegistrationStateError};
 use crate::report::{Bearing, Fix, Identity, Left, Plot, Report, SensorIndex, TransponderType};
 use crate::slots::{Slot, SlotGrid};
 use crate::time::{SECOND, Time};
+use acquaintance::Awaited;
 use admission::{Admission, Admitted};
 use cameras::Cameras;
 use classes::Classes;
 use correlation::Correlations;
 use cycle::Cycle;
-use ids::TargetId;
+use ids::{Begun, TargetId};
 use integrity::Integrities;
 use registrations::Registrations;
 use targets::Targets;
 use tracklets::Tracklets;
 use transponder_types::TransponderTypes;
-use values::{Awaited, Planned};
+use values::Planned;
 
+pub use acquaintance::{Acquaintance, Name};
 pub use correlation::{
     Correlation, HeldCorrelation, NotCorrelated, ResumedCorrelation, SavedCorrelation, Verdict,
 };
@@ -72,7 +75,7 @@ pub use registrations::{Registered, Step};
 pub(crate) use settings::Settings;
 pub(super) use tuning::DECIDED_AFTER;
 pub use tuning::{ASSOCIATE_LLR, DISSOCIATE_LLR};
-pub use values::{SensorValues, TransponderValues};
+pub use values::SensorValues;
 
 /// What the profile knows, and the reports since the last slot.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -93,7 +96,7 @@ pub(super) struct Operational {
     decided: Option<Time>,
     /// What others have learnt of the sensors, to be used from a slot on.
     planned: Planned,
-    /// What others know of transponders that were not heard here yet.
+    /// What others know of aircraft that are seen here soon.
     awaited: Awaited,
     /// Who has left since the last slot.
     left: Vec<Left>,
@@ -154,9 +157,9 @@ impl Operational {
         let cycle = &cycle_of(decided_slot(deadline, slot, grid), self.decided);
         let shown = &cycle_of(slot, None);
         self.pass(cycle.centre, settings);
-        self.sort_plots(settings);
-        self.sort_fixes(settings);
-        self.hear_awaited();
+        self.meet_awaited(settings);
+        self.sort_plots(cycle.slot, settings);
+        self.sort_fixes(cycle.slot, settings);
         self.sort_bearings();
         self.forget(cycle);
         let Self {
@@ -213,23 +216,24 @@ impl Operational {
     }
 
     /// Corrects the plots that came, and sorts them into tracklets.
-    fn sort_plots(&mut self, settings: &Settings) {
+    fn sort_plots(&mut self, slot: Slot, settings: &Settings) {
         self.plots.sort_by_key(|plot| (plot.time, plot.track));
         for plot in self.plots.drain(..) {
             if let Some(radar) = settings.radar(plot.track.sensor) {
                 let corrected = self.registrations.correct(plot, radar);
-                self.tracklets.insert(corrected, plot.position, radar);
+                self.tracklets.insert(corrected, plot.position, slot, radar);
             }
         }
         self.tracklets.look_ahead(&self.classes, settings);
     }
 
     /// Puts the transponder reports that came to the time of their measurement, and sorts them into targets.
-    fn sort_fixes(&mut self, settings: &Settings) {
+    fn sort_fixes(&mut self, slot: Slot, settings: &Settings) {
         self.fixes.sort_by_key(|fix| (fix.time, fix.identity));
         self.integrities.hear(&self.fixes, settings);
         for mut fix in self.fixes.drain(..) {
             let Some(receiver) = settings.transponder(fix.sensor) else { continue };
+            let begun = Begun::Transponder(fix.time, fix.identity);
             let delay_s = settings.delay(&fix.transponder_type()).unwrap_or_default().applied_s;
             fix.time = Time::from_nanos(fix.time.nanos() - (delay_s * SECOND as f64).round() as i64);
             let known = self.targets.of_identity(fix.identity);
@@ -239,7 +243,7 @@ impl Operational {
                     target.insert(fix);
                 }
             } else if let Some(Admitted { target, waited }) =
-                self.admission.offer(&fix, receiver, || self.targets.reserve())
+                self.admission.offer(&fix, receiver, TargetId { slot, begun })
             {
                 self.targets.insert_transponder(target, waited, fix, settings);
             }
@@ -272,7 +276,6 @@ impl Operational {
     fn forget(&mut self, cycle: &Cycle) {
         let Cycle { centre, settings, .. } = *cycle;
         self.forget_left(cycle);
-        self.forget_awaited(centre);
         self.tracklets.forget_before(centre + -tuning::PLOTS_KEPT);
         self.tracklets.turn(centre);
         self.registrations.end(&self.tracklets, &mut self.types);

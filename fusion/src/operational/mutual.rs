@@ -64,6 +64,32 @@ pub(super) fn compare(tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycl
     }
 }
 
+/// Takes into the likelihoods of a track that another engine knows what was seen since then; those with the others that were met
+/// with it once.
+pub(super) fn catch_up(
+    tracklets: &mut Tracklets,
+    id: TrackletId,
+    met: &[TrackletId],
+    (since, until): (Time, Time),
+    settings: &Settings,
+) {
+    let Some(own) = tracklets.get(id) else { return };
+    let mut compared: Vec<(TrackletId, Evidence)> = own.mutual().to_vec();
+    compared.retain(|(other, _)| *other > id || !met.contains(other));
+    for (other, pair) in &mut compared {
+        let Some(other) = tracklets.get(*other) else { continue };
+        let (earlier, later) = if own.id < other.id { (own, other) } else { (other, own) };
+        add(pair, later.between(since, until), later, earlier, settings);
+    }
+    for (other, pair) in compared {
+        for (of, with) in [(id, other), (other, id)] {
+            if let Some(tracklet) = tracklets.get_mut(of) {
+                tracklet.set_mutual(with, pair);
+            }
+        }
+    }
+}
+
 /// What the tracks of a target tell of another one's being part of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Told {

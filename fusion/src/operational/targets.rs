@@ -10,14 +10,14 @@ use super::by_id::ById;
 use super::cameras::Cameras;
 use super::cycle::{Cycle, EARLIEST, LATEST};
 use super::doubt::Doubt;
-use super::ids::{TargetId, TrackletId};
+use super::ids::{Begun, TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
 use super::measured::{height_by_radar, measured_by_radar, measured_by_transponder};
 use super::settings::{Radar, Settings};
 use super::shared;
 use super::track_numbers::{TrackNumber, TrackNumbers};
 use super::tracklets::{Tracklet, Tracklets};
-use super::transponder::{Noise, OnCurve, Transponder};
+use super::transponder::{OnCurve, Transponder};
 use super::transponder_types::TransponderTypes;
 use super::tuning::{TARGET_SILENT_MAX, TRANSPONDER_SILENT_S};
 use crate::filter::{Measurement, StateEstimate, TargetFilter};
@@ -67,14 +67,6 @@ impl Target {
 
     pub(super) fn transponder(&self) -> Option<&Transponder> {
         self.transponder.as_ref()
-    }
-
-    /// Goes on with what another engine knows of its transponder's noise; whether it has one.
-    pub(super) const fn use_noise(&mut self, noise: Noise) -> bool {
-        if let Some(transponder) = &mut self.transponder {
-            transponder.use_noise(noise);
-        }
-        self.transponder.is_some()
     }
 
     pub(super) fn identity(&self) -> Option<Identity> {
@@ -133,6 +125,15 @@ impl Target {
                 self.class.take(tracklet, centre.seconds_since(previous));
             }
         }
+    }
+
+    /// Goes on here as another engine has known it, with these reports if they are newer and under this number.
+    pub(super) fn go_on(&mut self, mut fixes: Vec<Fix>, number: Option<TrackNumber>) {
+        self.number = number;
+        fixes.sort_by_key(|fix| fix.time);
+        let heard = self.transponder.as_ref().and_then(Transponder::last_heard);
+        fixes.retain(|fix| heard.is_some_and(|heard| fix.time > heard));
+        fixes.into_iter().for_each(|fix| self.insert(fix));
     }
 
     /// A report of its transponder.
@@ -262,7 +263,6 @@ impl Target {
 pub(super) struct Targets {
     all: ById<TargetId, Target>,
     by_identity: BTreeMap<Identity, TargetId>,
-    next: u64,
     numbers: TrackNumbers,
 }
 
@@ -293,14 +293,7 @@ impl Targets {
         self.by_identity.keys().copied()
     }
 
-    /// The place of a new target among the others.
-    pub(super) fn reserve(&mut self) -> TargetId {
-        let id = TargetId(self.next);
-        self.next += 1;
-        id
-    }
-
-    /// A target that a transponder tells of, at the place reserved for it.
+    /// A target that a transponder tells of, at its place.
     pub(super) fn insert_transponder(
         &mut self,
         id: TargetId,
@@ -314,9 +307,9 @@ impl Targets {
         self.all.insert(id, target);
     }
 
-    /// A target of which nothing is known yet.
-    pub(super) fn insert_unknown(&mut self, cycle: &Cycle) -> TargetId {
-        let id = self.reserve();
+    /// A target that a radar track shows, of which nothing is known yet.
+    pub(super) fn insert_unknown(&mut self, track: TrackletId, cycle: &Cycle) -> TargetId {
+        let id = TargetId { slot: cycle.slot, begun: Begun::Track(track) };
         self.all.insert(id, Target::new(id, cycle.centre, cycle.settings));
         id
     }
@@ -367,6 +360,32 @@ impl Targets {
             }
             is_left
         });
+    }
+
+    /// Takes a target out, to be put in again or another one for it: its number stays in use.
+    pub(super) fn take(&mut self, id: TargetId) -> Option<Target> {
+        let target = self.all.remove(id)?;
+        target.identity().into_iter().for_each(|identity| _ = self.by_identity.remove(&identity));
+        Some(target)
+    }
+
+    /// Puts one in that another engine knows.
+    pub(super) fn put(&mut self, target: Target) {
+        target.identity().into_iter().for_each(|identity| _ = self.by_identity.insert(identity, target.id));
+        self.all.insert(target.id, target);
+    }
+
+    /// A radar track is not this target. If that was nothing else it ends; the number that it had, which stays in use.
+    pub(super) fn leave(&mut self, id: TargetId, track: TrackletId) -> Option<TrackNumber> {
+        let left = self.all.get_mut(id)?;
+        left.followed.retain(|followed| followed.1 != track);
+        let is_over = left.followed.is_empty() && left.transponder.is_none();
+        is_over.then(|| self.take(id))??.number
+    }
+
+    /// Nobody has this number any more.
+    pub(super) fn release(&mut self, number: TrackNumber) {
+        self.numbers.release(number);
     }
 
     /// A target that carries a transponder is a radar track from now on, by its place where that is in doubt.

@@ -1,5 +1,6 @@
 //! Small hand-built cases of the passes, and two drones whose flight other tests fly.
 
+mod acquainted;
 mod ahead;
 mod associating;
 mod comparing;
@@ -32,6 +33,8 @@ struct Case {
     air: Operational,
     settings: Settings,
     numbers: Numbers,
+    /// Slots in which something began.
+    begun: i64,
 }
 
 fn at(second: f64) -> Time {
@@ -55,7 +58,7 @@ impl Case {
         sensors.push(sensors[0].clone());
         let settings = Settings::new(&sensors, LATENCY, &OperationalRules::default());
         let numbers = Numbers::new(GRID, Keeping::ADay, std::collections::BTreeMap::new());
-        Self { air: Operational::default(), settings, numbers }
+        Self { air: Operational::default(), settings, numbers, begun: 0 }
     }
 
     /// A plot of a radar's track, so far east and with this probability of a drone.
@@ -74,7 +77,8 @@ impl Case {
     /// A radar track with plots at these seconds.
     fn track(&mut self, key: (u16, u16), seconds: &[f64], east_m: f64, uav_probability: f64) -> TrackletId {
         seconds.iter().for_each(|&second| self.plot(key, second, east_m, uav_probability));
-        self.air.sort_plots(&self.settings);
+        self.begun += 1;
+        self.air.sort_plots(Slot(self.begun), &self.settings);
         let track = RadarTrackKey { sensor: SensorIndex(key.0), number: key.1 };
         self.air.tracklets.iter().filter(|tracklet| tracklet.key == track).last().unwrap().id
     }
@@ -88,7 +92,8 @@ impl Case {
     fn transponder(&mut self, which: usize, seconds: &[f64], east_m: f64) -> TargetId {
         seconds.iter().for_each(|&second| self.fix(which, second, east_m));
         self.air.pass(at(seconds[0]), &self.settings);
-        self.air.sort_fixes(&self.settings);
+        self.begun += 1;
+        self.air.sort_fixes(Slot(self.begun), &self.settings);
         self.air.targets.of_identity(identity(which)).unwrap()
     }
 

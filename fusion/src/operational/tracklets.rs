@@ -20,6 +20,7 @@ use super::tuning::{
 };
 use crate::frames::Enu;
 use crate::report::{Plot, RadarTrackKey, SensorIndex};
+use crate::slots::Slot;
 use crate::time::Time;
 
 /// A plot, and its position before the radar's misalignment was corrected.
@@ -111,6 +112,12 @@ impl Tracklet {
                 self.marks.note(time);
             }
         }
+    }
+
+    /// Takes in the plots after its last one of the same track as another engine has seen it.
+    pub(super) fn absorb(&mut self, other: Self) {
+        let last = self.last();
+        other.plots.into_iter().filter(|plot| plot.plot.time > last).for_each(|plot| self.insert(plot));
     }
 
     /// Whether a plot with its number is one of its own: without a break, and where a drone could get to, since a radar may
@@ -332,6 +339,14 @@ impl Tracklet {
         self.pairs[index].1.add_plots(plots, transponder, radar, settings);
     }
 
+    /// Its likelihood with a target as another engine knows it.
+    pub(super) fn set_known_pair(&mut self, target: TargetId, pair: PairLikelihood) {
+        match self.pairs.binary_search_by_key(&target, |pair| pair.0) {
+            Ok(index) => self.pairs[index].1 = pair,
+            Err(index) => self.pairs.insert(index, (target, pair)),
+        }
+    }
+
     /// Ends the pairs with targets that are not `near`, which are in order, where everything speaks against them and did
     /// for a while at `time`. Whoever comes near again is compared anew with all the plots.
     pub(super) fn end_pairs(&mut self, near: &[TargetId], time: Time) {
@@ -351,7 +366,6 @@ pub(super) struct Tracklets {
     by_key: BTreeMap<RadarTrackKey, Vec<TrackletId>>,
     /// Those that were dropped last.
     ended: Vec<TrackletId>,
-    next: u64,
 }
 
 impl Tracklets {
@@ -390,8 +404,8 @@ impl Tracklets {
         self.all.values_mut()
     }
 
-    /// A plot of one that there is, or of a new one.
-    pub(super) fn insert(&mut self, plot: Plot, raw: Enu, radar: &Radar) {
+    /// A plot of one that there is, or of a new one; it came with this slot.
+    pub(super) fn insert(&mut self, plot: Plot, raw: Enu, slot: Slot, radar: &Radar) {
         let new = CorrectedPlot { plot, raw };
         let ids = self.by_key.entry(plot.track).or_default();
         let continues = |id: &&TrackletId| {
@@ -404,12 +418,33 @@ impl Tracklets {
                 }
             }
             None => {
-                let id = TrackletId(self.next);
-                self.next += 1;
+                let named = |nth| TrackletId { slot, time: plot.time, track: plot.track, nth };
+                let id = (0..).map(named).find(|id| !ids.contains(id)).expect("few begin at once");
                 ids.push(id);
                 self.all.insert(id, Tracklet::new(id, new));
             }
         }
+    }
+
+    /// Takes those out that are the same track as this one of another engine.
+    pub(super) fn take_same(&mut self, other: &Tracklet, radar: &Radar) -> Vec<Tracklet> {
+        let Self { all, by_key, .. } = self;
+        let Some(ids) = by_key.get_mut(&other.key) else { return Vec::new() };
+        let is_same = |id: &TrackletId| {
+            let first = all.get(*id).and_then(|tracklet| tracklet.plots.front());
+            *id == other.id || first.is_some_and(|first| other.continues_with(&first.plot, radar))
+        };
+        let same: Vec<TrackletId> = ids.extract_if(.., |id| is_same(id)).collect();
+        same.into_iter().filter_map(|id| all.remove(id)).collect()
+    }
+
+    /// Puts one in that another engine knows.
+    pub(super) fn put(&mut self, tracklet: Tracklet) {
+        let ids = self.by_key.entry(tracklet.key).or_default();
+        ids.retain(|id| *id != tracklet.id);
+        ids.push(tracklet.id);
+        ids.sort_unstable();
+        self.all.insert(tracklet.id, tracklet);
     }
 
     /// Takes the plots that came into what is known of each one's class and flight.

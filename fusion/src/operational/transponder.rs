@@ -39,11 +39,11 @@ pub(super) struct Transponder {
 
 /// The white noise of its positions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Noise {
+struct Noise {
     /// Over ground, and in height.
     axes: [WhiteNoise; 2],
     /// Its reports up to then are in it; [`EARLIEST`]: none, and what its type has shown is not either.
-    pub(super) until: Time,
+    until: Time,
 }
 
 /// A place on the curve.
@@ -191,16 +191,6 @@ impl Transponder {
     /// The time of its newest report.
     pub(super) fn last_heard(&self) -> Option<Time> {
         self.fixes.last().map(|fix| fix.time)
-    }
-
-    /// What is known of its white noise; `None`: nothing yet.
-    pub(super) fn noise(&self) -> Option<Noise> {
-        (self.noise.until != EARLIEST).then_some(self.noise)
-    }
-
-    /// Goes on with what another engine knows of its noise.
-    pub(super) const fn use_noise(&mut self, noise: Noise) {
-        self.noise = noise;
     }
 
     /// Its type.

@@ -10,11 +10,9 @@ use serde::{Deserialize, Serialize};
 use super::Operational;
 use super::classes::ClassEvidence;
 use super::registrations::Applied;
-use super::transponder::Noise;
 use super::transponder_types::TypeValues;
-use crate::report::{Identity, SensorIndex};
+use crate::report::SensorIndex;
 use crate::slots::Slot;
-use crate::time::Time;
 
 /// What is known of a sensor: of a radar its misalignment, its errors and its classes; of all transponders their delays and
 /// their noise.
@@ -26,22 +24,6 @@ enum Values {
     Radar(SensorIndex, Box<(Applied, ClassEvidence)>),
     Transponders(TypeValues),
 }
-
-/// What is known of one transponder that another engine will hear soon: how large its white noise is, which takes minutes to
-/// learn.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TransponderValues {
-    /// Who.
-    pub identity: Identity,
-    noise: Noise,
-}
-
-/// What is known of a transponder that was not heard yet counts for so long, seconds.
-const AWAITED_S: f64 = 120.0;
-
-/// Transponders that are known of and were not heard yet.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Awaited(BTreeMap<Identity, Noise>);
 
 /// What is to be used, and from when.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -72,33 +54,6 @@ impl Operational {
         let planned = &mut self.planned.0;
         // Of one slot in the order in which they came.
         planned.insert(planned.partition_point(|(slot, _)| *slot <= from), (from, values));
-    }
-
-    /// What is known of a transponder.
-    pub(crate) fn transponder_values(&self, identity: Identity) -> Option<TransponderValues> {
-        let target = self.targets.get(self.targets.of_identity(identity)?)?;
-        let noise = target.transponder()?.noise()?;
-        Some(TransponderValues { identity, noise })
-    }
-
-    /// Goes on with what another engine knows of a transponder, as soon as that is heard.
-    pub(crate) fn use_transponder_values(&mut self, values: &TransponderValues) {
-        self.awaited.0.insert(values.identity, values.noise);
-        self.hear_awaited();
-    }
-
-    /// Uses what was known of transponders that are heard now.
-    pub(super) fn hear_awaited(&mut self) {
-        let Self { awaited, targets, .. } = self;
-        awaited.0.retain(|identity, noise| {
-            let target = targets.of_identity(*identity).and_then(|id| targets.get_mut(id));
-            target.is_none_or(|target| !target.use_noise(*noise))
-        });
-    }
-
-    /// Forgets what was known of transponders that are not heard by this time.
-    pub(super) fn forget_awaited(&mut self, time: Time) {
-        self.awaited.0.retain(|_, noise| time.seconds_since(noise.until) <= AWAITED_S);
     }
 
     /// What is used from this slot on.

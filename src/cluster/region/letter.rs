@@ -6,7 +6,7 @@ use crate::cluster::message::Malformed;
 use crate::territory::CellName;
 use fusion::frames::Geodetic;
 use fusion::integrity;
-use fusion::operational::{Correlation, SensorValues, TransponderValues};
+use fusion::operational::{Acquaintance, Correlation, SensorValues};
 use fusion::slots::Slot;
 use fusion::time::Time;
 use fusion::{Identity, RadarTrackKey};
@@ -51,7 +51,8 @@ pub enum Word {
         /// Which.
         id: String,
     },
-    /// An aircraft is far inside the writer's cell, and nobody has offered it: whose is it? Who has it offers it.
+    /// An aircraft is inside the writer's cell, and nobody has offered it: whose is it? Who has it offers it or, near the border,
+    /// says that it keeps it.
     Ask(Sighting),
     /// 64 numbers from this one on are the recipient's.
     Block {
@@ -74,8 +75,8 @@ pub enum Word {
         /// What.
         values: Box<SensorValues>,
     },
-    /// What is known of a transponder that flies towards the recipient's cell.
-    Known(Box<TransponderValues>),
+    /// What is known of an aircraft or a radar track that the recipient begins to see.
+    Known(Box<Acquaintance>),
     /// An operator's decision, from this slot on.
     Correlate {
         /// From when.
@@ -90,6 +91,8 @@ pub enum Word {
         /// What.
         word: integrity::Word,
     },
+    /// The aircraft that the recipient has asked after is the writer's, and stays it while it is near the border.
+    Kept(Sighting),
 }
 
 /// An aircraft as its owner publishes it.

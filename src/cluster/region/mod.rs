@@ -14,7 +14,7 @@ mod teaching;
 use crate::territory::{CellName, Outline, Territory};
 use fusion::frames::Geodetic;
 
-pub use border::{Border, Counts};
+pub use border::{Border, Counts, View};
 pub use letter::{Letter, Offer, Word};
 pub use merge::{Merger, Part};
 pub use numbers::{BLOCK, FIRST_BLOCK, LAST_BLOCK, numbers_office};
@@ -23,9 +23,8 @@ pub(super) use teaching::Teaching;
 /// Slots from a hand-over's being offered to the first one that the new owner publishes.
 pub const AHEAD: i64 = 8;
 
-/// What flies so far outside of a halo may be in it when a letter about that is handled: 40 m/s for 6.25 s from a slot to its
-/// picture, and as long again, metres.
-const SOON_M: f64 = 500.0;
+/// Who flies so far inside of a halo is seen there: a plot of a radar is off by no more, metres.
+const SEEN_M: f64 = 100.0;
 
 /// One cell among those of its region.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,9 +72,9 @@ impl Region {
         self.neighbours.iter().map(|(cell, _)| cell)
     }
 
-    /// Those that see a place, or will soon.
-    fn will_see(&self, place: Geodetic) -> impl Iterator<Item = &CellName> {
-        let within_m = self.halo_m + SOON_M;
+    /// Those that see who is in a place.
+    fn who_see(&self, place: Geodetic) -> impl Iterator<Item = &CellName> {
+        let within_m = self.halo_m - SEEN_M;
         let near = self.neighbours.iter().filter(move |(_, outline)| outline.is_within(place, within_m));
         near.map(|(cell, _)| cell)
     }

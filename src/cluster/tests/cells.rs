@@ -114,6 +114,9 @@ pub(super) struct Found {
     pub(super) counts: Vec<(String, Counts)>,
     /// Hash of all that the cells have published and written.
     pub(super) hash: u64,
+    /// Letters that the cells have written to each other, and their octets.
+    pub(super) letters: usize,
+    pub(super) octets: usize,
     /// The times in which an aircraft went from one cell's picture to another's.
     pub(super) changes_of_cell: usize,
 }
@@ -150,6 +153,7 @@ impl fmt::Display for Found {
             "id changes {} ({} near), changes of cell {}",
             self.id_changes, self.near_id_changes, self.changes_of_cell
         )?;
+        writeln!(f, "letters {}, octets {}", self.letters, self.octets)?;
         writeln!(
             f,
             "equal to the bit: {:.3} %",
@@ -256,6 +260,8 @@ pub(super) fn fly(setup: &Setup) -> Found {
                         false => Some(letter),
                     };
                     let Some(letter) = letter else { continue };
+                    found.letters += 1;
+                    found.octets += letter.body().len();
                     let letter = Letter::parse(&letter.body()).unwrap();
                     // The log loses nothing; what a dead owner had not sent yet may be lost. Of sensors all is said again.
                     let is_of_sensor = matches!(letter.word, Word::Values { .. });
@@ -324,27 +330,33 @@ impl Judge {
             let part = parts.iter().find(|part| has(part, track.id.clone()));
             part.map(|part| part.cell.clone()).expect("it is of a cell")
         };
-        let mut by_key: BTreeMap<Key, (&PictureTrack, CellName)> = BTreeMap::new();
+        // An aircraft that another one's radar track was taken for a moment ago still names that: two with one key are in one cell.
+        let mut by_key: BTreeMap<Key, Vec<(&PictureTrack, CellName)>> = BTreeMap::new();
         for track in &merged.tracks {
             let cell = cell_of(track);
-            if let Some((twin, other)) = by_key.insert(key(track), (track, cell.clone()))
-                && other != cell
-            {
+            let same = by_key.entry(key(track)).or_default();
+            if let Some((twin, other)) = same.iter().find(|(_, other)| *other != cell) {
                 found.doubled += 1;
                 self.tell(&format!("doubled {other} {cell} {:?}", twin.id), one, track, away_m(track));
             }
+            same.push((track, cell));
         }
         for track in &one.tracks {
             let is_near = away_m(track) < NEAR_M;
             found.points += 1;
             found.near_points += usize::from(is_near);
-            let Some((other, cell)) = by_key.remove(&key(track)) else {
+            let apart_mm =
+                |other: &PictureTrack| (track.position.to_ecef().0 - other.position.to_ecef().0).norm() * 1e3;
+            let same = by_key.entry(key(track)).or_default();
+            let nearest =
+                (0..same.len()).min_by(|a, b| apart_mm(same[*a].0).total_cmp(&apart_mm(same[*b].0)));
+            let Some((other, cell)) = nearest.map(|index| same.swap_remove(index)) else {
                 found.lost += 1;
                 found.near_lost += usize::from(is_near);
                 self.tell("lost", one, track, away_m(track));
                 continue;
             };
-            let difference = (track.position.to_ecef().0 - other.position.to_ecef().0).norm() * 1000.0;
+            let difference = apart_mm(other);
             found.equal += usize::from(track.position == other.position);
             found.differences_mm.push(difference);
             if is_near {
@@ -361,7 +373,7 @@ impl Judge {
                 }
             }
         }
-        for (other, cell) in by_key.values() {
+        for (other, cell) in by_key.values().flatten() {
             let is_near = away_m(other) < NEAR_M;
             found.extra += 1;
             found.near_extra += usize::from(is_near);

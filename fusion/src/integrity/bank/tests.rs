@@ -23,7 +23,7 @@ fn look(second: f64, track: u64, offset_m: [f64; 2], turned: f64) -> Look {
     Look {
         time: at(second),
         radar: SensorIndex(0),
-        track,
+        track: (Time::from_nanos(track as i64), 1),
         offset_m,
         white_m2: [1.0, 9.0],
         axes: [outward, Vector2::new(outward.y, -outward.x)],

@@ -44,12 +44,8 @@ impl Gate {
     }
 
     fn admit(&mut self, fix: &Fix) -> Option<Admitted> {
-        let next = &mut self.next;
-        let reserve = || {
-            *next += 1;
-            TargetId(*next)
-        };
-        self.admission.offer(fix, &self.receiver, reserve)
+        self.next += 1;
+        self.admission.offer(fix, &self.receiver, TargetId::nth(self.next))
     }
 
     fn offer(&mut self, fix: &Fix) -> Option<usize> {

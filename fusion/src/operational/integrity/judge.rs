@@ -52,7 +52,7 @@ const FAILED_GAIN: f64 = 3.0;
 
 /// One identity.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) struct Judge {
+pub(in crate::operational) struct Judge {
     pub(super) bank: Bank,
     pub(super) watches: Watches,
     /// The radar track that is evidence now.

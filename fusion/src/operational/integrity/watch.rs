@@ -133,7 +133,7 @@ impl Second {
         let look = Look {
             time: middle(flown.end),
             radar: tracklet.key.sensor,
-            track: tracklet.id.0,
+            track: tracklet.id.of_radar(),
             offset_m: offset,
             white_m2: plots_m2.map(|white_m2| white_m2 + curve_m2),
             axes: [seen.outward, seen.clockwise],

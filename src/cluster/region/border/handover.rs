@@ -4,7 +4,7 @@ use super::super::AHEAD;
 use super::super::letter::{Offer, Sighting, Word};
 use super::super::matching::{self, Inner};
 use super::super::public::Public;
-use super::{AGAIN, Border, Offered, Owned, PATIENCE, PER_TRANSPONDER, State};
+use super::{AGAIN, BEGUN, Border, Offered, Owned, PATIENCE, PER_TRANSPONDER, State};
 use crate::picture::Picture;
 use crate::territory::CellName;
 use fusion::slots::Slot;
@@ -44,6 +44,7 @@ impl Border {
             offered: None,
         };
         self.state.owned.insert(inner, owned);
+        self.state.known.get_mut(&inner).into_iter().for_each(|known| known.asked = None);
         self.state.given.remove(&offer.id);
         self.counts.taken += 1;
         self.state.answers.push((by.clone(), Word::Take { id: offer.id, from }));
@@ -80,18 +81,51 @@ impl Border {
         }
     }
 
-    /// A neighbour asks whose an aircraft is that is far inside its cell.
+    /// A neighbour asks whose an aircraft is that is inside its cell.
     pub(super) fn asked(&mut self, sighting: &Sighting, by: &CellName) {
         let Some(slot) = self.state.last else { return };
         let mine = self.state.owned.iter().filter(|(_, owned)| owned.until.is_none() && owned.from <= slot);
         let seen = mine.filter_map(|(inner, _)| Some((*inner, self.state.seen.get(inner)?)));
-        let Some(inner) = matching::find(sighting, &seen) else { return };
+        let Some(inner) = matching::find(sighting, &seen) else { return self.asked_both(sighting, by) };
         let Some(offer) = self.offer(inner) else { return };
+        if !self.region.is_left(sighting.position) {
+            return self.state.answers.push((by.clone(), Word::Kept(offer.seen)));
+        }
         if let Some(owned) = self.state.owned.get_mut(&inner) {
             owned.offered = Some(Offered { to: by.clone(), first: slot, last: slot });
         }
         self.counts.offers += 1;
         self.state.answers.push((by.clone(), Word::Offer(offer)));
+    }
+
+    /// It is nobody's here either. Where both ask, on the border, the cell that comes first by its name begins it.
+    fn asked_both(&mut self, sighting: &Sighting, by: &CellName) {
+        let State { seen, owned, known, .. } = &mut self.state;
+        let is_asked = |inner: &Inner| known.get(inner).is_some_and(|known| known.asked.is_some());
+        let nobodys = seen.iter().filter(|(inner, _)| !owned.contains_key(inner) && is_asked(inner));
+        let found = matching::find(sighting, &nobodys.map(|(inner, seen)| (*inner, seen)));
+        if let Some(known) = found.filter(|_| *by < self.region.cell).and_then(|inner| known.get_mut(&inner))
+        {
+            (known.strange_since, known.asked) = (None, None);
+        }
+    }
+
+    /// Who was asked after is a neighbour's, who keeps it; also where that is said too late, and it has been begun here.
+    pub(super) fn kept(&mut self, sighting: &Sighting) {
+        let next = self.next();
+        let State { seen, owned, known, .. } = &mut self.state;
+        let nobodys = seen.iter().filter(|(inner, _)| !owned.contains_key(inner));
+        let found = matching::find(sighting, &nobodys.map(|(inner, seen)| (*inner, seen)));
+        let asked = |inner: &Inner| known.get(inner).and_then(|known| known.asked);
+        let is_late = |(inner, seen): &(&Inner, &Sighting)| {
+            let is_begun = asked(inner).is_some_and(|asked| next < asked.last.plus(BEGUN));
+            is_begun && owned.contains_key(inner) && sighting.is_certainly(seen)
+        };
+        let found = found.or_else(|| seen.iter().find(is_late).map(|(inner, _)| *inner));
+        if let Some((inner, known)) = found.and_then(|inner| Some((inner, known.get_mut(&inner)?))) {
+            (known.strange_since, known.asked, known.kept) = (None, None, Some(next));
+            owned.remove(&inner);
+        }
     }
 
     fn offer(&self, inner: Inner) -> Option<Offer> {

@@ -15,7 +15,9 @@ use super::numbers::{Numbers, numbers_office};
 use super::public::{Public, publish};
 use crate::picture::{Picture, PictureTrack};
 use crate::territory::{CellName, Outline};
+use fusion::frames::TangentPlane;
 use fusion::integrity::Assessment;
+use fusion::operational::{Acquaintance, Name};
 use fusion::slots::Slot;
 use fusion::{Engine, Identity};
 
@@ -23,19 +25,24 @@ use fusion::{Engine, Identity};
 const AGAIN: i64 = 4;
 /// and to another cell after so many.
 const PATIENCE: i64 = 16;
-/// Far inside a cell an aircraft that nobody has offered is asked after when it has been there for so many slots.
+/// An aircraft in a cell that nobody has offered is asked after when it has been there for so many slots, and again after
+/// [`AGAIN`].
 const STRANGE: i64 = 4;
 /// What may have been offered before it was seen here begins after so many slots, if it is not offered again.
 const HELD: i64 = 2 * AGAIN;
-/// It is nobody's where that is not answered for so many.
-const ANSWERED: i64 = 8;
+/// It is nobody's where that is not answered for so many: 4 s, longer than letters take there and back.
+const ANSWERED: i64 = 16;
+/// Who keeps it near a border is asked again after so many: 10 s.
+const KEPT: i64 = 40;
+/// What was begun because nobody answered gives way to who keeps it after all, for so many slots: 20 s.
+const BEGUN: i64 = 80;
 /// What was not seen for so many slots has ended: 10 min.
 const ENDED: i64 = 2400;
 /// Letters of so many slots are written again by who takes over: 20 s, longer than an owner stands still and its lease lasts.
 const SENT: i64 = 80;
 /// A number is its aircraft's for so many slots more: 24 h.
 const RESTS: i64 = 345_600;
-/// What is known of a transponder is written again after so many slots while it is near: 10 s.
+/// What is known of an aircraft is written again when it comes back after so many slots: 10 s.
 const KNOWN_AGAIN: i64 = 40;
 /// Letters older than so many slots are not told apart from those handled before: 2 min.
 const REMEMBERED: i64 = 480;
@@ -43,6 +50,15 @@ const REMEMBERED: i64 = 480;
 const PER_TRANSPONDER: u32 = 10_000;
 /// Ids count on from here with a new cell: more than are given in a slot.
 const IDS_PER_SLOT: u64 = 16;
+
+/// An engine, and the frame of its positions.
+#[derive(Clone, Copy, Debug)]
+pub struct View<'a> {
+    /// The engine.
+    pub engine: &'a Engine,
+    /// Its frame.
+    pub frame: &'a TangentPlane,
+}
 
 /// Aircraft of a cell, and its neighbours' letters.
 #[derive(Debug)]
@@ -66,7 +82,7 @@ pub struct Counts {
     pub given: u64,
     /// Offers of what is not seen here.
     pub unknown: u64,
-    /// Aircraft far inside that nobody had offered.
+    /// Aircraft that nobody had offered.
     pub asked: u64,
     /// Aircraft that had an id here already when they were offered under another one.
     pub renamed: u64,
@@ -86,12 +102,12 @@ struct State {
     numbers: Numbers,
     /// Of the engine's aircraft those that are this cell's.
     owned: BTreeMap<Inner, Owned>,
-    /// All aircraft of the engine: when each was seen last, and since when it is far inside and nobody's.
+    /// All aircraft of the engine: when each was seen last, and since when it is inside and nobody's.
     known: BTreeMap<Inner, Known>,
     /// Those of the last picture.
     seen: BTreeMap<Inner, Sighting>,
-    /// When what is known of an aircraft's transponder was written to a neighbour last.
-    written: BTreeMap<(Inner, CellName), Slot>,
+    /// When an aircraft or a radar track was last where a neighbour sees it, who was written what is known of it.
+    written: BTreeMap<(Name, CellName), Slot>,
     /// Offers of what was not seen here: when, by id.
     unseen: BTreeMap<String, (Slot, Sighting)>,
     /// Where those went that were this cell's.
@@ -140,9 +156,18 @@ struct Offered {
 struct Known {
     seen: Slot,
     strange_since: Option<Slot>,
-    asked: Option<Slot>,
+    asked: Option<Asked>,
+    /// When somebody who keeps it near the border has last said so.
+    kept: Option<Slot>,
     /// Since when it may be one that was offered before it was seen here.
     held: Option<Slot>,
+}
+
+/// When it was asked whose an aircraft is; of one of this cell: it was begun because nobody answered.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Asked {
+    first: Slot,
+    last: Slot,
 }
 
 impl Border {
@@ -229,6 +254,7 @@ impl Border {
             }
             Word::Gone { id } => self.state.owned.retain(|_, owned| owned.public.id != id),
             Word::Ask(sighting) => self.asked(&sighting, &letter.from),
+            Word::Kept(sighting) => self.kept(&sighting),
             Word::Block { first } => {
                 self.state.numbers.add_block(first);
                 self.state.wanted = None;
@@ -257,7 +283,7 @@ impl Border {
         &mut self,
         picture: &mut Picture,
         now: Option<&mut Picture>,
-        engine: &Engine,
+        view: &View<'_>,
         mut words: Vec<(CellName, Word)>,
     ) -> Vec<Letter> {
         let slot = picture.slot;
@@ -271,7 +297,7 @@ impl Border {
         self.end(slot);
         words.append(&mut self.state.answers);
         self.offer_all(picture, slot, &mut words);
-        self.write_known(picture, slot, engine, &mut words);
+        self.write_known(picture, slot, view, &mut words);
         if self.state.numbers.are_few() && self.state.wanted.is_none_or(|last| slot >= last.plus(40)) {
             self.state.wanted = Some(slot);
             words.push((numbers_office(), Word::Wanted));
@@ -310,6 +336,7 @@ impl Border {
             seen: slot,
             strange_since: None,
             asked: None,
+            kept: None,
             held: None,
         });
         known.seen = slot;
@@ -328,25 +355,35 @@ impl Border {
             return;
         }
         if !self.region.contains(track.position) {
-            (known.strange_since, known.asked) = (None, None);
+            // Just over the border it may be back in the next slot.
+            if self.region.is_left(track.position) {
+                (known.strange_since, known.asked, known.kept) = (None, None, None);
+            }
             return;
         }
-        let is_answered = |asked: Slot| slot < asked.plus(ANSWERED);
         let sighting = Sighting::of(track, slot);
         if is_new && self.state.unseen.values().any(|(_, offered)| offered.may_have_been(&sighting)) {
             // Its owner sees it again, too, and will offer it again.
             known.held = Some(slot);
         }
         let is_held = known.held.take_if(|since| slot >= since.plus(HELD)).is_some();
-        if is_held || known.asked.is_some_and(|asked| !is_answered(asked)) || (is_new && known.held.is_none())
-        {
+        if is_held || (is_new && known.held.is_none()) {
             return self.give_birth(track, slot);
         }
-        if !self.region.is_deep(track.position) {
-            known.strange_since = None;
-        } else if slot >= known.strange_since.get_or_insert(slot).plus(STRANGE) && known.asked.is_none() {
-            known.asked = Some(slot);
-            self.counts.asked += 1;
+        let is_deep = self.region.is_deep(track.position);
+        if known.kept.is_some_and(|kept| !is_deep && slot < kept.plus(KEPT)) {
+            return;
+        }
+        // What was asked before it was away for a while is forgotten.
+        known.asked = known.asked.filter(|asked| slot <= asked.last.plus(ANSWERED));
+        if known.asked.is_some_and(|asked| slot >= asked.first.plus(ANSWERED)) {
+            return self.give_birth(track, slot);
+        }
+        let is_strange = slot >= known.strange_since.get_or_insert(slot).plus(STRANGE);
+        if is_strange && known.asked.is_none_or(|asked| slot >= asked.last.plus(AGAIN)) {
+            self.counts.asked += u64::from(known.asked.is_none());
+            let first = known.asked.map_or(slot, |asked| asked.first);
+            known.asked = Some(Asked { first, last: slot });
             let asks = self.region.neighbours().map(|to| (to.clone(), Word::Ask(sighting.clone())));
             self.state.answers.extend(asks);
         }
@@ -394,35 +431,42 @@ impl Border {
         known.retain(|_, known| known.seen >= before);
         owned.retain(|inner, owned| known.contains_key(inner) || owned.from > slot);
         given.retain(|_, (_, since)| *since >= before);
-        written.retain(|_, last| *last >= before);
+        written.retain(|_, last| slot < last.plus(KNOWN_AGAIN));
         let forgotten = numbers.turn(slot.plus(-RESTS));
         answers.extend(
             forgotten.into_iter().map(|identity| (numbers_office(), Word::Number { identity, number: None })),
         );
     }
 
-    /// Writes what is known of transponders to who will hear them soon.
+    /// Writes what the engine knows of who is in the cell to those who begin to see them, and of whom it offers with the offer.
     fn write_known(
         &mut self,
         picture: &Picture,
         slot: Slot,
-        engine: &Engine,
+        View { engine, frame }: &View<'_>,
         words: &mut Vec<(CellName, Word)>,
     ) {
-        let State { owned, written, .. } = &mut self.state;
+        let Self { region, state, .. } = self;
+        let is_own = |place| region.contains(frame.to_geodetic(place));
+        let mut write = |known: Option<Acquaintance>, to: &CellName| {
+            words.extend(known.map(|known| (to.clone(), Word::Known(Box::new(known)))));
+        };
         for track in &picture.tracks {
-            let inner = Inner::of(track);
-            let Some(identity) = track.point.source.transponder().map(|part| part.identity) else { continue };
-            let Some(owned) = owned.get(&inner).filter(|owned| owned.is_published(slot)) else { continue };
-            // With the offer, so that nothing is learnt between.
-            let is_offered = owned.offered.as_ref().is_some_and(|offered| offered.last == slot);
-            for to in self.region.will_see(track.position) {
-                let last = written.get(&(inner, to.clone()));
-                if (is_offered || last.is_none_or(|last| slot >= last.plus(KNOWN_AGAIN)))
-                    && let Some(values) = engine.transponder_values(identity)
-                {
-                    written.insert((inner, to.clone()), slot);
-                    words.push((to.clone(), Word::Known(Box::new(values))));
+            let offered = state.owned.get(&Inner::of(track)).and_then(|owned| owned.offered.as_ref());
+            if let Some(offered) = offered.filter(|offered| offered.last == slot)
+                && let Some(name) = engine.numbered(track.point.number)
+            {
+                // What is around it there its own cell knows best.
+                write(engine.acquaintance(name, |_| false), &offered.to);
+            }
+        }
+        if slot.0.rem_euclid(AGAIN) != 0 {
+            return;
+        }
+        for (name, place) in engine.names().into_iter().filter(|(_, place)| is_own(*place)) {
+            for to in region.who_see(frame.to_geodetic(place)) {
+                if state.written.insert((name, to.clone()), slot).is_none() {
+                    write(engine.acquaintance(name, is_own), to);
                 }
             }
         }

@@ -1,3 +1,5 @@
+mod nobodys;
+
 use super::*;
 use crate::cluster::region::letter::Offer;
 use crate::territory::Territory;
