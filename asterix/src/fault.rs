@@ -42,11 +42,13 @@ pub enum FaultKind {
     LengthZero,
     /// An item goes on over more extensions than [`crate::Chain::MAX_OCTETS`] allows.
     ChainTooLong,
+    /// The item that says which profile the record follows (I001/020, I007/410) is missing, or says none.
+    NoProfile,
 }
 
 impl FaultKind {
     /// Every kind, for tables of counters.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::BlockTooShort,
         Self::BlockPastEnd,
         Self::FspecPastEnd,
@@ -58,6 +60,7 @@ impl FaultKind {
         Self::NoRepetitionCount,
         Self::LengthZero,
         Self::ChainTooLong,
+        Self::NoProfile,
     ];
 
     /// A short name that stays the same over releases, for counters: `"item_past_end"`.
@@ -74,6 +77,7 @@ impl FaultKind {
             Self::NoRepetitionCount => "no_repetition_count",
             Self::LengthZero => "length_zero",
             Self::ChainTooLong => "chain_too_long",
+            Self::NoProfile => "no_profile",
         }
     }
 }
@@ -96,6 +100,7 @@ impl fmt::Display for FaultKind {
             Self::NoRepetitionCount => "the block ends before the item's repetition count",
             Self::LengthZero => "the length octet is 0, although it counts itself",
             Self::ChainTooLong => "the item has more extensions than any edition defines",
+            Self::NoProfile => "nothing says which of the category's profiles the record follows",
         })
     }
 }

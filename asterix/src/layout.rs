@@ -7,6 +7,7 @@ use std::fmt;
 
 use crate::bits;
 use crate::fault::FaultKind;
+use crate::uap::UapItem;
 use crate::variable::{Chain, Explicit};
 
 /// A run of bits in an item.
@@ -36,7 +37,7 @@ pub enum Kind {
     Quantity(Quantity),
     /// Octal digits, three bits each: Mode 1, 2, 3/A and C codes.
     Octal,
-    /// Bits without an inner order, four to a hexadecimal digit.
+    /// Bits without an inner order, four to a hexadecimal digit; those of more than 64 begin with an octet.
     Hex,
     /// A 24-bit aircraft address: hexadecimal, by custom in capital letters.
     Address,
@@ -46,6 +47,31 @@ pub enum Kind {
     Icao,
     /// This number and no other: how a layout of a special purpose field is recognised.
     Constant(u64),
+    /// What another field says; a whole number where it says none of it.
+    Depends(&'static Dependence),
+}
+
+/// What a field is, as one that stands before it among the same fields says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dependence {
+    /// The key of that field.
+    pub on: &'static str,
+    /// What it says, and this field then: without a number, of as many bits.
+    pub cases: &'static [(u64, Field)],
+}
+
+impl Dependence {
+    /// The field that is meant by the octets, of which `fields` begin at bit `at`; `None` where no case is.
+    pub fn case(&self, fields: &[Field], octets: &[u8], mut at: usize) -> Option<&'static Field> {
+        for field in fields {
+            if field.key == self.on {
+                let said = field.count(octets, at);
+                return self.cases.iter().find(|(value, _)| *value == said).map(|(_, case)| case);
+            }
+            at += usize::from(field.bits);
+        }
+        None
+    }
 }
 
 /// How a count becomes a physical value.
@@ -86,6 +112,9 @@ pub enum Layout {
     /// I129/120 alone: these fields, which are one octet, and two more octets or none; see
     /// [`crate::cat129::OperationalRisk`].
     OneOrThree(&'static [Field]),
+    /// Random field sequencing, in the oldest categories: one octet that counts, then that many times the field reference
+    /// number of one of these items and that item.
+    Sequence(&'static [UapItem]),
 }
 
 /// A part of a compound item.
@@ -199,6 +228,16 @@ impl Layout {
                 0 => return Err(FaultKind::LengthZero),
                 length => usize::from(length),
             },
+            Self::Sequence(items) => {
+                let count = *octets.first().ok_or(FaultKind::NoRepetitionCount)?;
+                let mut length = 1;
+                for _ in 0..count {
+                    let frn = *octets.get(length).ok_or(FaultKind::ItemPastEnd)?;
+                    let item = items.iter().find(|item| item.frn == frn).ok_or(FaultKind::ReservedFrn)?;
+                    length += 1 + item.layout.measure(&octets[length + 1..])?;
+                }
+                length
+            }
             Self::Compound(subfields) => {
                 let primary = Self::primary(subfields, octets)?;
                 let mut length = primary.len();
@@ -368,6 +407,10 @@ mod tests {
             Subfield::UNDEFINED,
         ]);
         const LONG: Layout = Layout::Compound(&[Subfield { key: "a", layout: TWO }; 9]);
+        const SEQUENCE: Layout = Layout::Sequence(&[
+            UapItem { frn: 3, item: "030", name: "", layout: TWO },
+            UapItem { frn: 9, item: "090", name: "", layout: THREE },
+        ]);
         let full = [0x01; 17];
         for (layout, octets, expected) in [
             (TWO, &[0, 0, 0][..], Ok(2)),
@@ -402,6 +445,13 @@ mod tests {
             (LONG, &[0x01, 0x20, 0, 0][..], Err(FaultKind::ReservedSubfield)),
             (LONG, &[0x01, 0x81, 0, 0][..], Err(FaultKind::PrimarySubfieldExtended)),
             (LONG, &[0x01][..], Err(FaultKind::ItemPastEnd)),
+            (SEQUENCE, &[0][..], Ok(1)),
+            (SEQUENCE, &[2, 3, 0, 0, 9, 1, 0, 0, 0, 7][..], Ok(9)),
+            (SEQUENCE, &[2, 3, 0, 0, 9][..], Err(FaultKind::NoRepetitionCount)),
+            (SEQUENCE, &[2, 3, 0, 0][..], Err(FaultKind::ItemPastEnd)),
+            (SEQUENCE, &[1, 3, 0][..], Err(FaultKind::ItemPastEnd)),
+            (SEQUENCE, &[1, 4, 0, 0][..], Err(FaultKind::ReservedFrn)),
+            (SEQUENCE, &[][..], Err(FaultKind::NoRepetitionCount)),
         ] {
             assert_eq!(layout.measure(octets), expected, "{layout:?} of {octets:02x?}");
         }

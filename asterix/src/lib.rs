@@ -15,6 +15,7 @@
 //! | CAT063, sensor status reports | part 10, edition 1.7 | [13](cat063::Record) | [`cat063`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
 //! | CAT065, service status reports | part 15, edition 1.6 | [9](cat065::Record) | [`cat065`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
 //! | CAT129, UAS identification and target reports | part 29, edition 1.2 | [15](cat129::Record) | [`cat129`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
+//! | every category that has a public definition, with the feature `all` | 28, in 69 editions | | `all` |
 //! | what can be wrong | | | [`Fault`], [`FaultKind`], [`BuildError`] |
 //!
 //! The number of items leads to their table, which is made from the declaration of the record: place in the record, number,
@@ -90,6 +91,8 @@ mod uap;
 mod variable;
 
 pub mod aircraft;
+#[cfg(feature = "all")]
+pub mod all;
 pub mod cat015;
 pub mod cat021;
 pub mod cat034;
@@ -104,7 +107,7 @@ pub use fault::{Fault, FaultKind};
 pub use fspec::Fspec;
 
 pub use items::{DataSource, TimeOfDay};
-pub use layout::{Contents, Describe, Field, Kind, Layout, Quantity, Subfield, octets_of};
+pub use layout::{Contents, Dependence, Describe, Field, Kind, Layout, Quantity, Subfield, octets_of};
 pub use parts::Parts;
 pub use record::{BuildError, Record};
 pub use subfields::Repeated;

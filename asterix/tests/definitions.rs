@@ -85,6 +85,18 @@ fn layouts_are_those_of_the_definitions() {
     }
 }
 
+/// The tables of what has no types are what `make.py` makes of the definitions.
+#[test]
+fn tables_are_those_of_the_definitions() {
+    let Some(folder) = recordings::shared_data() else { return };
+    let make = concat!(env!("CARGO_MANIFEST_DIR"), "/definitions/make.py");
+    let mut command = std::process::Command::new("python3");
+    let Ok(done) = command.arg(make).arg(folder.join("../asterix/specs")).arg("--check").output() else {
+        return eprintln!("skipped: there is no python3");
+    };
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stdout));
+}
+
 /// Whether our table has a name for a code.
 type Named = fn(u8) -> bool;
 

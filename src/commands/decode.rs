@@ -6,16 +6,19 @@ use std::collections::BTreeMap;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use asterix::cat021::Edition;
-use asterix::{Block, Fault, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
+use asterix::all::Definition;
+use asterix::{
+    Block, Fault, Located, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129,
+};
 
+use super::edition::{EditionOf, editions};
 use super::{CommandResult, Outcome, Usage, lost_frames};
 use crate::app::Failure;
 use crate::capture::{Capture, Contents, Datagram, Gaps};
 use crate::gateways::remote_id::{Line, is_broadcast, is_lines, lines};
 use crate::json::{
-    Named, Place, REMOTE_ID, SKIPPED, write_block, write_fault, write_messages, write_record, write_refused,
-    write_skipped, write_trailer,
+    Editions, Named, Place, REMOTE_ID, Reading, SKIPPED, write_block, write_fault, write_messages,
+    write_record, write_refused, write_skipped, write_trailer, write_untyped,
 };
 use crate::pipeline::LineFault;
 use tables::Tables;
@@ -52,9 +55,10 @@ impl Format {
 ///
 /// What cannot be read: {"error":{"kind":…, "offset":…, "detail":…}, "offset":…, "block":…, "cat":…, "hex":…}, and decoding
 /// goes on with the next block. Where octets of a raw file or a FINAL recording were lost, added or changed, the next block is
-/// looked for, and what is between is such a line of kind `skipped`, or several. A block of a category other than 15, 21,
-/// 34, 48, 62, 63, 65 and 129: its octets as `hex`, without `items`. Octets that a sender puts behind the blocks of each datagram:
+/// looked for, and what is between is such a line of kind `skipped`, or several. A block of a category that has no public
+/// definition: its octets as `hex`, without `items`. Octets that a sender puts behind the blocks of each datagram:
 /// {"trailer":8, "offset":…, "block":…, "hex":…}.
+/// A line says its `edition` where `encode` would else take it for another one.
 /// With several inputs each line names its file, as `input`.
 ///
 /// A message of Remote ID (ASTM F3411), of a Wi-Fi or Bluetooth capture or a gateway's line: {"time":…, "offset":…, "block":…,
@@ -74,9 +78,13 @@ pub struct Args {
     /// Look at blocks of this category only; where no block can be made out is still told
     #[arg(long, value_name = "N")]
     pub cat: Option<u8>,
-    /// The edition of CAT021 that the senders follow, 2.1 to 2.7; `info` names the one that fits
-    #[arg(long, value_name = "EDITION", default_value_t)]
-    pub edition: Edition,
+    /// The edition that the senders follow: 1.31 of the category of --cat, else of CAT021 (where `info` names the one that
+    /// fits), or 48:1.31; may be given several times
+    #[arg(long, value_name = "[N:]EDITION")]
+    pub edition: Vec<EditionOf>,
+    /// Read everything by the definitions alone, also the categories whose keys are made by hand: one rule for all keys
+    #[arg(long)]
+    pub untyped: bool,
     /// Stop after this many lines
     #[arg(long, value_name = "N")]
     pub limit: Option<u64>,
@@ -133,13 +141,16 @@ impl Args {
 /// on standard error.
 ///
 /// # Errors
-/// An input cannot be opened, which is found before anything is printed, or cannot be read to its end; or `out` cannot be
-/// written to: a closed pipe comes back as its [`io::Error`].
+/// An edition is none, or an input cannot be opened, which is found before anything is printed; or an input cannot be read to
+/// its end; or `out` cannot be written to: a closed pipe comes back as its [`io::Error`].
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
+    let chosen = if args.untyped { Editions::untyped() } else { Editions::default() };
+    let editions = editions(chosen, &args.edition, args.cat)?;
     let captures = args.inputs.iter().map(|path| Capture::open(path)).collect::<Result<Vec<_>, _>>()?;
     let several = captures.len() > 1;
     let mut printer = Printer {
         args,
+        editions,
         sink: args.sink(out)?,
         left: args.limit.unwrap_or(u64::MAX),
         errors: BTreeMap::new(),
@@ -179,6 +190,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
 
 struct Printer<'a> {
     args: &'a Args,
+    editions: Editions,
     sink: Sink<'a>,
     /// Lines still wanted.
     left: u64,
@@ -264,18 +276,12 @@ impl Printer<'_> {
         for block in blocks(&datagram.payload) {
             match block {
                 Ok(block) if self.args.cat.is_some_and(|wanted| wanted != block.category) => {}
-                Ok(block) => match block.category {
-                    cat015::Record::CATEGORY => self.block::<cat015::Record>(block, (), source)?,
-                    cat021::Record::CATEGORY => {
-                        self.block::<cat021::Record>(block, self.args.edition, source)?;
-                    }
-                    cat034::Record::CATEGORY => self.block::<cat034::Record>(block, (), source)?,
-                    cat048::Record::CATEGORY => self.block::<cat048::Record>(block, (), source)?,
-                    cat062::Record::CATEGORY => self.block::<cat062::Record>(block, (), source)?,
-                    cat063::Record::CATEGORY => self.block::<cat063::Record>(block, (), source)?,
-                    cat065::Record::CATEGORY => self.block::<cat065::Record>(block, (), source)?,
-                    cat129::Record::CATEGORY => self.block::<cat129::Record>(block, (), source)?,
-                    _ => self.unread_block(block, source)?,
+                Ok(block) => match self.editions.of(block.category) {
+                    _ if block.contents().is_empty() => self.unread_block(block, source)?,
+                    Reading::Typed => self.typed(block, source)?,
+                    Reading::Cat021(edition) => self.block::<cat021::Record>(block, edition, source)?,
+                    Reading::Untyped(definition) => self.untyped(block, definition, source)?,
+                    Reading::Unknown => self.unread_block(block, source)?,
                 },
                 Err(fault) => {
                     let place = source.place(fault.offset, fault.offset);
@@ -325,31 +331,69 @@ impl Printer<'_> {
         Ok(())
     }
 
+    /// A block of a category that is read as its typed record; each has a line here.
+    fn typed(&mut self, block: Block<'_>, source: Source<'_>) -> io::Result<()> {
+        match block.category {
+            cat015::Record::CATEGORY => self.block::<cat015::Record>(block, (), source),
+            cat034::Record::CATEGORY => self.block::<cat034::Record>(block, (), source),
+            cat048::Record::CATEGORY => self.block::<cat048::Record>(block, (), source),
+            cat062::Record::CATEGORY => self.block::<cat062::Record>(block, (), source),
+            cat063::Record::CATEGORY => self.block::<cat063::Record>(block, (), source),
+            cat065::Record::CATEGORY => self.block::<cat065::Record>(block, (), source),
+            cat129::Record::CATEGORY => self.block::<cat129::Record>(block, (), source),
+            _ => self.unread_block(block, source),
+        }
+    }
+
     fn block<R: Record<Edition: Named>>(
         &mut self,
         block: Block<'_>,
         edition: R::Edition,
         source: Source<'_>,
     ) -> io::Result<()> {
-        if block.contents().is_empty() {
-            return self.unread_block(block, source);
-        }
+        let (received, hex) = (source.datagram.received, self.args.hex);
+        self.records(block, source, block.records_in::<R>(edition), |sink, record, octets, place| {
+            sink.write(
+                |line| write_record(line, record, edition, octets, place, received, hex),
+                |tables| tables.record(record, edition, octets, place, received, hex),
+            )
+        })
+    }
+
+    fn untyped(
+        &mut self,
+        block: Block<'_>,
+        definition: &'static Definition,
+        source: Source<'_>,
+    ) -> io::Result<()> {
+        let (received, hex) = (source.datagram.received, self.args.hex);
+        self.records(block, source, definition.records(block), |sink, record, _, place| {
+            sink.write(
+                |line| write_untyped(line, record, place, received, hex),
+                |tables| tables.untyped(record, place, received, hex),
+            )
+        })
+    }
+
+    /// Writes the records of a block, each with its octets, as far as they are wanted, and the fault behind the last.
+    fn records<T>(
+        &mut self,
+        block: Block<'_>,
+        source: Source<'_>,
+        records: impl Iterator<Item = Result<Located<T>, Fault>>,
+        write: impl Fn(&mut Sink<'_>, &T, &[u8], Place<'_>) -> io::Result<()>,
+    ) -> io::Result<()> {
         let end = block.offset + block.octets.len();
         let mut next = end - block.contents().len();
-        for located in block.records_in::<R>(edition) {
+        for located in records {
             let place = source.place(next, block.offset);
             let octets = &source.datagram.payload[next..end];
             match located {
                 Ok(located) => {
                     next += located.length;
                     if !self.args.errors_only && self.left > 0 {
-                        let (octets, hex) = (&octets[..located.length], self.args.hex);
-                        let received = source.datagram.received;
-                        let record = &located.record;
-                        self.write(
-                            |line| write_record(line, record, edition, octets, place, received, hex),
-                            |tables| tables.record(record, edition, octets, place, received, hex),
-                        )?;
+                        self.left -= 1;
+                        write(&mut self.sink, &located.record, &octets[..located.length], place)?;
                     }
                 }
                 Err(fault) => self.fault(fault, place, octets, source)?,

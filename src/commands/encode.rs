@@ -3,10 +3,9 @@
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
-use asterix::cat021::Edition;
-
+use super::edition::{EditionOf, editions};
 use super::{CommandResult, Outcome};
-use crate::json::Encoder;
+use crate::json::{Editions, Encoder};
 
 /// Make ASTERIX of the lines that `decode` prints
 ///
@@ -24,9 +23,9 @@ pub struct Args {
     /// File to write raw ASTERIX to, or - for standard output
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// The edition of CAT021 lines that name none, 2.1 to 2.7
-    #[arg(long, value_name = "EDITION", default_value_t)]
-    pub edition: Edition,
+    /// The edition of lines that name none: of CAT021, 2.1, or of another category, 48:1.31; may be given several times
+    #[arg(long, value_name = "[N:]EDITION")]
+    pub edition: Vec<EditionOf>,
 }
 
 /// A file that cannot be opened or written.
@@ -47,8 +46,9 @@ const LONGEST_LINE: u64 = 16 << 20;
 /// Encodes the input into the output.
 ///
 /// # Errors
-/// A file cannot be opened, read or written.
+/// A file cannot be opened, read or written; or an edition is none.
 pub fn run(args: &Args) -> CommandResult {
+    let encoder = Encoder::new(editions(Editions::default(), &args.edition, None)?);
     let refused = |path: &Path, what| {
         let name = path.display().to_string();
         move |cause| FileError { name, what, cause }
@@ -67,7 +67,6 @@ pub fn run(args: &Args) -> CommandResult {
         let file = std::fs::File::create(&args.output).map_err(refused(&args.output, "created"))?;
         Box::new(file)
     };
-    let encoder = Encoder::new(args.edition);
     encode(encoder, &args.input.display().to_string(), BufReader::new(input), BufWriter::new(output))
 }
 

@@ -9,6 +9,7 @@ pub mod cluster;
 pub mod completions;
 pub mod decode;
 pub mod demo;
+pub mod edition;
 pub mod encode;
 pub mod evaluate;
 pub mod info;

@@ -5,17 +5,17 @@
 
 use std::borrow::Cow;
 
-use asterix::{Contents, Field, Kind, Layout, Record, Subfield, UapItem, items};
+use asterix::{Contents, Field, Kind, Layout, Subfield, UapItem};
 
 use super::table::{Cell, Column, ColumnKind, Table};
 use crate::hex;
-use crate::json::{announced, is_known, item_json, part_octets, scalar_json};
+use crate::json::{announced, is_known, item_json, meant, part_octets, scalar_json};
 
 /// How the records of a category fill columns.
 pub(crate) struct RecordColumns {
     columns: Vec<Column>,
-    /// By field reference number.
-    items: Vec<(u8, Node)>,
+    /// By the numbers of the items.
+    items: Vec<(&'static str, Node)>,
 }
 
 /// Where the parts of an item go; as its layout is built.
@@ -33,14 +33,14 @@ enum Node {
 }
 
 impl RecordColumns {
-    /// Those of records of type `R` and this edition, behind `first`, which other cells go into.
-    pub(crate) fn of<R: Record>(edition: R::Edition, first: Vec<Column>) -> Self {
+    /// Those of records of a category with these items, behind `first`, which other cells go into.
+    pub(crate) fn of(category: u8, items: &'static [UapItem], first: Vec<Column>) -> Self {
         let mut columns = first;
         let node = |item: &UapItem| {
-            let name = format!("I{:03}_{}", R::CATEGORY, item.item);
-            (item.frn, Node::new(&mut columns, &name, &item.layout))
+            let name = format!("I{category:03}_{}", item.item);
+            (item.item, Node::new(&mut columns, &name, &item.layout))
         };
-        let items = R::profile(edition).iter().map(node).collect();
+        let items = items.iter().map(node).collect();
         Self { columns, items }
     }
 
@@ -49,10 +49,14 @@ impl RecordColumns {
         &self.columns
     }
 
-    /// Sets the cells of a record, which these octets are.
-    pub(crate) fn fill<R: Record>(&self, table: &mut dyn Table, edition: R::Edition, octets: &[u8]) {
-        for (item, octets) in items(R::profile(edition), octets) {
-            if let Some((_, node)) = self.items.iter().find(|(frn, _)| *frn == item.frn) {
+    /// Sets the cells of a record of these items, each with its octets.
+    pub(crate) fn fill<'a>(
+        &self,
+        table: &mut dyn Table,
+        items: impl Iterator<Item = (&'static UapItem, &'a [u8])>,
+    ) {
+        for (item, octets) in items {
+            if let Some((_, node)) = self.items.iter().find(|(number, _)| *number == item.item) {
                 node.fill(table, &item.layout, octets);
             }
         }
@@ -68,7 +72,7 @@ impl Node {
                 Self::Parts(parts.iter().map(|fields| add(columns, name, fields)).collect())
             }
             Layout::Compound(subfields) => Self::subfields(columns, name, subfields),
-            Layout::Codes | Layout::Chained(_) | Layout::Repetitive(_) => {
+            Layout::Codes | Layout::Chained(_) | Layout::Repetitive(_) | Layout::Sequence(_) => {
                 Self::Text(add_text(columns, name.to_owned()))
             }
             Layout::Explicit(contents) => {
@@ -163,7 +167,7 @@ impl Node {
 /// Adds the columns of fields; the first one's place.
 fn add(columns: &mut Vec<Column>, name: &str, fields: &[Field]) -> usize {
     let first = columns.len();
-    for field in fields.iter().filter(|field| has_column(field)) {
+    for field in fields.iter().flat_map(meanings).filter(|field| has_column(field)) {
         let name = match (field.key, field.kind) {
             // The only field of an item; where JSON leaves the unit out, it is the second.
             ("", Kind::Quantity(_)) if !has_unit(name) => format!("{name}_s"),
@@ -185,6 +189,15 @@ fn has_unit(name: &str) -> bool {
     name.matches('_').count() > 1
 }
 
+/// The field, or all that it may be; itself last, a whole number where no case is.
+fn meanings(field: &Field) -> impl Iterator<Item = &Field> {
+    let cases = match field.kind {
+        Kind::Depends(dependence) => dependence.cases,
+        _ => &[],
+    };
+    cases.iter().map(|(_, case)| case).chain([field])
+}
+
 fn has_column(field: &Field) -> bool {
     !matches!(field.kind, Kind::Spare | Kind::Constant(_))
 }
@@ -192,24 +205,28 @@ fn has_column(field: &Field) -> bool {
 fn kind(field: &Field) -> ColumnKind {
     match field.kind {
         Kind::Quantity(_) => ColumnKind::Quantity,
-        Kind::Count | Kind::CountOr(_) | Kind::CountFrom(_) if field.bits < 64 => ColumnKind::Count,
+        Kind::Count | Kind::CountOr(_) | Kind::CountFrom(_) | Kind::Depends(_) if field.bits < 64 => {
+            ColumnKind::Count
+        }
         _ => ColumnKind::Text,
     }
 }
 
 /// Sets the cells of fields that begin at this bit; those that mean "unknown" stay null.
 fn set(table: &mut dyn Table, first: usize, fields: &[Field], octets: &[u8], at: usize) {
-    let (mut column, mut at) = (first, at);
+    let (mut column, begin, mut at) = (first, at, at);
     for field in fields {
         let here = at;
         at += usize::from(field.bits);
-        if !has_column(field) {
-            continue;
+        let said = meant(field, fields, octets, begin);
+        for meaning in meanings(field).filter(|field| has_column(field)) {
+            if meaning.key == said.key
+                && let Some(cell) = cell(meaning, octets, here)
+            {
+                table.set(column, cell);
+            }
+            column += 1;
         }
-        if let Some(cell) = cell(field, octets, here) {
-            table.set(column, cell);
-        }
-        column += 1;
     }
 }
 

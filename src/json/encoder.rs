@@ -1,10 +1,10 @@
 //! ASTERIX from the lines of `decode`.
 
-use asterix::cat021::{Edition, UnknownEdition};
-use asterix::{Fspec, Record, UapItem, cat021, profile};
+use asterix::{Fspec, UapItem, profile};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
+use super::editions::{EditionError, Editions, Reading};
 use super::read::{octets, read_item};
 
 /// What is wrong with a line.
@@ -24,7 +24,10 @@ pub enum LineError {
     UnknownCategory(u8),
     /// An edition that is not known.
     #[error("`edition`: {0}")]
-    UnknownEdition(#[from] UnknownEdition),
+    Edition(#[from] EditionError),
+    /// The item is not there, or does not say, which of several profiles the record follows.
+    #[error("item {0} must say which profile of its category the record follows")]
+    NoProfile(&'static str),
     /// An item that its category does not define.
     #[error("category {category:03} has no item {item}")]
     UnknownItem {
@@ -69,6 +72,8 @@ struct Line {
     block: Option<u64>,
     cat: Option<u8>,
     edition: Option<String>,
+    #[serde(default)]
+    untyped: bool,
     fspec: Option<Value>,
     items: Option<Map<String, Value>>,
     hex: Option<Value>,
@@ -86,17 +91,17 @@ pub struct Encoder {
     /// The block that is being made, LEN not yet set, and what it was called.
     block: Vec<u8>,
     key: Option<Key>,
-    /// That of CAT021 lines that name none.
-    edition: Edition,
+    /// Those of lines that name none.
+    editions: Editions,
 }
 
 /// Octets of CAT and LEN.
 const HEADER: usize = 3;
 
 impl Encoder {
-    /// One that takes CAT021 lines which name no edition as those of this one.
-    pub fn new(edition: Edition) -> Self {
-        Self { edition, ..Self::default() }
+    /// One that takes lines which name no edition as those of these.
+    pub fn new(editions: impl Into<Editions>) -> Self {
+        Self { editions: editions.into(), ..Self::default() }
     }
 
     /// Takes a line, and appends to `out` the block before it, if that is now complete.
@@ -109,8 +114,12 @@ impl Encoder {
         let key = line.block.map(|block| (line.input, block));
         if let Some(items) = &line.items {
             let category = line.cat.ok_or(LineError::NoCategory)?;
-            let edition = line.edition.as_deref().map_or(Ok(self.edition), str::parse)?;
-            let record = encode_record(category, edition, items, line.fspec.as_ref())?;
+            let reading = match &line.edition {
+                Some(edition) => Reading::named(category, edition, line.untyped)?,
+                None => self.editions.of(category),
+            };
+            let uap = uap_of(category, reading, items)?;
+            let record = encode_record(category, uap, items, line.fspec.as_ref())?;
             return self.append(key, category, &record, out);
         }
         let hex = line.hex.as_ref().ok_or(LineError::Nothing)?;
@@ -164,17 +173,38 @@ impl Encoder {
     }
 }
 
-/// The octets of a record with these items.
+/// The profile that a record with these items follows.
+fn uap_of(
+    category: u8,
+    reading: Reading,
+    items: &Map<String, Value>,
+) -> Result<&'static [UapItem], LineError> {
+    let definition = match reading {
+        Reading::Typed => return profile(category).ok_or(LineError::UnknownCategory(category)),
+        Reading::Cat021(edition) => return Ok(edition.profile()),
+        Reading::Unknown => return Err(LineError::UnknownCategory(category)),
+        Reading::Untyped(definition) => definition,
+    };
+    let mut octets = None;
+    let chosen_by = definition.chosen_by();
+    if let Some(item) = chosen_by
+        && let Some(value) = items.get(item.item)
+    {
+        let out = octets.insert(Vec::new());
+        read_item(out, &item.layout, value)
+            .map_err(|trouble| LineError::Item { item: item.item, trouble })?;
+    }
+    let number = chosen_by.map_or("", |item| item.item);
+    definition.chosen(octets.as_deref()).ok_or(LineError::NoProfile(number))
+}
+
+/// The octets of a record of this profile with these items.
 fn encode_record(
     category: u8,
-    edition: Edition,
+    uap: &'static [UapItem],
     items: &Map<String, Value>,
     fspec: Option<&Value>,
 ) -> Result<Vec<u8>, LineError> {
-    let uap = match category {
-        cat021::Record::CATEGORY => edition.profile(),
-        _ => profile(category).ok_or(LineError::UnknownCategory(category))?,
-    };
     if let Some(item) = items.keys().find(|key| uap.iter().all(|item| item.item != key.as_str())) {
         return Err(LineError::UnknownItem { category, item: item.clone() });
     }

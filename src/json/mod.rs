@@ -11,26 +11,32 @@
 //!
 //! Messages of Remote ID have the names of their standard (`remote_id.rs`).
 //!
-//! All else follows from the layouts of [`asterix::profile`]: nothing here knows a category.
+//! Categories and editions without a typed record are printed by the same rules; a line says its edition, and their keys are
+//! those of [`asterix::all`].
+//!
+//! All else follows from the layouts of [`asterix::profile`] and [`asterix::all`]: nothing here knows a category.
 
 mod characters;
+mod editions;
 mod encoder;
 mod read;
 mod remote_id;
 mod values;
 mod write;
 
-use asterix::{Fault, Fspec, Record, cat021, items};
+use asterix::all::Untyped;
+use asterix::{DataSource, Fault, Fspec, Record, TimeOfDay, UapItem, cat021, items};
 
 use crate::normalise::nearest_day;
 use fusion::time::Time;
 use values::{write_hex, write_integer};
 use write::{Object, write_item};
 
+pub use editions::{EditionError, Editions, Reading};
 pub use encoder::{Encoder, LineError};
 pub use remote_id::{REMOTE_ID, write_messages, write_refused};
 pub(crate) use values::rounded;
-pub(crate) use write::{announced, is_known, item_json, part_octets, scalar_json};
+pub(crate) use write::{announced, is_known, item_json, meant, part_octets, scalar_json};
 
 /// Where the octets of a line stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,20 +60,75 @@ pub fn write_record<R: Record<Edition: Named>>(
     received: Option<Time>,
     hex: bool,
 ) {
-    let mut line = Line::open(out, time_of(record, received), place, Some(R::CATEGORY));
-    if let Some(source) = record.data_source() {
+    let head = Head {
+        time: dated(record.time_of_day(), received),
+        place,
+        category: R::CATEGORY,
+        source: record.data_source(),
+        edition: edition.name(),
+        untyped: false,
+    };
+    write_items(out, &head, items(R::profile(edition), octets), octets, hex);
+}
+
+/// The same of a record without a type. Its edition is always said; and `untyped`, where [`Encoder`] would take it for one with.
+pub fn write_untyped(
+    out: &mut Vec<u8>,
+    record: &Untyped<'_>,
+    place: Place<'_>,
+    received: Option<Time>,
+    hex: bool,
+) {
+    let definition = record.definition();
+    let head = Head {
+        time: dated(record.time_of_day(), received),
+        place,
+        category: definition.category(),
+        source: record.data_source(),
+        edition: Some(definition.name()),
+        untyped: !matches!(
+            Reading::named(definition.category(), definition.name(), false),
+            Ok(Reading::Untyped(_))
+        ),
+    };
+    write_items(out, &head, record.items(), record.octets(), hex);
+}
+
+/// What a line says before the items.
+struct Head<'a> {
+    time: Option<Time>,
+    place: Place<'a>,
+    category: u8,
+    source: Option<DataSource>,
+    edition: Option<&'a str>,
+    untyped: bool,
+}
+
+fn write_items<'a>(
+    out: &mut Vec<u8>,
+    head: &Head<'_>,
+    items: impl Iterator<Item = (&'static UapItem, &'a [u8])>,
+    octets: &[u8],
+    hex: bool,
+) {
+    let mut line = Line::open(out, head.time, head.place, Some(head.category));
+    if let Some(source) = head.source {
         line.number("sac", source.sac.into());
         line.number("sic", source.sic.into());
     }
-    if let Some(edition) = edition.name() {
+    if let Some(edition) = head.edition {
         line.text("edition", edition);
+    }
+    if head.untyped {
+        line.0.key("untyped");
+        line.0.out.extend_from_slice(b"true");
     }
     if let Some(fspec) = Fspec::read(octets).ok().filter(|fspec| fspec.padding() > 0) {
         line.hex("fspec", &octets[..fspec.length()]);
     }
     line.0.key("items");
     let mut object = Object::open(line.0.out);
-    for (item, octets) in items(R::profile(edition), octets) {
+    for (item, octets) in items {
         object.key(item.item);
         write_item(object.out, &item.layout, octets);
     }
@@ -78,10 +139,10 @@ pub fn write_record<R: Record<Edition: Named>>(
     line.close();
 }
 
-/// When a record was made that was received at `received`; `None` where either is not known.
-pub(crate) fn time_of<R: Record>(record: &R, received: Option<Time>) -> Option<Time> {
+/// When a record was made with this time of day that was received at `received`; `None` where either is not known.
+pub(crate) fn dated(time_of_day: Option<TimeOfDay>, received: Option<Time>) -> Option<Time> {
     // The day is that of the reception, or the next or the last, whichever is nearest.
-    nearest_day(record.time_of_day()?.count(), received?)
+    nearest_day(time_of_day?.count(), received?)
 }
 
 /// An edition as a line says it.

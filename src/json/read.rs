@@ -1,10 +1,10 @@
 //! Items from JSON: the inverse of the walk that prints them.
 
-use asterix::{Chain, Contents, Field, Kind, Layout, Subfield, octets_of};
+use asterix::{Chain, Contents, Field, Kind, Layout, Subfield, UapItem, octets_of};
 use serde_json::{Map, Value};
 
 use super::characters;
-use super::write::{PRIMARY, part_octets};
+use super::write::{PRIMARY, meant, part_octets};
 
 /// What is wrong with the value of an item, in words that begin where a path to it ends: `rho_m: …`.
 pub(super) type Trouble = String;
@@ -17,7 +17,7 @@ pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: &Value) -> Re
             let mut object = Members::of(value)?;
             let undescribed = object.take("undescribed").map(octets).transpose()?;
             object.fields(out, fields)?;
-            object.end(fields.iter().map(|field| field.key))?;
+            object.end(keys(fields))?;
             match undescribed {
                 Some(octets) if octets.len() != 2 => Err("undescribed: must be two octets".to_owned()),
                 Some(octets) => {
@@ -38,7 +38,7 @@ pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: &Value) -> Re
                 out.resize(at + part_octets(fields), 0);
                 let mut object = Members::of(part)?;
                 object.put(&mut out[at..], fields).map_err(|trouble| format!("[{index}] {trouble}"))?;
-                object.end(fields.iter().map(|field| field.key))?;
+                object.end(keys(fields))?;
                 *out.last_mut().expect("a part has octets") |= u8::from(index + 1 < parts.len());
             }
             Ok(())
@@ -62,6 +62,14 @@ pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: &Value) -> Re
             }
             Ok(())
         }
+        Layout::Sequence(items) => {
+            let parts = value.as_array().ok_or("must be an array of items")?;
+            out.push(u8::try_from(parts.len()).map_err(|_| "has more than 255 items")?);
+            for (index, part) in parts.iter().enumerate() {
+                read_listed(out, items, part).map_err(|trouble| format!("[{index}] {trouble}"))?;
+            }
+            Ok(())
+        }
         Layout::Compound(subfields) => {
             let mut object = Members::of(value)?;
             let given = object.take(PRIMARY).map(octets).transpose()?;
@@ -81,6 +89,30 @@ pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: &Value) -> Re
         }
         Layout::Explicit(contents) => read_explicit(out, contents, value),
     }
+}
+
+/// One of these items, behind its field reference number: an object of one member.
+fn read_listed(out: &mut Vec<u8>, items: &[UapItem], value: &Value) -> Result<(), Trouble> {
+    let object =
+        value.as_object().filter(|object| object.len() == 1).ok_or("must be an object of one item")?;
+    for (number, value) in object {
+        let item = items.iter().find(|item| item.item == number);
+        let item = item.ok_or_else(|| format!("item {number} is none of this category"))?;
+        out.push(item.frn);
+        read_item(out, &item.layout, value).map_err(|trouble| format!("{number}: {trouble}"))?;
+    }
+    Ok(())
+}
+
+/// The keys of fields, of those that may be several things all.
+fn keys(fields: &[Field]) -> impl Iterator<Item = &str> {
+    fields.iter().flat_map(|field| {
+        let cases = match field.kind {
+            Kind::Depends(dependence) => dependence.cases,
+            _ => &[],
+        };
+        cases.iter().map(|(_, case)| case.key).chain(cases.is_empty().then_some(field.key))
+    })
 }
 
 /// The primary subfield that is given, if it announces the same as the shortest one and has at most so many octets.
@@ -106,7 +138,7 @@ fn read_parts(out: &mut Vec<u8>, parts: &[&[Field]], value: &Value) -> Result<()
         object.put(&mut out[at..], fields)?;
         *out.last_mut().expect("a part has octets") |= u8::from(index < last);
     }
-    object.end(parts.iter().flat_map(|fields| fields.iter().map(|field| field.key)))
+    object.end(parts.iter().flat_map(|fields| keys(fields)))
 }
 
 fn read_extended(out: &mut Vec<u8>, parts: &[&[Field]], value: &Value) -> Result<(), Trouble> {
@@ -126,7 +158,7 @@ fn read_extended(out: &mut Vec<u8>, parts: &[&[Field]], value: &Value) -> Result
         object.put(&mut out[at..], fields)?;
         out[at] |= 1;
     }
-    object.end(parts.iter().flat_map(|fields| fields.iter().map(|field| field.key)))?;
+    object.end(parts.iter().flat_map(|fields| keys(fields)))?;
     match more {
         Some(more) => {
             let ends = more.iter().position(|octet| octet & 1 == 0);
@@ -209,14 +241,16 @@ fn read_fields(out: &mut Vec<u8>, fields: &[Field], value: &Value) -> Result<(),
     }
     let mut object = Members::of(value)?;
     object.fields(out, fields)?;
-    object.end(fields.iter().map(|field| field.key))
+    object.end(keys(fields))
 }
 
 /// Puts a value where its field begins, bit `at`.
 fn put_value(octets: &mut [u8], at: usize, field: &Field, value: &Value) -> Result<(), Trouble> {
     let width = usize::from(field.bits);
-    if matches!(field.kind, Kind::Ascii | Kind::Icao) {
-        let text = text_octets(field.kind, width / 8, value)?;
+    let is_long = field.kind == Kind::Hex && width > 64;
+    if is_long || matches!(field.kind, Kind::Ascii | Kind::Icao) {
+        let text =
+            if is_long { long_octets(width / 8, value) } else { text_octets(field.kind, width / 8, value) }?;
         octets[at / 8..at / 8 + text.len()].copy_from_slice(&text);
         return Ok(());
     }
@@ -226,6 +260,11 @@ fn put_value(octets: &mut [u8], at: usize, field: &Field, value: &Value) -> Resu
     }
     field.set_count(octets, at, count);
     Ok(())
+}
+
+fn long_octets(length: usize, value: &Value) -> Result<Vec<u8>, Trouble> {
+    let octets = octets(value)?;
+    if octets.len() == length { Ok(octets) } else { Err(format!("must be {length} octets")) }
 }
 
 fn text_octets(kind: Kind, length: usize, value: &Value) -> Result<Vec<u8>, Trouble> {
@@ -319,6 +358,8 @@ impl<'a> Members<'a> {
                 field.set_count(octets, here, constant);
                 continue;
             }
+            // What it depends on stands before it.
+            let field = meant(field, fields, octets, 0);
             match self.take(field.key) {
                 Some(value) => put_value(octets, here, field, value)
                     .map_err(|trouble| format!("{}: {trouble}", field.key))?,

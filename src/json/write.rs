@@ -51,6 +51,24 @@ pub(super) fn write_item(out: &mut Vec<u8>, layout: &Layout, octets: &[u8]) {
                 write_fields(out, fields, part);
             });
         }
+        Layout::Sequence(items) => {
+            out.push(b'[');
+            let mut rest = &octets[1..];
+            while let [frn, after @ ..] = rest {
+                // The whole item has been measured.
+                let Some(item) = items.iter().find(|item| item.frn == *frn) else { break };
+                let Ok(length) = item.layout.measure(after) else { break };
+                if rest.len() < octets.len() - 1 {
+                    out.push(b',');
+                }
+                let mut object = Object::open(out);
+                object.key(item.item);
+                write_item(object.out, &item.layout, &after[..length]);
+                object.close();
+                rest = &after[length..];
+            }
+            out.push(b']');
+        }
         Layout::Compound(subfields) => {
             let primary = octets.iter().position(|octet| octet & 1 == 0).map_or(0, |last| last + 1);
             let (primary, rest) = octets.split_at(primary);
@@ -182,6 +200,14 @@ fn write_fields(out: &mut Vec<u8>, fields: &[Field], octets: &[u8]) {
     object.close();
 }
 
+/// The field itself, or what it is as another says, of `fields` that begin at bit `first`.
+pub(crate) fn meant<'a>(field: &'a Field, fields: &[Field], octets: &[u8], first: usize) -> &'a Field {
+    match field.kind {
+        Kind::Depends(dependence) => dependence.case(fields, octets, first).unwrap_or(field),
+        _ => field,
+    }
+}
+
 fn constants_agree(fields: &[Field], octets: &[u8]) -> bool {
     let mut at = 0;
     fields.iter().all(|field| {
@@ -195,6 +221,7 @@ fn constants_agree(fields: &[Field], octets: &[u8]) -> bool {
 fn write_value(out: &mut Vec<u8>, field: &Field, octets: &[u8], at: usize) {
     let width = usize::from(field.bits);
     match field.kind {
+        Kind::Hex if width > 64 => write_hex(out, &octets[at / 8..(at + width) / 8]),
         Kind::Ascii => {
             let text = &octets[at / 8..(at + width) / 8];
             if text.iter().all(|octet| matches!(octet, b' '..=b'~')) {
@@ -288,9 +315,11 @@ impl<'a> Object<'a> {
 
     /// The fields that begin at this bit: spare bits where they are not zero, constants never.
     fn fields(&mut self, fields: &[Field], octets: &[u8], mut at: usize) {
+        let first = at;
         for field in fields {
             let here = at;
             at += usize::from(field.bits);
+            let field = meant(field, fields, octets, first);
             match field.kind {
                 Kind::Spare if field.count(octets, here) == 0 => {}
                 Kind::Constant(_) => {}

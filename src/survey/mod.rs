@@ -18,8 +18,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use asterix::{
-    Block, DataSource, Fault, Record, UapItem, blocks, cat015, cat021, cat034, cat048, cat062, cat063,
-    cat065, cat129,
+    Block, DataSource, Fault, Located, Record, UapItem, blocks, cat015, cat021, cat034, cat048, cat062,
+    cat063, cat065, cat129,
 };
 
 use crate::capture::{Contents, Datagram, Endpoints, Gaps};
@@ -85,7 +85,7 @@ struct Category {
     blocks: u64,
     octets: u64,
     records: Option<u64>,
-    uap: &'static [UapItem],
+    items: &'static [UapItem],
 }
 
 impl Survey {
@@ -159,7 +159,7 @@ impl Survey {
         }
     }
 
-    /// Counts a block; each category that is decoded has a line here.
+    /// Counts a block; each category that has typed records has a line here.
     fn block(&mut self, block: Block<'_>, datagram: &Datagram) {
         let category = self.categories.entry(block.category).or_default();
         category.blocks += 1;
@@ -186,7 +186,14 @@ impl Survey {
             129 => self.read(block, (), datagram, |record: &cat129::Record| {
                 record.serial_number.as_ref().and_then(Target::serial)
             }),
-            _ => {}
+            // Of the others the newest edition.
+            other => {
+                if let Some(category) = asterix::all::category(other) {
+                    let definition = category.newest();
+                    let records = definition.records(block);
+                    self.records(block, definition.items(), records, datagram, Glimpse::of_untyped);
+                }
+            }
         }
     }
 
@@ -198,22 +205,34 @@ impl Survey {
         datagram: &Datagram,
         target: impl Fn(&R) -> Option<Target>,
     ) {
+        let glimpse = |record: &R| Glimpse::of(record, target(record));
+        self.records(block, R::UAP, block.records_in::<R>(edition), datagram, glimpse);
+    }
+
+    /// Counts records of a category with these items.
+    fn records<T>(
+        &mut self,
+        block: Block<'_>,
+        items: &'static [UapItem],
+        located: impl Iterator<Item = Result<Located<T>, Fault>>,
+        datagram: &Datagram,
+        glimpse: impl Fn(&T) -> Glimpse,
+    ) {
         let mut records = 0;
         let end = block.offset + block.octets.len();
         let mut next = end - block.contents().len();
-        for located in block.records_in::<R>(edition) {
+        for located in located {
             match located {
                 Ok(located) => {
                     records += 1;
                     next = located.offset + located.length;
-                    let glimpse = Glimpse::of(&located.record, target(&located.record));
-                    self.record(block.category, &glimpse, located.length, datagram);
+                    self.record(block.category, &glimpse(&located.record), located.length, datagram);
                 }
                 Err(fault) => self.fault(fault, datagram, next..end),
             }
         }
         let category = self.categories.entry(block.category).or_default();
-        category.uap = R::UAP;
+        category.items = items;
         *category.records.get_or_insert(0) += records;
     }
 
@@ -261,7 +280,7 @@ impl Survey {
         let dated = self.dated;
         let all_records = self.categories.values().filter_map(|category| category.records).sum();
         let source = |(&(category, source), counts): (&(u8, Option<DataSource>), &Source)| {
-            let uap = self.categories.get(&category).map_or(&[][..], |category| category.uap);
+            let uap = self.categories.get(&category).map_or(&[][..], |category| category.items);
             counts.report(category, source, uap, dated, all_records)
         };
         let sources: Vec<_> = self.sources.iter().map(source).collect();

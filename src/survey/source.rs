@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use asterix::{DataSource, Fspec, Record, TimeOfDay, UapItem};
+use asterix::all::Untyped;
+use asterix::{DataSource, Record, TimeOfDay, UapItem};
 
 use super::STEP_NS;
 use super::bounded::Bounded;
@@ -16,7 +17,8 @@ use fusion::time::{SECOND, Time};
 
 /// The part of a record, of any category, that a survey uses.
 pub(super) struct Glimpse {
-    pub(super) fspec: Fspec,
+    /// The items that it has: of the category's, the first at the lowest bit.
+    pub(super) items: u64,
     pub(super) source: Option<DataSource>,
     pub(super) time: Option<TimeOfDay>,
     /// Its target, where it names one.
@@ -24,9 +26,24 @@ pub(super) struct Glimpse {
 }
 
 impl Glimpse {
-    pub(super) fn of(record: &impl Record, target: Option<Target>) -> Self {
-        Self { fspec: record.fspec(), source: record.data_source(), time: record.time_of_day(), target }
+    pub(super) fn of<R: Record>(record: &R, target: Option<Target>) -> Self {
+        let fspec = record.fspec();
+        let has = |item: &UapItem| fspec.has(item.frn);
+        let items = present(R::UAP, has);
+        Self { items, source: record.data_source(), time: record.time_of_day(), target }
     }
+
+    /// The same of a record without a type, which names no target.
+    pub(super) fn of_untyped(record: &Untyped<'_>) -> Self {
+        let has = |item: &UapItem| record.items().any(|(other, _)| other.item == item.item);
+        let items = present(record.definition().items(), has);
+        Self { items, source: record.data_source(), time: record.time_of_day(), target: None }
+    }
+}
+
+/// Those of these items that are there, the first at the lowest bit.
+fn present(items: &[UapItem], has: impl Fn(&UapItem) -> bool) -> u64 {
+    items.iter().enumerate().fold(0, |bits, (place, item)| bits | u64::from(has(item)) << place)
 }
 
 /// What identifies a target from record to record.
@@ -64,7 +81,7 @@ const GAP_NS: i64 = SECOND;
 pub(super) struct Source {
     records: u64,
     octets: u64,
-    /// By field reference number, from 1.
+    /// In the order of the category's.
     items: Vec<u64>,
     /// By reception; by time of day in files without.
     presence: Presence,
@@ -91,9 +108,9 @@ impl Source {
     ) -> [Option<Time>; 2] {
         self.records += 1;
         self.octets += octets as u64;
-        self.items.resize(7 * Fspec::MAX_OCTETS, 0);
-        for (frn, count) in (1..).zip(&mut self.items) {
-            *count += u64::from(glimpse.fspec.has(frn));
+        self.items.resize(u64::BITS as usize, 0);
+        for (place, count) in self.items.iter_mut().enumerate() {
+            *count += glimpse.items >> place & 1;
         }
         if let Some(endpoints) = datagram.endpoints
             && self.lines.len() < LINES
@@ -166,8 +183,8 @@ impl Source {
             None => between_records_ns.map(|median_ns| ("record", median_ns)),
         };
         let usual_ns = of_target_ns.max(between_records_ns);
-        let counted = |item: &'static UapItem| (item.item, self.items[usize::from(item.frn) - 1]);
-        let items = uap.iter().map(counted).filter(|(_, count)| *count > 0);
+        let counted = |(item, count): (&'static UapItem, &u64)| (item.item, *count);
+        let items = uap.iter().zip(&self.items).map(counted).filter(|(_, count)| *count > 0);
         SourceReport {
             category,
             sac: source.map(|source| source.sac),

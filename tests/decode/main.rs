@@ -1,6 +1,7 @@
 //! The commands `decode` and `encode`: hand-made records, its options, and the recordings of the project.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod all;
 mod corpus;
 mod editions;
 mod encoding;

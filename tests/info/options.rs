@@ -138,7 +138,7 @@ fn unknown_categories_are_counted_and_named_where_they_have_a_name() {
         [
             r#"{"category":48,"name":"monoradar target reports","blocks":1,"octets":12,"records":1}"#,
             r#"{"category":200,"name":null,"blocks":1,"octets":3,"records":null}"#,
-            r#"{"category":205,"name":"radio direction finder reports","blocks":1,"octets":4,"records":null}"#,
+            r#"{"category":205,"name":"radio direction finder reports","blocks":1,"octets":4,"records":0}"#,
         ]
     );
 }

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use asterix::cat021::Edition;
 use serde_json::{Value, json};
 use utm_fusion::commands::decode;
 
@@ -21,7 +20,7 @@ type Counts = (BTreeMap<(u64, Option<u64>, Option<u64>), u64>, u64);
 fn of_decode(path: &Path, told: &Value) -> Counts {
     let mut out = Vec::new();
     let fit = told["editions"].get(0).filter(|fit| fit["or_later"] == false);
-    let edition = fit.map_or(Edition::default(), |fit| fit["edition"].as_str().unwrap().parse().unwrap());
+    let edition = fit.map(|fit| fit["edition"].as_str().unwrap().parse().unwrap()).into_iter().collect();
     let args = decode::Args { inputs: vec![path.to_owned()], edition, ..decode::Args::default() };
     decode::run(&args, &mut out).unwrap();
     let mut counts = Counts::default();

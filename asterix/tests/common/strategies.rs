@@ -109,6 +109,14 @@ pub fn item_octets(layout: Layout) -> BoxedStrategy<Vec<u8>> {
                 .boxed()
         }
         Layout::Compound(subfields) => subfield_octets(subfields, 7).boxed(),
+        Layout::Sequence(items) => {
+            let item = prop::sample::select(items).prop_flat_map(|item| {
+                item_octets(item.layout).prop_map(move |octets| [&[item.frn], octets.as_slice()].concat())
+            });
+            vec(item, 0..4)
+                .prop_map(|items| [&[items.len() as u8], items.concat().as_slice()].concat())
+                .boxed()
+        }
         Layout::Explicit(Contents::Opaque) => anything.boxed(),
         Layout::Explicit(Contents::Known(_, fields)) => {
             prop_oneof![anything, field_octets(fields).prop_map(|contents| explicit(&contents))].boxed()

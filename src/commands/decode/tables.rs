@@ -5,13 +5,14 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use asterix::{Fault, Record};
+use asterix::all::Untyped;
+use asterix::{DataSource, Fault, Record, UapItem, items};
 
 use super::Format;
 use crate::formats::records::RecordColumns;
 use crate::formats::table::{Cell, Column, ColumnKind, Commas, Parquet, Table};
 use crate::hex;
-use crate::json::{Named, Place, SKIPPED, time_of};
+use crate::json::{Named, Place, SKIPPED, dated};
 use fusion::time::Time;
 
 /// Where tables go.
@@ -35,6 +36,15 @@ pub(super) struct Tables<'a> {
 struct Records<'a> {
     columns: RecordColumns,
     table: Box<dyn Table + 'a>,
+}
+
+/// What is known of a record beside its items.
+struct Head<'a> {
+    time: Option<Time>,
+    place: Place<'a>,
+    source: Option<DataSource>,
+    /// Whether its octets are wanted.
+    hex: bool,
 }
 
 /// What comes before the items of a record, in this order.
@@ -92,17 +102,46 @@ impl<'a> Tables<'a> {
         received: Option<Time>,
         hex: bool,
     ) -> io::Result<()> {
-        if !self.records.contains_key(&R::CATEGORY) {
-            let columns = RecordColumns::of::<R>(edition, named(&BEFORE));
-            let table = self.open(&format!("cat{:03}", R::CATEGORY), columns.columns())?;
+        let profile = R::profile(edition);
+        let head =
+            Head { time: dated(record.time_of_day(), received), place, source: record.data_source(), hex };
+        self.add(R::CATEGORY, profile, &head, items(profile, octets), octets)
+    }
+
+    /// The same of a record without a type.
+    pub(super) fn untyped(
+        &mut self,
+        record: &Untyped<'_>,
+        place: Place<'_>,
+        received: Option<Time>,
+        hex: bool,
+    ) -> io::Result<()> {
+        let definition = record.definition();
+        let head =
+            Head { time: dated(record.time_of_day(), received), place, source: record.data_source(), hex };
+        self.add(definition.category(), definition.items(), &head, record.items(), record.octets())
+    }
+
+    /// Adds a record of a category of which these are all items.
+    fn add<'b>(
+        &mut self,
+        category: u8,
+        all: &'static [UapItem],
+        head: &Head<'_>,
+        items: impl Iterator<Item = (&'static UapItem, &'b [u8])>,
+        octets: &[u8],
+    ) -> io::Result<()> {
+        if !self.records.contains_key(&category) {
+            let columns = RecordColumns::of(category, all, named(&BEFORE));
+            let table = self.open(&format!("cat{category:03}"), columns.columns())?;
             // A second table has no place where there is only one.
             let Some(table) = table else { return Ok(()) };
-            self.records.insert(R::CATEGORY, Records { columns, table });
+            self.records.insert(category, Records { columns, table });
         }
-        let Some(Records { columns, table }) = self.records.get_mut(&R::CATEGORY) else { return Ok(()) };
-        let source = record.data_source();
+        let Some(Records { columns, table }) = self.records.get_mut(&category) else { return Ok(()) };
+        let &Head { time, place, source, hex } = head;
         let cells = [
-            time_of(record, received).map(Cell::Instant),
+            time.map(Cell::Instant),
             place.input.map(|input| Cell::Text(input.into())),
             count(place.offset),
             count(place.block),
@@ -111,7 +150,7 @@ impl<'a> Tables<'a> {
             hex.then(|| Cell::Text(hex::text(octets).into())),
         ];
         set(&mut **table, cells);
-        columns.fill::<R>(&mut **table, edition, octets);
+        columns.fill(&mut **table, items);
         table.end_row()
     }
 
