@@ -50,7 +50,8 @@ fn walk(
                 walk(&format!("{place}/{}", subfield.key), subfield.layout, lists, subfield_lists);
             }
         }
-        Layout::Codes | Layout::Explicit(Contents::Opaque) => {}
+        // A sequence of items is in no typed record.
+        Layout::Codes | Layout::Explicit(Contents::Opaque) | Layout::Sequence(_) => {}
     }
 }
 
