@@ -74,9 +74,8 @@ impl Pair {
         other: Option<Option<bool>>,
     ) -> GatewayClock {
         self.now_s += 1.0;
-        for line in 0..2 {
-            self.own[line] += u64::from(hears[0][line]);
-            self.other[line] += u64::from(hears[1][line]);
+        for (received, heard) in [(&mut self.own, hears[0]), (&mut self.other, hears[1])] {
+            received.iter_mut().zip(heard).for_each(|(received, heard)| *received += u64::from(heard));
         }
         self.said += u64::from(other.is_some());
         let lines = |received: [u64; 2]| [line(&[0], received[0]), line(&[1, 2], received[1])];
