@@ -14,9 +14,9 @@ use super::{Temporary, octets};
 type Row = BTreeMap<String, Value>;
 
 /// Times of day: the only numbers without their unit in JSON.
-const TIMES: [&str; 11] = [
-    "I015_145", "I021_071", "I021_073", "I021_075", "I021_077", "I034_030", "I048_140", "I062_070",
-    "I063_030", "I065_030", "I129_070",
+const TIMES: [&str; 12] = [
+    "I015_145", "I021_071", "I021_073", "I021_075", "I021_077", "I023_070", "I034_030", "I048_140",
+    "I062_070", "I063_030", "I065_030", "I129_070",
 ];
 
 /// Members that no column has: bits and octets without a meaning.
