@@ -12,11 +12,18 @@
 //! there are more than 32 of them or they are an aircraft address. Codes stay the numbers of their tables.
 //!
 //! ```
-//! let block = [10, 0, 8, 0xa0, 25, 7, 1, 0];   // a CAT010 block cut short
-//! let surface = asterix::all::category(10).expect("it is defined").newest();
-//! let block = asterix::blocks(&block).next().expect("there is one")?;
-//! let fault = surface.records(block).find_map(Result::err).expect("I010/020 goes on");
-//! assert_eq!(fault.to_string(), "CAT010 item 020 at octet 6: the item runs past the end of its block");
+//! use asterix::{DataSource, all, blocks};
+//!
+//! let datagram = [10, 0, 10, 0xd0, 25, 7, 1, 0x54, 0x60, 0x40];
+//! let surface = all::category(10).expect("CAT010 is defined").newest();
+//! for block in blocks(&datagram) {
+//!     for located in surface.records(block?) {
+//!         let record = located?.record;
+//!         assert_eq!(record.data_source(), Some(DataSource { sac: 25, sic: 7 }));
+//!         let numbers: Vec<&str> = record.items().map(|(item, _)| item.item).collect();
+//!         assert_eq!(numbers, ["010", "000", "140"]);
+//!     }
+//! }
 //! # Ok::<(), asterix::Fault>(())
 //! ```
 //!
