@@ -142,9 +142,19 @@ impl Operational {
         for Acquaintance { layout, until, octets } in due {
             let is_fresh = layout == LAYOUT && decided.seconds_since(until) <= AWAITED_S;
             // Another version writes otherwise; then the engine goes on with what it sees itself.
-            if let Some(read) = is_fresh.then(|| postcard::from_bytes(&octets).ok()).flatten() {
+            let read: Option<Read> = is_fresh.then(|| postcard::from_bytes(&octets).ok()).flatten();
+            // What was known here all the time would go back to what it was then.
+            if let Some(read) = read.filter(|read| until == decided || !self.is_known(read)) {
                 self.meet(read, (until, decided), settings);
             }
+        }
+    }
+
+    /// Whether it has its name here, too: it was seen to begin, or met before.
+    fn is_known(&self, read: &Read) -> bool {
+        match &read.target {
+            Some(target) => self.targets.get(target.id()).is_some(),
+            None => read.tracklets.iter().all(|tracklet| self.tracklets.get(tracklet.id).is_some()),
         }
     }
 

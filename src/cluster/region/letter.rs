@@ -91,7 +91,7 @@ pub enum Word {
         /// What.
         word: integrity::Word,
     },
-    /// The aircraft that the recipient has asked after is the writer's, and stays it while it is near the border.
+    /// An aircraft near the recipient's cell, or in it, is the writer's, and stays it while it is near the border.
     Kept(Sighting),
 }
 

@@ -79,6 +79,13 @@ impl Region {
         near.map(|(cell, _)| cell)
     }
 
+    /// Those in which a place is, or so near that an aircraft there is kept.
+    fn who_is_near(&self, place: Geodetic) -> impl Iterator<Item = &CellName> {
+        let near =
+            self.neighbours.iter().filter(move |(_, outline)| outline.is_within(place, self.hysteresis_m));
+        near.map(|(cell, _)| cell)
+    }
+
     /// Whether a place is in the cell.
     fn contains(&self, place: Geodetic) -> bool {
         self.outline.contains(place)

@@ -4,7 +4,7 @@ use super::super::AHEAD;
 use super::super::letter::{Offer, Sighting, Word};
 use super::super::matching::{self, Inner};
 use super::super::public::Public;
-use super::{AGAIN, BEGUN, Border, Offered, Owned, PATIENCE, PER_TRANSPONDER, State};
+use super::{AGAIN, BEGUN, Border, KEEPS, Offered, Owned, PATIENCE, PER_TRANSPONDER, State};
 use crate::picture::Picture;
 use crate::territory::CellName;
 use fusion::slots::Slot;
@@ -42,6 +42,7 @@ impl Border {
             from: before.map_or(from, |before| before.from),
             until: None,
             offered: None,
+            kept: None,
         };
         self.state.owned.insert(inner, owned);
         self.state.known.get_mut(&inner).into_iter().for_each(|known| known.asked = None);
@@ -110,19 +111,17 @@ impl Border {
         }
     }
 
-    /// Who was asked after is a neighbour's, who keeps it; also where that is said too late, and it has been begun here.
+    /// An aircraft in this cell is a neighbour's, who keeps it; also where that is said too late, and it has been begun here.
     pub(super) fn kept(&mut self, sighting: &Sighting) {
         let next = self.next();
         let State { seen, owned, known, .. } = &mut self.state;
-        let nobodys = seen.iter().filter(|(inner, _)| !owned.contains_key(inner));
-        let found = matching::find(sighting, &nobodys.map(|(inner, seen)| (*inner, seen)));
-        let asked = |inner: &Inner| known.get(inner).and_then(|known| known.asked);
-        let is_late = |(inner, seen): &(&Inner, &Sighting)| {
-            let is_begun = asked(inner).is_some_and(|asked| next < asked.last.plus(BEGUN));
-            is_begun && owned.contains_key(inner) && sighting.is_certainly(seen)
+        let Some(inner) = seen.iter().find(|(_, seen)| sighting.is_certainly(seen)).map(|(inner, _)| *inner)
+        else {
+            return;
         };
-        let found = found.or_else(|| seen.iter().find(is_late).map(|(inner, _)| *inner));
-        if let Some((inner, known)) = found.and_then(|inner| Some((inner, known.get_mut(&inner)?))) {
+        let Some(known) = known.get_mut(&inner) else { return };
+        let is_begun = known.asked.is_some_and(|asked| next < asked.last.plus(BEGUN));
+        if is_begun || !owned.contains_key(&inner) {
             (known.strange_since, known.asked, known.kept) = (None, None, Some(next));
             owned.remove(&inner);
         }
@@ -152,6 +151,14 @@ impl Border {
             if !self.region.is_left(track.position) {
                 // It has come back, unless it was offered because somebody asked.
                 owned.offered = owned.offered.take().filter(|offered| slot < offered.last.plus(AGAIN));
+                let is_told = owned.kept.is_some_and(|last| slot < last.plus(KEEPS));
+                if !is_told {
+                    let kept = Word::Kept(Sighting::of(track, slot));
+                    for to in self.region.who_is_near(track.position) {
+                        words.push((to.clone(), kept.clone()));
+                        owned.kept = Some(slot);
+                    }
+                }
                 continue;
             }
             let here = self.region.territory.cell_of(track.position);

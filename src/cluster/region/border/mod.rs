@@ -32,7 +32,9 @@ const STRANGE: i64 = 4;
 const HELD: i64 = 2 * AGAIN;
 /// It is nobody's where that is not answered for so many: 4 s, longer than letters take there and back.
 const ANSWERED: i64 = 16;
-/// Who keeps it near a border is asked again after so many: 10 s.
+/// Who has one near a border says so to the cell beyond, and again after so many: 5 s;
+const KEEPS: i64 = 20;
+/// that holds for so many: 10 s.
 const KEPT: i64 = 40;
 /// What was begun because nobody answered gives way to who keeps it after all, for so many slots: 20 s.
 const BEGUN: i64 = 80;
@@ -136,6 +138,8 @@ struct Owned {
     /// and the first in which it no longer does.
     until: Option<Slot>,
     offered: Option<Offered>,
+    /// When it was said last that it is kept near a border.
+    kept: Option<Slot>,
 }
 
 impl Owned {
@@ -409,7 +413,7 @@ impl Border {
         self.state.next_id += 1;
         self.counts.births += 1;
         let numbers = [Some(number), identity.map(|_| number)];
-        let owned = Owned { public, numbers, from: slot, until: None, offered: None };
+        let owned = Owned { public, numbers, from: slot, until: None, offered: None, kept: None };
         self.state.owned.insert(inner, owned);
     }
 
