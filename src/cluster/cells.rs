@@ -28,7 +28,7 @@ pub struct Cells {
     hysteresis_m: f64,
 }
 
-/// Which lines a cell is told of, by the sensor that their messages name. What is not known here is for every cell.
+/// Which lines are delivered to a cell, by the sensor that their messages name. A sensor that is not listed is for every cell.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Audience(BTreeMap<DataSource, bool>);
 
@@ -112,7 +112,7 @@ impl Cells {
         }
     }
 
-    /// Which lines a cell is told of: all but those on which there is nothing but radars whose configured range ends outside.
+    /// Which lines are delivered to a cell: all but those that carry only radars whose configured range ends outside it.
     pub fn audience(&self, config: &Config, cell: &CellName) -> Audience {
         let Some(region) = self.region(cell) else { return Audience::default() };
         let is_of_use = |sensor: &usize| match &config.sensors[*sensor].kind {
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_beyond_a_radars_range_is_not_told_of_it() {
+    fn a_cell_beyond_a_radars_range_does_not_hear_it() {
         let far = "[[cluster.cells]]\nname = \"near\"\npolygon = [[4.3, 51.2], [4.4, 51.2], [4.4, 51.3], [4.3, 51.3]]\n\
                    [[cluster.cells]]\nname = \"far\"\npolygon = [[4.6, 51.2], [4.7, 51.2], [4.7, 51.3], [4.6, 51.3]]\n";
         let config = config(far);

@@ -216,7 +216,7 @@ impl SiteEngine {
     }
 }
 
-/// Leaves out what nobody needs to act.
+/// Leaves out what nobody needs in order to act.
 fn spare(picture: &mut Picture) {
     picture.tracks.iter_mut().for_each(|track| track.point.competitors.clear());
 }

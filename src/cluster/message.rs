@@ -119,7 +119,7 @@ pub enum Logged {
 }
 
 impl Logged {
-    /// Reads a body that is for a cell, which is told of these sensors. `None`: it is for others.
+    /// Reads a body that is for a cell with this audience. `None`: it is for other cells.
     ///
     /// # Errors
     /// It is none of this version, or cut.

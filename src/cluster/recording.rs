@@ -113,7 +113,7 @@ impl Fusing for Noted {
     }
 }
 
-/// Records what the sensors of a region of several cells send into rotating files, until it is told to end. Beside it there is no
+/// Records what the sensors of a region of several cells send into rotating files, until `ends`. Beside it there is no
 /// state to begin from: each cell has its own, and what they publish is of no single engine.
 ///
 /// # Errors
@@ -162,7 +162,7 @@ async fn ended(recorder: Recorder) -> Result<RecorderCounts, NotRecorded> {
     written.map_err(|error| NotRecorded::Recorder(error.to_string()))
 }
 
-/// Records a cell that is the whole site into rotating files until it is told to end; the first begins with the newest checkpoint, so that `replay` of
+/// Records a cell that is the whole site into rotating files until `ends`; the first begins with the newest checkpoint, so that `replay` of
 /// the files gives what the owner published.
 ///
 /// # Errors

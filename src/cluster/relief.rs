@@ -83,7 +83,7 @@ pub struct Relief {
 }
 
 impl Relief {
-    /// The step that holds at `at`, where everything that could be made was made and the cell is still behind by so much.
+    /// The step that holds at `at`. `behind`: by how much the cell is late although everything that could be made was made.
     pub fn look(&mut self, behind: SignedDuration, at: Time) -> Step {
         if behind > LATE {
             self.well_since = None;

@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 use fusion::time::Time;
 use fusion::{Plot, RadarTrackKey};
 
-/// A track that its radar takes for a drone with less than this probability,
+/// UAV probability below which a radar track is unlikely to be a drone.
 const UNLIKELY: f64 = 0.01;
-/// for so long, is none.
+/// A radar track is certainly no drone once it has been unlikely for this duration.
 const CERTAIN: SignedDuration = SignedDuration::from_secs(10);
-/// What was not heard for so long is forgotten.
+/// A radar track without a plot for this duration is forgotten.
 const FORGOTTEN: SignedDuration = SignedDuration::from_secs(60);
 
 /// Which plots are left out.

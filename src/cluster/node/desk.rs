@@ -36,7 +36,7 @@ const SOON: Duration = Duration::from_millis(50);
 const UNFIT: Duration = Duration::from_secs(5);
 /// Refusals after which it is looked whether there is anything to take.
 const LOST: u32 = 8;
-/// A seat that nobody takes for so long is taken also where it would be another node's: that one may be unable to.
+/// How long a free seat is left to the node that ought to take it: that one may be unable to.
 const LEFT: Duration = Duration::from_secs(8);
 
 /// What all of a node's tasks at a cell know.

@@ -8,7 +8,7 @@ use crate::territory::CellName;
 
 /// One report of those of several cells; `homes`: of each sensor the cell that knows it best. `None`: there is none.
 ///
-/// Every cell is told what every sensor sends, so whoever has received the most counts for all. A sensor is as its home says or,
+/// What every sensor sends is delivered to every cell, so the tally of the cell that received most counts for all. A sensor is as its home says or,
 /// while that says nothing, as the cell says in which it is best.
 pub(super) fn joined(homes: &[CellName], reports: Vec<(CellName, CellReport)>) -> Option<CellReport> {
     let most = reports.iter().max_by_key(|(_, report)| report.status.tally.received)?;

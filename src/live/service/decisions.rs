@@ -15,7 +15,7 @@ use fusion::integrity::{HeldWord, Word};
 use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated};
 use fusion::slots::Slot;
 
-/// Slots from the newest one that is shown to the first that is published by a decision: cells are told meanwhile.
+/// Slots from the newest one that is shown to the first that is published by a decision: time enough for the cells to hear of it.
 const AHEAD: i64 = 12;
 /// Most decisions that wait to be written.
 const QUEUE: usize = 64;
