@@ -76,7 +76,7 @@ mod tests {
         trouble: &str,
     ) -> CellReport {
         let config = crate::simulate::simulate(
-            &crate::simulate::Scenario::parse("name = \"x\"\nduration_s = 1\n", "x.toml").unwrap(),
+            &crate::simulate::Scenario::parse("name = \"x\"\nduration_s = 20\n", "x.toml").unwrap(),
             1,
             Some(Time::from_nanos(1_800_000_000_000_000_000)),
         )
