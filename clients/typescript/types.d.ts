@@ -188,6 +188,14 @@ export type CellState = {
   lease: number;
   /** Slots that the standby is behind. */
   behind: number;
+  /** What is left out because its owner cannot keep up: a step of docs/SCALING.md, 0 for nothing. */
+  step: number;
+  /** The same in words. */
+  left_out: string;
+  /** Whether the picture is without it: nobody has published it for longer than a take-over takes. */
+  is_missing: boolean;
+  /** Where it is, longitude and latitude of its corners in degrees; empty: it is the whole site. */
+  corners: Array<Array<number>>;
 };
 
 /** How far apart the clocks of two gateways are, by when both heard the same datagrams. */
@@ -749,6 +757,10 @@ export type Members = {
   doubled: number;
   /** Slots that nobody published. */
   missing: number;
+  /** Aircraft of a slot that were left out because another cell published them, too. */
+  twice: number;
+  /** Slots of a cell that came when the region's picture of that slot had been shown without them. */
+  too_late: number;
 };
 
 /** How b passes a, and how well that is known. */
@@ -767,8 +779,12 @@ export type NodeState = {
   node: string;
   /** The machine that it runs on. */
   machine: string;
-  /** What it is for the cell. */
+  /** What it is: for one cell at least, where there are several. */
   part: "owner" | "standby" | "none" | "drained";
+  /** Cells that it owns. */
+  owns: Array<string>;
+  /** Cells beside whose owner it stands. */
+  stands_by: Array<string>;
   /** How often it became the owner. */
   takeovers: number;
   /** How often it was refused because somebody else owned the cell. */

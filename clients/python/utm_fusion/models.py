@@ -158,6 +158,10 @@ CellState = TypedDict(
         "standby": NotRequired[str],
         "lease": int,
         "behind": int,
+        "step": int,
+        "left_out": str,
+        "is_missing": bool,
+        "corners": list[list[float]],
     },
 )
 
@@ -707,6 +711,8 @@ Members = TypedDict(
         "shown": int,
         "doubled": int,
         "missing": int,
+        "twice": int,
+        "too_late": int,
     },
 )
 
@@ -725,6 +731,8 @@ NodeState = TypedDict(
         "node": str,
         "machine": str,
         "part": Literal["owner", "standby", "none", "drained"],
+        "owns": list[str],
+        "stands_by": list[str],
         "takeovers": int,
         "fenced": int,
         "diverged": int,
