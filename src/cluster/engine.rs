@@ -276,8 +276,9 @@ impl Fusing for SiteEngine {
         match word {
             Some(Word::Values { from, values }) => self.driver.engine_mut().use_values(from, *values),
             Some(Word::Known(values)) => self.driver.engine_mut().meet(*values),
-            Some(word) => self.decided.push(word),
-            None => {}
+            Some(word @ (Word::Correlate { .. } | Word::Say { .. })) => self.decided.push(word),
+            // Between cells, of which there is one here.
+            Some(_) | None => {}
         }
     }
 

@@ -19,7 +19,7 @@ use fusion::time::{SECOND, Time};
 
 /// Longest time between two looks at the clock: a slot that nobody was heard for is made this late at most.
 const LOOK_UP: Duration = Duration::from_millis(20);
-/// How often it says which numbers are its own: where the table of them was lost, it is written anew.
+/// How often it says which numbers are its own, so that they are written anew where the table of them was lost.
 const CLAIMS: SignedDuration = SignedDuration::from_secs(60);
 /// Most of what waits that is taken in before slots are looked for.
 const AT_ONCE: usize = 1000;

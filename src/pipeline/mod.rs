@@ -142,20 +142,6 @@ impl Pipeline {
         Self { withholds_plots: true, ..self }
     }
 
-    /// What is left out from now on, for a machine that cannot keep up.
-    pub fn shed(&mut self, shed: Shed) {
-        match (&mut self.shedding, shed) {
-            (shedding, Shed::Nothing) => *shedding = None,
-            (Some(shedding), shed) => shedding.set(shed),
-            (shedding, shed) => shedding.insert(Shedding::default()).set(shed),
-        }
-    }
-
-    /// Who is left out, where somebody is.
-    pub const fn shedding_mut(&mut self) -> Option<&mut Shedding> {
-        self.shedding.as_mut()
-    }
-
     /// The same for a cell: the engine is given what is for it, everything else is counted.
     pub fn selecting(self, selection: Selection) -> Self {
         Self { selection: Some(selection), ..self }

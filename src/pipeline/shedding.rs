@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 
+use super::Pipeline;
 use fusion::time::Time;
 use fusion::{Plot, RadarTrackKey};
 
@@ -84,6 +85,22 @@ impl Shedding {
     /// Forgets who was not heard for a minute.
     pub fn forget(&mut self, now: Time) {
         self.unlikely.retain(|_, (_, latest)| now - *latest <= FORGOTTEN);
+    }
+}
+
+impl Pipeline {
+    /// What is left out from now on, for a machine that cannot keep up.
+    pub fn shed(&mut self, shed: Shed) {
+        match (&mut self.shedding, shed) {
+            (shedding, Shed::Nothing) => *shedding = None,
+            (Some(shedding), shed) => shedding.set(shed),
+            (shedding, shed) => shedding.insert(Shedding::default()).set(shed),
+        }
+    }
+
+    /// Who is left out, where somebody is.
+    pub const fn shedding_mut(&mut self) -> Option<&mut Shedding> {
+        self.shedding.as_mut()
     }
 }
 

@@ -41,41 +41,48 @@ async fn integrity(site: &Site) -> Option<String> {
     Some(track["properties"]["integrity"].as_str()?.to_owned())
 }
 
-/// In no slot two cells publish one aircraft; every identity has one id, whatever cell it is in. Returns by how many cells the
-/// aircraft of each serial number were published, and how many slots are without one of those that come before and after.
-fn joined(summaries: &[Summary]) -> (BTreeMap<String, BTreeSet<usize>>, usize) {
+/// What all cells publish.
+struct Joined {
+    /// The cells that published the aircraft of each serial number.
+    cells: BTreeMap<String, BTreeSet<usize>>,
+    /// How many slots are without an aircraft that is in those before and after.
+    gaps: usize,
+    /// How many times two cells published an aircraft in one slot.
+    doubled: usize,
+}
+
+/// Puts together what the cells publish; every identity has one id, whatever cell it is in.
+fn joined(summaries: &[Summary]) -> Joined {
     let mut by_slot = BTreeMap::<i64, Vec<(usize, String, Option<String>)>>::new();
     for (cell, summary) in summaries.iter().enumerate() {
-        for (slot, aircraft) in &summary.aircraft {
+        for (slot, aircraft) in &summary.aircraft.0 {
             let of = aircraft.iter().map(|(id, serial)| (cell, id.clone(), serial.clone()));
             by_slot.entry(*slot).or_default().extend(of);
         }
     }
     // Watchers begin and end one after the other.
-    let first = summaries.iter().map(|summary| summary.aircraft[0].0).max().unwrap();
-    let last = summaries.iter().map(|summary| summary.aircraft.last().unwrap().0).min().unwrap();
+    let first = summaries.iter().map(|summary| summary.aircraft.0[0].0).max().unwrap();
+    let last = summaries.iter().map(|summary| summary.aircraft.0.last().unwrap().0).min().unwrap();
     let mut cells = BTreeMap::<String, BTreeSet<usize>>::new();
     let mut ids = BTreeMap::<String, BTreeSet<String>>::new();
-    let mut slots_of = BTreeMap::<String, Vec<i64>>::new();
+    let mut slots_of = BTreeMap::<String, BTreeSet<i64>>::new();
+    let mut doubled = 0;
     for (slot, aircraft) in by_slot.range(first..=last) {
         let distinct: BTreeSet<&String> = aircraft.iter().map(|(_, id, _)| id).collect();
-        assert_eq!(
-            distinct.len(),
-            aircraft.len(),
-            "slot {slot}: an aircraft is published twice: {aircraft:?}"
-        );
+        doubled += aircraft.len() - distinct.len();
         for (cell, id, serial) in aircraft {
             let Some(serial) = serial else { continue };
             cells.entry(serial.clone()).or_default().insert(*cell);
             ids.entry(serial.clone()).or_default().insert(id.clone());
-            slots_of.entry(serial.clone()).or_default().push(*slot);
+            slots_of.entry(serial.clone()).or_default().insert(*slot);
         }
     }
     for (serial, ids) in &ids {
         assert_eq!(ids.len(), 1, "{serial} is called {ids:?}");
     }
-    let gaps = slots_of.values().flat_map(|slots| slots.windows(2)).filter(|pair| pair[1] != pair[0] + 1);
-    (cells, gaps.count())
+    let gaps = slots_of.values().map(|slots| slots.iter().zip(slots.iter().skip(1)));
+    let gaps = gaps.flatten().filter(|(slot, next)| **next != **slot + 1).count();
+    Joined { cells, gaps, doubled }
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -134,11 +141,7 @@ async fn four_cells_make_one_picture_and_outlive_a_node() {
 
     let (_, members) = site.ask("/api/v1/cluster").await.unwrap();
     assert_eq!(members["cells"].as_array().unwrap().len(), 4);
-    assert_eq!(
-        (&members["missing"], &members["too_late"], &members["twice"]),
-        (&0.into(), &0.into(), &0.into()),
-        "{members}"
-    );
+    assert_eq!((&members["missing"], &members["too_late"]), (&0.into(), &0.into()), "{members}");
     let verified = site.command(&["verify", "--json", "--duration", "5s"]).await;
     let verdicts: Value = serde_json::from_slice(&verified.stdout).unwrap();
     for cell in names(&site) {
@@ -150,10 +153,13 @@ async fn four_cells_make_one_picture_and_outlive_a_node() {
         summaries.push(watcher.checked().await);
     }
     let silences: Vec<f64> = summaries.iter().map(|summary| summary.silence_s).collect();
-    let (cells, gaps) = joined(&summaries);
-    println!("silence {silences:?} s, {gaps} gaps, cells of each transponder: {cells:?}");
+    let Joined { cells, gaps, doubled } = joined(&summaries);
+    println!("silence {silences:?} s, {gaps} gaps, {doubled} doubled, cells of each transponder: {cells:?}");
     assert!(silences.iter().all(|silence_s| *silence_s < 3.0 + 1.0 + SLACK_S), "{silences:?}");
     assert!(cells.values().any(|cells| cells.len() > 1), "nobody flew from one cell into another: {cells:?}");
     assert_eq!(gaps, 0, "an aircraft was missing in a slot");
+    // An aircraft is handed over 4 s ahead; whoever answers later than that has published it for a while already.
+    let is_late = silences.iter().any(|silence_s| *silence_s > 3.0);
+    assert!(doubled == 0 || is_late, "{doubled} aircraft were published by two cells");
     assert!(!site.said(PICTURE).contains("panicked"));
 }

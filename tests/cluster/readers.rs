@@ -5,7 +5,10 @@ use std::time::{Duration, Instant};
 use async_nats::jetstream;
 use async_nats::jetstream::consumer::{AckPolicy, DeliverPolicy, pull};
 use async_nats::jetstream::stream::{Config, DirectGetErrorKind};
-use futures_util::StreamExt;
+use fusion::slots::Slot;
+use futures_util::{FutureExt, StreamExt};
+use utm_fusion::cluster::{Appended, Log, Output, Step};
+use utm_fusion::config::Cluster;
 
 use crate::{append, cluster, in_memory};
 
@@ -84,4 +87,52 @@ async fn without_a_consumer(streams: &jetstream::Context, mut from: u64, filter:
             Err(error) => assert!(began.elapsed() < Duration::from_secs(20), "{error}"),
         }
     }
+}
+
+/// The picture looks up every 20 ms, others wait for two streams at once: no reader is begun anew for it, nor a silence begun anew.
+#[tokio::test(flavor = "multi_thread")]
+async fn whoever_gives_up_waiting_and_asks_again_gets_every_message() {
+    let Some((servers, _scratch)) = cluster(1).await else { return };
+    let settings = Cluster {
+        servers: servers.urls(),
+        node: "reader".to_owned(),
+        region: "reads".to_owned(),
+        replicas: 1,
+        ..Cluster::default()
+    };
+    let log = Log::open(&settings).await.unwrap();
+    let output = |slot: i64| Output {
+        slot: Slot(slot),
+        epoch: 1,
+        behind: 1,
+        step: Step::default(),
+        picture: vec![7; 100],
+    };
+    let mut reading = log.outputs("cell", 1);
+    let (mut read, mut given_up) = (Vec::new(), 0);
+    for slot in 0..200_u64 {
+        assert_eq!(log.append("cell", slot, &output(slot as i64)).await, Appended::Stored(slot + 1));
+    }
+    let began = Instant::now();
+    while read.len() < 200 {
+        // One look, and no waiting at all: nothing that takes its time would ever be done if it were begun anew.
+        match reading.next().now_or_never() {
+            Some(message) => read.push(message.expect("the stream is there").0),
+            None => {
+                given_up += 1;
+                tokio::time::sleep(Duration::from_millis(1)).await;
+            }
+        }
+        assert!(
+            began.elapsed() < Duration::from_secs(20),
+            "{} of 200 read, {given_up} times given up",
+            read.len()
+        );
+    }
+    println!("read within {:.2} s, {given_up} times given up", began.elapsed().as_secs_f64());
+    assert!(given_up > 0 && read == (1..=200).collect::<Vec<u64>>(), "{read:?}");
+    let streams = jetstream::new(servers.client().await);
+    let mut stream = streams.get_stream("UTM_OUT_reads").await.unwrap();
+    let readers = stream.info().await.unwrap().state.consumer_count;
+    assert!(readers <= 2, "{readers} readers were made for one");
 }

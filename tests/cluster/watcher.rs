@@ -1,5 +1,6 @@
 //! Reads along what a cell publishes, and makes it once more at the end.
 
+use std::fmt;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -44,6 +45,16 @@ pub struct Watcher {
 /// An aircraft's id, and its serial number.
 pub type Called = (String, Option<String>);
 
+/// Who was published in each slot; not to be printed.
+#[derive(Default)]
+pub struct Slots(pub Vec<(i64, Vec<Called>)>);
+
+impl fmt::Debug for Slots {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "of {} slots", self.0.len())
+    }
+}
+
 /// What was published while it read.
 #[derive(Debug)]
 pub struct Summary {
@@ -56,7 +67,7 @@ pub struct Summary {
     /// Aircraft of the last picture, by transponder number.
     pub numbers: Vec<u32>,
     /// Of each slot, which aircraft are published: their ids, and serial numbers where they have one.
-    pub aircraft: Vec<(i64, Vec<Called>)>,
+    pub aircraft: Slots,
 }
 
 impl Watcher {
@@ -187,7 +198,7 @@ impl Watcher {
             });
             (output.message.slot.0, called.collect())
         };
-        let aircraft = outputs.iter().map(aircraft).collect();
+        let aircraft = Slots(outputs.iter().map(aircraft).collect());
         Summary {
             slots: outputs.len(),
             epochs,

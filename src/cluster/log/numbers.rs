@@ -37,7 +37,16 @@ impl Log {
         Ok(word.map(|word| Letter { from: numbers_office(), to: letter.from.clone(), slot, index, word }))
     }
 
-    /// Writes down again what is a cell's, where that was lost.
+    /// When the table was made, nanoseconds since 1970: another time is another table, and what stood in the first is lost.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn table(&self) -> Result<i128, LogError> {
+        let info = self.numbers_stream.get_info().await.map_err(LogError::unanswered)?;
+        Ok(info.created.unix_timestamp_nanos())
+    }
+
+    /// Writes down again what is a cell's, where that was lost: a question for each block and each identity.
     ///
     /// # Errors
     /// The log does not answer.

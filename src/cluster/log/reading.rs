@@ -1,11 +1,13 @@
 //! Reading a subject without end, whatever becomes of the server that one reads from.
 
+use std::pin::Pin;
 use std::time::Duration;
 
 use async_nats::jetstream::Message;
 use async_nats::jetstream::consumer::{AckPolicy, DeliverPolicy, pull};
 use async_nats::jetstream::stream::{DirectGetErrorKind, Stream};
 use futures_util::StreamExt;
+use tokio::time::{Instant, timeout, timeout_at};
 use tracing::debug;
 
 use super::{LogError, PATIENCE};
@@ -18,23 +20,33 @@ const ANEW: Duration = Duration::from_millis(50);
 const ASK: Duration = Duration::from_secs(3);
 /// Most messages of one ask.
 const ASKED: usize = 500;
+/// A reader that hears nothing for this long, not even that there is nothing, is made anew.
+const SILENT: Duration = Duration::from_secs(1);
 /// The servers forget a reader that they have not heard of for this long.
 const FORGOTTEN: Duration = Duration::from_secs(10);
 
-/// Messages of a subject, in order. A reader whose server is gone is made anew where it had come to.
+/// A reader that is being made. `None`: the stream is shorter than what was read of it. `Err`: nobody makes one now.
+type Beginning = Pin<Box<dyn Future<Output = Result<Option<pull::Stream>, LogError>> + Send>>;
+
+/// Messages of a subject, in order. A reader whose server is gone is made anew where it had come to. Whoever waits for a message
+/// may give up at any time, as in a `select!`, and ask again: nothing is begun anew for it.
 pub struct Reading {
     stream: Stream,
     subject: String,
     /// The sequence of the next message.
     next: u64,
+    beginning: Option<Beginning>,
     messages: Option<Box<pull::Stream>>,
+    /// When it is made anew if nothing is heard until then.
+    patience: Instant,
     /// Counts the messages of this reader, so that none is left out.
     count: u64,
 }
 
 impl Reading {
     pub(super) fn new(stream: Stream, subject: String, next: u64) -> Self {
-        Self { stream, subject, next, messages: None, count: 0 }
+        let patience = Instant::now() + SILENT;
+        Self { stream, subject, next, beginning: None, messages: None, patience, count: 0 }
     }
 
     /// The next message and its sequence; waits for it. `None`: the stream was lost, and what it is now is shorter than what was
@@ -47,29 +59,33 @@ impl Reading {
     pub async fn next_of(&mut self) -> Option<(u64, String, bytes::Bytes)> {
         loop {
             let Some(messages) = &mut self.messages else {
-                match tokio::time::timeout(2 * HEARTBEAT, self.begin()).await {
-                    Ok(Ok(messages)) => {
-                        self.messages = Some(Box::new(messages));
-                        self.count = 0;
-                        let state = self.stream.get_info().await.map(|info| info.state);
-                        if state.is_ok_and(|state| state.last_sequence + 1 < self.next) {
-                            return None;
-                        }
+                let (stream, subject, next) = (&self.stream, &self.subject, self.next);
+                let beginning = self
+                    .beginning
+                    .get_or_insert_with(|| Box::pin(begin(stream.clone(), subject.clone(), next)));
+                let begun = beginning.as_mut().await;
+                self.beginning = None;
+                match begun {
+                    Ok(Some(messages)) => {
+                        (self.messages, self.count) = (Some(Box::new(messages)), 0);
+                        self.patience = Instant::now() + SILENT;
                     }
+                    Ok(None) => return None,
                     // Servers that choose a leader make no readers, but any of them still knows the stream.
-                    _ => match self.fetch().await {
+                    Err(_) => match self.fetch().await {
                         Some(message) => return Some(message),
                         None => tokio::time::sleep(ANEW).await,
                     },
                 }
                 continue;
             };
-            let message = tokio::time::timeout(4 * HEARTBEAT, messages.next()).await;
+            let message = timeout_at(self.patience, messages.next()).await;
             let Ok(Some(Ok(message))) = message else {
                 // Silent, ended, or failed: whatever it was, it is asked anew.
                 self.messages = None;
                 continue;
             };
+            self.patience = Instant::now() + SILENT;
             match self.place(&message) {
                 Some((sequence, count)) if count == self.count + 1 => {
                     self.count = count;
@@ -88,7 +104,7 @@ impl Reading {
     async fn fetch(&mut self) -> Option<(u64, String, bytes::Bytes)> {
         let from = (self.next > 0).then_some(self.next)?;
         let asked = self.stream.direct_get_next_for_subject(self.subject.as_str(), Some(from));
-        match tokio::time::timeout(PATIENCE, asked).await {
+        match timeout(PATIENCE, asked).await {
             Ok(Ok(message)) => {
                 self.next = message.sequence + 1;
                 Some((message.sequence, last_part(&message.subject), message.payload))
@@ -104,24 +120,31 @@ impl Reading {
     fn place(&self, message: &Message) -> Option<(u64, u64)> {
         message.info().ok().map(|info| (info.stream_sequence, info.consumer_sequence))
     }
+}
 
-    async fn begin(&self) -> Result<pull::Stream, LogError> {
-        let consumer = pull::Config {
-            deliver_policy: match self.next {
-                0 => DeliverPolicy::New,
-                start_sequence => DeliverPolicy::ByStartSequence { start_sequence },
-            },
-            ack_policy: AckPolicy::None,
-            filter_subject: self.subject.clone(),
-            inactive_threshold: FORGOTTEN,
-            num_replicas: 1,
-            memory_storage: true,
-            ..pull::Config::default()
-        };
-        let consumer = self.stream.create_consumer(consumer).await.map_err(LogError::unanswered)?;
+/// A reader of the subject from this sequence on. `None`: the stream ends before it, so it is another one than it was.
+async fn begin(stream: Stream, subject: String, next: u64) -> Result<Option<pull::Stream>, LogError> {
+    let consumer = pull::Config {
+        deliver_policy: match next {
+            0 => DeliverPolicy::New,
+            start_sequence => DeliverPolicy::ByStartSequence { start_sequence },
+        },
+        ack_policy: AckPolicy::None,
+        filter_subject: subject,
+        inactive_threshold: FORGOTTEN,
+        num_replicas: 1,
+        memory_storage: true,
+        ..pull::Config::default()
+    };
+    let made = async {
+        let consumer = stream.create_consumer(consumer).await.map_err(LogError::unanswered)?;
         let messages = consumer.stream().max_messages_per_batch(ASKED).expires(ASK).heartbeat(HEARTBEAT);
         messages.messages().await.map_err(LogError::unanswered)
-    }
+    };
+    let messages = timeout(2 * HEARTBEAT, made).await.map_err(LogError::unanswered)??;
+    let state = stream.get_info().await.map(|info| info.state);
+    let is_shorter = state.is_ok_and(|state| state.last_sequence + 1 < next);
+    Ok((!is_shorter).then_some(messages))
 }
 
 fn last_part(subject: &str) -> String {

@@ -1,8 +1,8 @@
 //! A node at one cell: it waits for a seat, stands by, owns the cell, and begins anew where that is lost.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::Sender;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use jiff::SignedDuration;
@@ -26,6 +26,7 @@ use crate::cluster::seat::{Says, Told, tell, work};
 use crate::config::{Cluster, Config};
 use crate::live::now;
 use crate::territory::CellName;
+use fusion::Identity;
 use fusion::slots::{Slot, SlotGrid};
 
 /// Pause before the log is asked again.
@@ -36,8 +37,17 @@ const SOON: Duration = Duration::from_millis(50);
 const UNFIT: Duration = Duration::from_secs(5);
 /// Refusals after which it is looked whether there is anything to take.
 const LOST: u32 = 8;
+/// What is the cell's is written into the table of numbers again after this: a server may have lost what it had acknowledged.
+const CLAIMED_AGAIN: Duration = Duration::from_secs(3600);
 /// How long a free seat is left to the node that ought to take it: that one may be unable to.
 const LEFT: Duration = Duration::from_secs(8);
+
+/// A table into which what is the cell's was written, and when.
+#[derive(Clone, Copy)]
+struct Claimed {
+    table: i128,
+    at: Instant,
+}
 
 /// What all of a node's tasks at a cell know.
 #[derive(Clone)]
@@ -138,7 +148,7 @@ impl Desk {
                     });
                 }
                 Ok(Left::Moved) => {
-                    info!("left to a node with fewer cells");
+                    info!("left to another node");
                     from = 0;
                 }
                 Ok(Left::Unseated) => {
@@ -312,6 +322,7 @@ impl Desk {
     ) -> Left {
         let mut stop = self.stop.clone();
         let writing = Arc::new(AtomicU64::new(0));
+        let claimed = Arc::<Mutex<Option<Claimed>>>::default();
         loop {
             let says = tokio::select! {
                 says = said.recv() => says,
@@ -338,9 +349,7 @@ impl Desk {
                 }
                 Some(Says::Post(letters)) => letters.into_iter().for_each(|letter| _ = post.send(letter)),
                 Some(Says::Claims(blocks, numbers)) => {
-                    let (log, cell) = (self.log.clone(), self.cell.clone());
-                    // Again in a minute, where the log does not answer.
-                    tasks.spawn(async move { _ = log.claim(&cell, &blocks, &numbers).await });
+                    tasks.spawn(self.clone().claim(blocks, numbers, claimed.clone()));
                 }
                 Some(Says::Wish(wish)) => {
                     tasks.spawn(self.clone().grant(wish, to_cell.clone(), held.clone()));
@@ -371,6 +380,23 @@ impl Desk {
                     });
                 }
             }
+        }
+    }
+
+    /// Writes what is the cell's into the table of numbers, where that is another one than it was, and now and then. Where the log
+    /// does not answer, again in a minute.
+    async fn claim(
+        self,
+        blocks: Vec<u32>,
+        numbers: Vec<(Identity, u32)>,
+        claimed: Arc<Mutex<Option<Claimed>>>,
+    ) {
+        let Ok(table) = self.log.table().await else { return };
+        let is_there = |last: Claimed| last.table == table && last.at.elapsed() < CLAIMED_AGAIN;
+        if !locked(&claimed).is_some_and(is_there)
+            && self.log.claim(&self.cell, &blocks, &numbers).await.is_ok()
+        {
+            *locked(&claimed) = Some(Claimed { table, at: moment() });
         }
     }
 

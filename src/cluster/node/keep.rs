@@ -124,6 +124,7 @@ impl Desk {
             }
         }
     }
+
     /// Whether something is left to another node now: not more than one thing at a time.
     fn moves(&self, leaves: impl FnOnce(&[balance::Peer]) -> bool) -> bool {
         let mut moved = locked(&self.shared.moved);

@@ -20,8 +20,9 @@ pub use merge::{Merger, Part};
 pub use numbers::{BLOCK, FIRST_BLOCK, LAST_BLOCK, numbers_office};
 pub(super) use teaching::Teaching;
 
-/// Slots from a hand-over's being offered to the first one that the new owner publishes.
-pub const AHEAD: i64 = 8;
+/// Slots from a hand-over's being offered to the first one that the new owner publishes: 4 s, so that the answer comes before,
+/// also where the owner of one of the two cells is lost just then.
+pub const AHEAD: i64 = 16;
 
 /// Who flies so far inside of a halo is seen there: a plot of a radar is off by no more, metres.
 const SEEN_M: f64 = 100.0;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
+use tracing::warn;
 
 use crate::config::{Action, Config, Profile};
 use crate::live::correlations::Correlations;
@@ -12,7 +13,7 @@ use crate::live::requests::Denied;
 use crate::picture::Picture;
 use fusion::Identity;
 use fusion::integrity::{HeldWord, Word};
-use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated};
+use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated, Verdict};
 use fusion::slots::Slot;
 
 /// Slots from the newest one that is shown to the first that is published by a decision: time enough for the cells to hear of it.
@@ -40,16 +41,20 @@ pub(super) struct Decider {
     /// Why nothing is decided, whoever asks: of pairs, of transponders.
     refusals: [Option<Denied>; 2],
     to: Option<Sender<Decision>>,
-    /// Those that have been in the picture since the service began, at most as many as there are numbers; and the newest slot.
+    /// Those that have been in the picture lately, and the newest slot of it.
     identities: BTreeSet<Identity>,
     latest: Option<Slot>,
+    /// Pairs that were decided on, until a cell says that it holds the decision.
+    awaited: Vec<HeldCorrelation>,
     /// What cells have said last that is in force.
     correlations: Vec<HeldCorrelation>,
     integrities: Integrities,
 }
 
-/// Identities that are remembered.
+/// Most identities that are remembered; then only those of the present picture are.
 const REMEMBERED: usize = 100_000;
+/// Slots within which a cell says that it holds a decision, from the first that is published by it: 5 s.
+const SAID: i64 = 20;
 
 impl Decider {
     pub(super) fn new(config: &Config, to: Option<Sender<Decision>>) -> Self {
@@ -63,6 +68,7 @@ impl Decider {
             to,
             identities: BTreeSet::new(),
             latest: None,
+            awaited: Vec::new(),
             correlations: Vec::new(),
             integrities: Integrities::default(),
         }
@@ -79,13 +85,37 @@ impl Decider {
 
     pub(super) fn hear(&mut self, correlations: &[HeldCorrelation], integrities: &Integrities) {
         correlations.clone_into(&mut self.correlations);
+        let Self { awaited, latest, .. } = self;
+        awaited.retain(|awaited| {
+            let is_held = correlations.iter().any(|held| held.correlation == awaited.correlation);
+            let is_refused = !is_held && latest.is_some_and(|latest| latest >= awaited.since.plus(SAID));
+            if is_refused {
+                let Correlation { radar, transponder, verdict } = awaited.correlation;
+                let (track, transponder) = (radar.number, transponder.name().escape_ascii().to_string());
+                warn!(
+                    track,
+                    transponder,
+                    verdict = verdict.name(),
+                    "no cell carries out the decision: none knows the pair"
+                );
+            }
+            !is_held && !is_refused
+        });
         self.integrities.clone_from(integrities);
     }
 
     /// Writes what was decided; `is_heard`: somebody is there to carry it out.
     pub(super) fn decide(&mut self, correlations: &Correlations, words: &IntegrityRequests, is_heard: bool) {
         let slot = self.latest.filter(|_| is_heard).map(|latest| latest.plus(AHEAD));
-        let Self { refusals: [no_pair, no_word], to, identities, correlations: held, integrities, .. } = self;
+        let Self {
+            refusals: [no_pair, no_word],
+            to,
+            identities,
+            correlations: held,
+            integrities,
+            awaited,
+            ..
+        } = self;
         let allowed = |refusal: &Option<Denied>| refusal.clone().map_or(Ok(()), Err);
         let send = |decision: Decision| match to.as_ref().map(|to| to.try_send(decision)) {
             Some(Ok(())) => Ok(()),
@@ -96,7 +126,12 @@ impl Decider {
             allowed(no_pair)?;
             let slot = slot.ok_or(Denied::Unheard)?;
             send(Decision::Correlate(slot, correlation))?;
-            Ok(HeldCorrelation { correlation, since: slot })
+            let decided = HeldCorrelation { correlation, since: slot };
+            // What was decided on this pair before is replaced.
+            let pair = |of: &Correlation| (of.radar, of.transponder);
+            awaited.retain(|before| pair(&before.correlation) != pair(&correlation));
+            awaited.extend((correlation.verdict != Verdict::Automatic).then_some(decided));
+            Ok(decided)
         });
         words.forward(identities, integrities, |word| {
             allowed(no_word)?;
@@ -104,5 +139,38 @@ impl Decider {
             send(Decision::Say(slot, word))?;
             Ok(HeldWord { word, since: slot })
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fusion::{RadarTrackKey, SensorIndex};
+
+    use super::*;
+
+    #[test]
+    fn a_decision_is_awaited_until_a_cell_holds_it_or_should_have_said_so() {
+        let scenario = "name = \"x\"\nduration_s = 20\n";
+        let scenario = crate::simulate::Scenario::parse(scenario, "x.toml").unwrap();
+        let config = crate::simulate::simulate(&scenario, 1, None).unwrap().config;
+        let mut decider = Decider::new(&config, None);
+        let held = |number| {
+            let radar = RadarTrackKey { sensor: SensorIndex(0), number };
+            let transponder = Identity::of_address(7);
+            let correlation = Correlation { radar, transponder, verdict: Verdict::Correlated };
+            HeldCorrelation { correlation, since: Slot(100) }
+        };
+        let none = Integrities::default();
+        decider.awaited = vec![held(1), held(2)];
+        decider.latest = Some(Slot(100));
+        // One cell has it; from another slot on than was written, where the letter came late.
+        decider.hear(&[HeldCorrelation { since: Slot(103), ..held(1) }], &none);
+        assert_eq!(decider.awaited, [held(2)]);
+        decider.latest = Some(Slot(119));
+        decider.hear(&[held(1)], &none);
+        assert_eq!(decider.awaited, [held(2)]);
+        decider.latest = Some(Slot(120));
+        decider.hear(&[held(1)], &none);
+        assert_eq!(decider.awaited, []);
     }
 }
