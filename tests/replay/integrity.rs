@@ -144,6 +144,35 @@ fn where_nothing_is_judged_nothing_is_said() {
     }
 }
 
+/// Without its helpers a flag is a mark: no point comes, goes, moves or is called otherwise.
+#[test]
+fn a_flag_moves_no_point() {
+    let scratch = Scratch::new();
+    let scenario = "name = \"jump\"\nduration_s = 90\n[drones]\nmultirotors = 3\nequipped = 3\nspoofed = 1\n\
+                    [transponder]\nattack = \"jump\"\nspoof_after_s = [30.0, 40.0]\n";
+    let scenario = scratch.file("jump.toml", scenario);
+    let flown = ran(utm_fusion("simulate").arg(scenario).arg("--out").arg(scratch.path("flight")));
+    assert_eq!(flown.code, 0, "{}", flown.stderr);
+    scratch.file("kept.numbers.json", "{\"version\":1,\"numbers\":[]}\n");
+    let points = |change: &[&str]| -> Vec<String> {
+        let (table, ..) = replayed(&scratch, "csv", change);
+        let what_and_where = |line: &str| line.split(',').take(10).collect::<Vec<_>>().join(",");
+        table.lines().map(what_and_where).collect()
+    };
+    let plain = [
+        ["UTM_FUSION__INTEGRITY__ACCURACY", "false"],
+        ["UTM_FUSION__INTEGRITY__SHOW_TWIN", "false"],
+        ["UTM_FUSION__INTEGRITY__PROTECT", "false"],
+    ];
+    let plain = plain.concat();
+    let (marked, ..) = replayed(&scratch, "csv", &plain);
+    assert!(marked.contains(",suspect,"), "one is flagged");
+    let off = points(&["UTM_FUSION__INTEGRITY__ACTION", "off"]);
+    assert!(off.len() > 500 && points(&plain) == off);
+    // With them there is something to see.
+    assert!(points(&[]) != off);
+}
+
 #[test]
 fn alerts_go_into_a_file_of_their_own() {
     let scratch = Scratch::new();
