@@ -1,5 +1,5 @@
-//! `docs/` keeps its word: every page is in the site, every link leads somewhere, and the tutorial
-//! runs as it is printed.
+//! `docs/` keeps its word: every page is in the site, every link leads somewhere, the tutorial runs as it is printed, and
+//! the tests that are named exist.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![expect(clippy::disallowed_methods, reason = "it looks at the project's files")]
@@ -9,4 +9,5 @@ mod pages;
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;
 mod site;
+mod trace;
 mod tutorial;
