@@ -1,4 +1,4 @@
-//! SECURITY-MODEL.md: the tests that it names exist.
+//! TRACE.md and SECURITY-MODEL.md: the tests that they name exist, and every row of the trace says what shows it.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -37,7 +37,7 @@ fn has_test(text: &str, name: &str) -> bool {
 #[test]
 fn every_test_that_is_named_exists() {
     let mut files = BTreeMap::new();
-    for page in ["SECURITY-MODEL.md"] {
+    for page in ["TRACE.md", "SECURITY-MODEL.md"] {
         let text = fs::read_to_string(root().join("docs").join(page)).unwrap();
         let tests = named(&text);
         assert!(tests.len() > 25, "{page} names {} tests", tests.len());
@@ -55,4 +55,22 @@ fn every_test_that_is_named_exists() {
             && !has_test(here, "named")
             && !has_test(here, "every")
     );
+}
+
+/// A rule has a test, is said to have none, or to be departed from, with the page that says why.
+#[test]
+fn every_rule_has_a_test_or_says_that_it_has_none() {
+    let text = fs::read_to_string(root().join("docs/TRACE.md")).unwrap();
+    let is_row = |line: &&str| line.starts_with("| ") && !line.ends_with("| shown by |");
+    let rows = text.lines().filter(is_row);
+    let (mut count, mut without) = (0, 0);
+    for row in rows {
+        let shown = row.trim_end_matches(" |").rsplit(" | ").next().unwrap();
+        let (none, departs) = (shown.starts_with("none"), shown.contains("departs: see ["));
+        assert!(none || departs || shown.contains(".rs::"), "{row}");
+        count += 1;
+        without += usize::from(none);
+    }
+    println!("{count} rules, {without} without a test");
+    assert!(count > 100 && without > 0);
 }
