@@ -173,10 +173,13 @@ local several = expert_info(
     "several_records", "The block holds several records; edition 1.2 allows one", expert.group.PROTOCOL, expert.severity.WARN)
 local time_past_day = expert_info(
     "time_past_day", "The time of day is past the end of the day", expert.group.PROTOCOL, expert.severity.WARN)
-cat129.experts = {
-    faults.block_too_short, faults.block_past_end, faults.fspec_past_end, faults.fspec_too_long, faults.reserved_frn,
-    faults.item_past_end, faults.length_zero, spare_set, several, time_past_day,
-}
+faults.not_captured = expert_info(
+    "not_captured", "The capture has only the beginning of this datagram", expert.group.PROTOCOL, expert.severity.WARN)
+local experts = { spare_set, several, time_past_day }
+for _, fault in pairs(faults) do
+    table.insert(experts, fault)
+end
+cat129.experts = experts
 
 -- Values.
 
@@ -429,15 +432,16 @@ end
 -- The blocks of a datagram: { at, length, category }. Then where its rest begins that is none, and why; or nil.
 local function blocks_of(tvb)
     local blocks, at = {}, 0
+    local cut_off = tvb:reported_len() > tvb:len() and "not_captured" or "block_past_end"
     while at < tvb:len() do
         if tvb:len() - at < HEADER then
-            return blocks, at, "block_past_end"
+            return blocks, at, cut_off
         end
         local category, length = tvb(at, 1):uint(), tvb(at + 1, 2):uint()
         if length < HEADER then
             return blocks, at, "block_too_short"
         elseif at + length > tvb:len() then
-            return blocks, at, "block_past_end"
+            return blocks, at, cut_off
         end
         table.insert(blocks, { at = at, length = length, category = category })
         at = at + length

@@ -329,3 +329,18 @@ fn it_stands_beside_the_dissector_of_other_categories() {
         assert!(matches!(&of[3].said[..], [Said::Fault(name, _)] if name == "block_past_end"));
     }
 }
+
+/// What was on the wire and was not kept is no fault of the sender.
+#[test]
+fn a_frame_that_was_not_kept_whole_is_said_to_be_one() {
+    if !is_installed("tshark", "--version") {
+        return;
+    }
+    let scratch = Scratch::new();
+    let frame = writer::ipv4(writer::UDP, 0, &writer::udp(&edges::block(&edges::full(false))));
+    let mut pcap = writer::PcapWriter::new(false, false, 101);
+    pcap.record_of(1_700_000_000, 0, &frame[..frame.len() - 20], frame.len());
+    let of = packets(&scratch, &scratch.file("capture.pcap", &pcap.octets), PORT);
+    assert!(of[0].said.is_empty(), "{:?}", of[0].said);
+    assert_eq!(of[0].notes, ["not_captured"]);
+}
