@@ -13,6 +13,8 @@ use super::watermarks::Watermarks;
 
 /// What is handled after a slot was made is handled this much later than it was due, and before the next one is by as much.
 const APART: SignedDuration = SignedDuration::from_micros(1);
+/// Slots that an owner makes before it looks up.
+const AT_ONCE: usize = 4;
 
 /// What a cell does with its inputs: told the same at the same times it makes the same, to the byte.
 pub trait Fusing {
@@ -117,6 +119,8 @@ pub struct Cell<E> {
     /// Sequences of the last input that was read, and of the last that was handled.
     read: u64,
     handled: u64,
+    /// Whether the log held more input than was read of it.
+    has_more: bool,
     watermarks: Watermarks,
     /// What others published and this node has not made yet.
     outputs: VecDeque<(u64, Output)>,
@@ -134,6 +138,8 @@ pub struct Cell<E> {
     is_lease_free: bool,
     /// An answer is awaited; whether the fate of the output in front is in doubt.
     is_asking: bool,
+    /// Whether more could be made at once than was.
+    is_pressed: bool,
     is_in_doubt: bool,
 }
 
@@ -148,6 +154,7 @@ impl<E: Fusing> Cell<E> {
             inputs: VecDeque::new(),
             read: handled,
             handled,
+            has_more: false,
             watermarks: Watermarks::default(),
             outputs: VecDeque::new(),
             published,
@@ -158,6 +165,7 @@ impl<E: Fusing> Cell<E> {
             step: Step::default(),
             is_lease_free: false,
             is_asking: false,
+            is_pressed: false,
             is_in_doubt: false,
         }
     }
@@ -235,6 +243,11 @@ impl<E: Fusing> Cell<E> {
         }
     }
 
+    /// Whether the log held more input when the last was read. As long as it does no sensor is given up: what it sent may be there.
+    pub const fn more(&mut self, has_more: bool) {
+        self.has_more = has_more;
+    }
+
     /// The next letter to another cell that is to be written into the log: at least once, in this order, until it is there.
     pub fn post(&mut self) -> Option<Letter> {
         self.post.pop_front()
@@ -263,11 +276,13 @@ impl<E: Fusing> Cell<E> {
         self.is_lease_free = !is_held;
     }
 
-    /// What there is to do at `now`, by this node's clock: inputs are handled, slots made.
+    /// What there is to do at `now`, by this node's clock: inputs are handled, slots made. An owner makes a few of them, so that
+    /// what is made is published, and what is left out is looked at, however much there is to be made.
     ///
     /// # Errors
     /// This node has to begin anew.
     pub fn pump(&mut self, now: Time) -> Result<(), Lost> {
+        self.is_pressed = false;
         if !self.owns() {
             self.follow()?;
         }
@@ -282,6 +297,11 @@ impl<E: Fusing> Cell<E> {
             self.lead(epoch, now);
         }
         Ok(())
+    }
+
+    /// Whether there is more to be made at once.
+    pub const fn is_pressed(&self) -> bool {
+        self.is_pressed
     }
 
     /// What is to be asked of the log now.
@@ -391,10 +411,16 @@ impl<E: Fusing> Cell<E> {
 
     /// Handles what is there, and makes each slot once every sensor has been heard until it is due, or was waited for.
     fn lead(&mut self, epoch: u64, now: Time) {
+        let mut left = AT_ONCE;
         loop {
             if let Some(due) = self.engine.next_due()
                 && self.is_time_for(due, now)
             {
+                if left == 0 {
+                    self.is_pressed = true;
+                    return;
+                }
+                left -= 1;
                 while let Some((slot, picture)) = self.make(due) {
                     let letters = self.engine.letters();
                     self.engine.relieve(self.step);
@@ -419,7 +445,9 @@ impl<E: Fusing> Cell<E> {
             Some((_, Logged::Input(input))) => self.grid.open(input.slot) >= latest,
             Some((_, Logged::Letter(_))) | None => false,
         };
-        is_whole || is_passed || now >= latest
+        // Who is late with reading must not take it for silence.
+        let is_all_heard = self.inputs.is_empty() && !self.has_more;
+        is_whole || is_passed || is_all_heard && now >= latest
     }
 
     /// Handles the next input; whether there was one.

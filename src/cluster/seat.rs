@@ -27,8 +27,8 @@ const AT_ONCE: usize = 1000;
 /// What the cell is told.
 #[derive(Debug)]
 pub(super) enum Told {
-    /// A message of the input, and its sequence.
-    Input(u64, Logged),
+    /// A message of the input and its sequence, where it concerns the cell; whether the log held more when it was sent.
+    Input(Option<(u64, Logged)>, bool),
     /// An output of the cell, and its sequence.
     Output(u64, Output),
     /// Whether somebody holds the lease.
@@ -90,7 +90,8 @@ pub(super) fn work(
     let (mut owned, mut next_report, mut is_wanted) = (None, Time::default(), false);
     let (mut next_claims, mut step) = (Time::default(), Step::default());
     loop {
-        let first = match told.recv_timeout(LOOK_UP) {
+        let patience = if cell.is_pressed() { Duration::ZERO } else { LOOK_UP };
+        let first = match told.recv_timeout(patience) {
             Ok(told) => Some(told),
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => return,
@@ -163,7 +164,10 @@ pub(super) fn work(
 
 fn hear(cell: &mut Cell<SiteEngine>, told: Told) -> Result<(), Lost> {
     match told {
-        Told::Input(sequence, input) => cell.input(sequence, input),
+        Told::Input(input, has_more) => {
+            cell.more(has_more);
+            input.into_iter().for_each(|(sequence, input)| cell.input(sequence, input));
+        }
         Told::Output(sequence, output) => cell.output(sequence, output)?,
         Told::Lease(is_held) => cell.lease(is_held),
         Told::Leased(epoch) => cell.leased(epoch),

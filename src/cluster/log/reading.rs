@@ -41,12 +41,13 @@ pub struct Reading {
     patience: Instant,
     /// Counts the messages of this reader, so that none is left out.
     count: u64,
+    has_more: bool,
 }
 
 impl Reading {
     pub(super) fn new(stream: Stream, subject: String, next: u64) -> Self {
         let patience = Instant::now() + SILENT;
-        Self { stream, subject, next, beginning: None, messages: None, patience, count: 0 }
+        Self { stream, subject, next, beginning: None, messages: None, patience, count: 0, has_more: false }
     }
 
     /// The next message and its sequence; waits for it. `None`: the stream was lost, and what it is now is shorter than what was
@@ -87,8 +88,8 @@ impl Reading {
             };
             self.patience = Instant::now() + SILENT;
             match self.place(&message) {
-                Some((sequence, count)) if count == self.count + 1 => {
-                    self.count = count;
+                Some((sequence, count, waiting)) if count == self.count + 1 => {
+                    (self.count, self.has_more) = (count, waiting > 0);
                     if sequence >= self.next {
                         self.next = sequence + 1;
                         let of = last_part(&message.message.subject);
@@ -106,7 +107,7 @@ impl Reading {
         let asked = self.stream.direct_get_next_for_subject(self.subject.as_str(), Some(from));
         match timeout(PATIENCE, asked).await {
             Ok(Ok(message)) => {
-                self.next = message.sequence + 1;
+                (self.next, self.has_more) = (message.sequence + 1, false);
                 Some((message.sequence, last_part(&message.subject), message.payload))
             }
             Ok(Err(error)) if error.kind() != DirectGetErrorKind::NotFound => {
@@ -117,8 +118,14 @@ impl Reading {
         }
     }
 
-    fn place(&self, message: &Message) -> Option<(u64, u64)> {
-        message.info().ok().map(|info| (info.stream_sequence, info.consumer_sequence))
+    /// Whether there were more messages of the subject when the last one was sent; not known of one that was asked for alone.
+    pub const fn has_more(&self) -> bool {
+        self.has_more
+    }
+
+    /// Its sequence, which one of this reader it is, and how many were behind it.
+    fn place(&self, message: &Message) -> Option<(u64, u64, u64)> {
+        message.info().ok().map(|info| (info.stream_sequence, info.consumer_sequence, info.pending))
     }
 }
 

@@ -214,16 +214,20 @@ impl Desk {
         let (held, holding) = watch::channel(None);
         let mut tasks = JoinSet::new();
         let (own, audience) = (self.cell.clone(), self.audience.clone());
-        tasks.spawn(read(self.log.inputs(handled + 1), to_cell.clone(), move |sequence, octets| {
-            let logged = Logged::parse(octets, &own, &audience).map_err(drop)?;
-            Ok(logged.map(|logged| Told::Input(sequence, logged)))
-        }));
+        tasks.spawn(read(
+            self.log.inputs(handled + 1),
+            to_cell.clone(),
+            move |sequence, octets, has_more| {
+                let logged = Logged::parse(octets, &own, &audience).map_err(drop)?;
+                Ok(Told::Input(logged.map(|logged| (sequence, logged)), has_more))
+            },
+        ));
         tasks.spawn(deliver(self.log.clone(), letters));
         tasks.spawn(read(
             self.log.outputs(self.cell.as_str(), published + 1),
             to_cell.clone(),
-            |sequence, octets| {
-                Output::parse(octets).map(|output| Some(Told::Output(sequence, output))).map_err(drop)
+            |sequence, octets, _| {
+                Output::parse(octets).map(|output| Told::Output(sequence, output)).map_err(drop)
             },
         ));
         tasks.spawn(self.clone().keep(seat, to_cell.clone(), held.clone(), holding.clone()));
@@ -447,7 +451,7 @@ impl Desk {
 async fn read(
     mut reading: Reading,
     to_cell: Sender<Told>,
-    of: impl Fn(u64, &[u8]) -> Result<Option<Told>, ()>,
+    of: impl Fn(u64, &[u8], bool) -> Result<Told, ()>,
 ) {
     loop {
         let Some((sequence, octets)) = reading.next().await else {
@@ -455,13 +459,12 @@ async fn read(
             tell(&to_cell, Told::Unseated);
             return;
         };
-        match of(sequence, &octets) {
-            Ok(Some(told)) => {
+        match of(sequence, &octets, reading.has_more()) {
+            Ok(told) => {
                 if !tell(&to_cell, told) {
                     return;
                 }
             }
-            Ok(None) => {}
             Err(()) => warn!(sequence, "a message of the log is not one of this version"),
         }
     }

@@ -11,9 +11,9 @@ use std::collections::BTreeSet;
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 
-use super::cell::Cell;
+use super::cell::{Appended, Cell, Wish};
 use super::engine::{SiteEngine, pictures};
-use super::message::Logged;
+use super::message::{Logged, Output};
 use toy::Toy;
 use world::{Engine, Fault, Faults, WAIT, World};
 
@@ -109,6 +109,57 @@ fn whatever_happens_nothing_is_doubled_and_nothing_is_missing() {
     }
     // The schedules would say nothing if nothing happened in them.
     assert!(takeovers > 2 * count as usize && refused > 0 && lost > 0, "{takeovers} {refused} {lost}");
+}
+
+/// A cell that is owned by nobody else, and the first output of which is the log's first.
+fn owned() -> Cell<Toy> {
+    let mut cell = Cell::new(Toy::new(), SlotGrid::default(), WAIT, 0, 0);
+    cell.lease(false);
+    assert_eq!(cell.wish(), Some(Wish::Lease));
+    cell.leased(Some(1));
+    assert_eq!(cell.wish(), Some(Wish::Last));
+    cell.last(Ok(None)).unwrap();
+    cell
+}
+
+/// An owner that was held up publishes what it would have in time, and does so before it has made all of it.
+#[test]
+fn who_is_late_leaves_nothing_out_and_publishes_as_it_goes() {
+    let world = flown(0, Faults::none());
+    let (inputs, expected) = (world.inputs(), world.outputs());
+    let late = SlotGrid::default().open(expected.last().unwrap().slot.plus(40));
+    let mut cell = owned();
+    let (read, rest) = inputs.split_at(inputs.len() / 2);
+    for (sequence, input) in (1..).zip(read) {
+        cell.input(sequence, input.clone());
+        cell.more(true);
+    }
+    let (mut published, mut pumps) = (Vec::new(), 0);
+    let mut go_on = |cell: &mut Cell<Toy>| {
+        loop {
+            cell.pump(late).unwrap();
+            pumps += 1;
+            while let Some(Wish::Append { output, .. }) = cell.wish() {
+                published.push(output);
+                cell.appended(Appended::Stored(published.len() as u64));
+            }
+            if !cell.is_pressed() {
+                return (published.len(), pumps);
+            }
+        }
+    };
+    let (slots, looks) = go_on(&mut cell);
+    assert!(slots > expected.len() / 3 && slots < expected.len() * 2 / 3, "{slots} of {}", expected.len());
+    assert!(looks > slots / 5, "{slots} slots in {looks} looks");
+    for (sequence, input) in (read.len() as u64 + 1..).zip(rest) {
+        cell.input(sequence, input.clone());
+    }
+    cell.more(false);
+    go_on(&mut cell);
+    let pictures = |outputs: &[Output]| -> Vec<_> {
+        outputs.iter().take(expected.len()).map(|output| (output.slot, output.picture.clone())).collect()
+    };
+    assert_eq!(pictures(&published), pictures(&expected));
 }
 
 /// What an owner leaves out, who stands by leaves out, too, whoever owns the cell next.
