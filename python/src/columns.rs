@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use arrow_array::builder::{
     ArrayBuilder, BooleanBuilder, Float64Builder, Int64Builder, StringBuilder, TimestampMicrosecondBuilder,
 };
-use arrow_array::{ArrayRef, RecordBatch, RecordBatchOptions};
+use arrow_array::{Array, ArrayRef, RecordBatch, RecordBatchOptions, new_null_array};
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef, TimeUnit};
 use utm_fusion::formats::table::{Cell, Column, ColumnKind, Table};
 
@@ -92,10 +92,22 @@ impl Gatherer {
     fn end_batch(&mut self) -> Result<(), ArrowError> {
         let rows = self.rows;
         let mut arrays = Vec::with_capacity(self.order.len());
+        // Most columns of a category are empty in most captures: they share their nulls.
+        let mut empty: Vec<ArrayRef> = Vec::new();
         for place in &self.order {
             let Some(values) = &mut self.columns[*place] else { continue };
-            values.fill_to(rows);
-            arrays.push(values.finish());
+            if values.len() > 0 {
+                values.fill_to(rows);
+                arrays.push(values.finish());
+                continue;
+            }
+            let data_type = self.frame.schema.field(arrays.len()).data_type();
+            let known = empty.iter().find(|nulls| nulls.data_type() == data_type).cloned();
+            arrays.push(known.unwrap_or_else(|| {
+                let nulls = new_null_array(data_type, rows);
+                empty.push(Arc::clone(&nulls));
+                nulls
+            }));
         }
         let count = RecordBatchOptions::new().with_row_count(Some(rows));
         let batch = RecordBatch::try_new_with_options(Arc::clone(&self.frame.schema), arrays, &count)?;

@@ -19,7 +19,7 @@ use utm_fusion::picture::{Picture, PictureMaker};
 use utm_fusion::pipeline::{Output, Pipeline};
 
 use crate::columns::{Gatherer, Shelf, take};
-use crate::source::{Source, error};
+use crate::source::{Source, check_signals, error};
 use crate::table::Table;
 use crate::told::told;
 
@@ -119,7 +119,7 @@ fn pass(pipeline: &mut Pipeline, mut merged: Merged, show: &mut Show) -> PyResul
     let mut damaged = None;
     for count in 0_usize.. {
         if count.is_multiple_of(AT_ONCE) {
-            Python::attach(|py| py.check_signals())?;
+            check_signals()?;
         }
         match merged.next() {
             Some(Ok(reception)) => pipeline.receive(&reception),

@@ -29,6 +29,12 @@ pub(crate) fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
     PyErr::warn(py, &py.get_type::<InputWarning>(), &text, 1)
 }
 
+/// KeyboardInterrupt, where the user wants it; for work without the interpreter's lock.
+#[expect(clippy::redundant_closure_for_method_calls, reason = "the method itself is of one lifetime only")]
+pub(crate) fn check_signals() -> PyResult<()> {
+    Python::attach(|py| py.check_signals())
+}
+
 /// A file, or the octets of one.
 pub(crate) enum Source {
     Path(PathBuf),

@@ -12,7 +12,7 @@ use utm_fusion::capture::{Capture, ReadError};
 use utm_fusion::decode::{Decoder, Tables};
 
 use crate::columns::{Frame, Gatherer, Shelf, take};
-use crate::source::{EditionNames, Source, complaint, decoder, error, warn};
+use crate::source::{EditionNames, Source, check_signals, complaint, decoder, error, warn};
 
 /// Datagrams between two looks at whether the user wants to end it.
 const AT_ONCE: usize = 4096;
@@ -169,7 +169,7 @@ fn read(
 fn fill(capture: &mut Capture, decoder: &Decoder, tables: &mut Tables<'_>) -> PyResult<Option<ReadError>> {
     for count in 0_usize.. {
         if count.is_multiple_of(AT_ONCE) {
-            Python::attach(|py| py.check_signals())?;
+            check_signals()?;
         }
         match capture.next() {
             Some(Ok(datagram)) => decoder.datagram(&datagram, None, tables).map_err(error)?,

@@ -65,8 +65,8 @@ def test_replay_fails_in_the_words_of_the_program(flight, program, tmp_path):
 
 
 def test_ctrl_c_ends_a_replay(flight):
-    with ctrl_c(0.2):
-        utm_fusion.replay([flight["capture"]] * 50, flight["site"])
+    with ctrl_c(0.03):
+        utm_fusion.replay([flight["capture"]] * 200, flight["site"])
 
 
 def test_scores_are_those_of_the_program(flight, program, tmp_path):

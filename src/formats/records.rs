@@ -15,7 +15,7 @@ use crate::json::{announced, is_known, meant, part_octets, write_item, write_val
 pub(crate) struct RecordColumns {
     columns: Vec<Column>,
     /// In the order of the items; `None` of one that fills no column that is wanted.
-    items: Vec<(&'static str, Option<Node>)>,
+    items: Vec<(&'static UapItem, Option<Node>)>,
     /// The text of a cell.
     text: Vec<u8>,
 }
@@ -52,7 +52,7 @@ impl RecordColumns {
         let mut columns = first;
         let node = |item: &'static UapItem| {
             let name = format!("I{category:03}_{}", item.item);
-            (item.item, Some(Node::new(&mut columns, &name, &item.layout)))
+            (item, Some(Node::new(&mut columns, &name, &item.layout)))
         };
         let items = items.iter().map(node).collect();
         Self { columns, items, text: Vec::new() }
@@ -78,10 +78,11 @@ impl RecordColumns {
     ) {
         let Self { items: nodes, text, .. } = self;
         for (item, octets) in items {
-            // Of a category with one profile the item is where its number says.
-            let here =
-                nodes.get(usize::from(item.frn).wrapping_sub(1)).filter(|(number, _)| *number == item.item);
-            let node = here.or_else(|| nodes.iter().find(|(number, _)| *number == item.item));
+            // Of a category with one profile the item is known, and mostly where its number says.
+            let here = nodes
+                .get(usize::from(item.frn).wrapping_sub(1))
+                .filter(|(known, _)| std::ptr::eq(*known, item));
+            let node = here.or_else(|| nodes.iter().find(|(known, _)| known.item == item.item));
             if let Some((_, Some(node))) = node {
                 node.fill(table, text, &item.layout, octets);
             }
@@ -195,7 +196,7 @@ impl Node {
             (Self::Text(column), layout) => {
                 text.clear();
                 write_item(text, layout, octets);
-                table.set(*column, Cell::Text(String::from_utf8_lossy(text)));
+                table.set(*column, Cell::Text(text_of(text)));
             }
             _ => {}
         }
@@ -320,7 +321,12 @@ fn cell<'a>(place: &Place, text: &'a mut Vec<u8>, octets: &[u8], at: usize) -> O
 /// The text of a value; what is none, as octets where a text should be, stays JSON.
 fn unquoted(json: &[u8]) -> Cow<'_, str> {
     match json {
-        [b'"', text @ .., b'"'] if !text.contains(&b'\\') => String::from_utf8_lossy(text),
-        _ => serde_json::from_slice(json).map_or_else(|_| String::from_utf8_lossy(json), Cow::Owned),
+        [b'"', text @ .., b'"'] if !text.contains(&b'\\') => text_of(text),
+        _ => serde_json::from_slice(json).map_or_else(|_| text_of(json), Cow::Owned),
     }
+}
+
+/// What is printed is ASCII; to find that out is quicker than to look for what is not.
+fn text_of(printed: &[u8]) -> Cow<'_, str> {
+    str::from_utf8(printed).map_or_else(|_| String::from_utf8_lossy(printed), Cow::Borrowed)
 }
