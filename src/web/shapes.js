@@ -13,6 +13,7 @@ export class Shapes {
     this.surfaces = new Path2D();
     this.points = []; // [x, y, name]
     this.names = []; // [x, y, name] of surfaces and lines
+    this.boxes = []; // [left, top, right, bottom, name] of surfaces
     this.places = []; // of everything, to fit the view
     this.add(geojson, "");
   }
@@ -68,7 +69,10 @@ export class Shapes {
   }
 
   addSurface(rings, name) {
+    const before = this.places.length;
     rings.forEach((ring, i) => this.addLine(this.surfaces, ring, i ? "" : name));
+    const [x, y] = [0, 1].map((axis) => this.places.slice(before).map((place) => place[axis]));
+    if (name && x.length) this.boxes.push([Math.min(...x), Math.max(...y), Math.max(...x), Math.min(...y), name]);
   }
 
   addLine(path, coordinates, name) {
@@ -80,7 +84,8 @@ export class Shapes {
     if (name && coordinates.length) this.names.push([...this.local(northmost(coordinates)), name]);
   }
 
-  draw(context, view, colour, { fill = 0.08, dash = [] } = {}) {
+  /** Names are at the northmost point, or `inside`: at the top of what is seen of the surface. */
+  draw(context, view, colour, { fill = 0.08, dash = [], inside = false } = {}) {
     context.save();
     context.translate(view.width / 2, view.height / 2);
     context.scale(view.scale, -view.scale);
@@ -108,12 +113,26 @@ export class Shapes {
       if (name) writeFree(context, view, name, px + 6, py - 2, colour);
     }
     context.textAlign = "center";
-    for (const [x, y, name] of this.names) {
+    for (const [px, py, name] of inside ? this.namesInside(view) : this.namesAbove(view)) writeFree(context, view, name, px, py, colour);
+  }
+
+  namesAbove(view) {
+    return this.names.map(([x, y, name]) => {
       const [px, py] = view.toScreen(x, y);
-      writeFree(context, view, name, px, py - 3, colour);
-    }
+      return [px, py - 3, name];
+    });
+  }
+
+  namesInside(view) {
+    return this.boxes.flatMap(([left, top, right, bottom, name]) => {
+      const [[pxLeft, pyTop], [pxRight, pyBottom]] = [view.toScreen(left, top), view.toScreen(right, bottom)];
+      const [from, to, edge] = [Math.max(pxLeft, 0), Math.min(pxRight, view.width), Math.max(pyTop, 0)];
+      return from < to && edge + BELOW_PX < Math.min(pyBottom, view.height) ? [[(from + to) / 2, edge + BELOW_PX, name]] : [];
+    });
   }
 }
+
+const BELOW_PX = 40; // the edge; the names of bearings are above it
 
 const northmost = (coordinates) => coordinates.reduce((best, at) => (at[1] > best[1] ? at : best));
 
@@ -123,7 +142,7 @@ export function drawCoverage(context, view, shapes) {
 
 /** The cells of a cluster, each with who owns it. */
 export function drawCells(context, view, shapes) {
-  shapes.draw(context, view, palette.quiet, { fill: 0, dash: [12, 4, 2, 4] });
+  shapes.draw(context, view, palette.quiet, { fill: 0, dash: [12, 4, 2, 4], inside: true });
 }
 
 export function drawOverlay(context, view, shapes) {

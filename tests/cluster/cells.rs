@@ -6,7 +6,8 @@ use serde_json::{Value, json};
 use utm_fusion::cluster::{Cells, Part};
 use utm_fusion::territory::CellName;
 
-use crate::site::{NODES, PICTURE, SLACK_S, Setup, Site, until};
+use crate::browser::{self, Browser};
+use crate::site::{NODES, PATIENCE, PICTURE, SLACK_S, Setup, Site, until};
 use crate::watcher::{Summary, Watcher};
 
 /// The cells of the site.
@@ -85,6 +86,28 @@ fn joined(summaries: &[Summary]) -> Joined {
     Joined { cells, gaps, doubled }
 }
 
+/// The map draws every cell, under its name and that of its owner.
+fn the_map_shows_who_owns_what(site: &Site) {
+    let Some(chromium) = browser::installed() else {
+        return println!("the map was not looked at: Chromium is not installed");
+    };
+    let mut browser = Browser::start(&chromium, &site.file("chromium"));
+    browser.open(&format!("http://{}/", site.address().unwrap()));
+    browser.run(
+        "window.written = new Set(); const { fillText } = CanvasRenderingContext2D.prototype; \
+         CanvasRenderingContext2D.prototype.fillText = function (text, ...at) { \
+             window.written.add(text); return fillText.call(this, text, ...at); }",
+    );
+    let cells: Vec<_> = names(site).iter().map(|cell| cell.as_str().to_owned()).collect();
+    let is_written =
+        format!("{cells:?}.every(cell => [...window.written].some(text => text.startsWith(`${{cell}}: n`)))");
+    browser.wait(&is_written, PATIENCE);
+    let layer = "document.querySelector('input[name=cells]')";
+    browser.run(&format!("{layer}.click(); window.written.clear()"));
+    browser.wait(&format!("!{layer}.checked && window.written.size > 0 && !{is_written}"), PATIENCE);
+    assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn four_cells_make_one_picture_and_outlive_a_node() {
     let Some(mut site) = Site::start(Setup { is_divided: true, checkpoint_s: 5.0, ..Setup::default() }).await
@@ -106,6 +129,8 @@ async fn four_cells_make_one_picture_and_outlive_a_node() {
     until("aircraft", async || (shown(&site).await.len() >= 3).then_some(())).await;
     watchers[0].more(40).await;
     let before = shown(&site).await;
+
+    tokio::task::block_in_place(|| the_map_shows_who_owns_what(&site));
 
     // What an operator decides at the picture holds in every cell, whoever owns it.
     let (code, answer) =

@@ -128,7 +128,7 @@ impl fmt::Display for Compared {
 async fn clocks_that_differ_are_said_and_what_is_published_is_nearly_the_same() {
     let Some(library) = faketime() else { return };
     let off_ms = variable("UTM_FUSION_CLOCK_MS", 50.0);
-    let slots = variable("UTM_FUSION_COMPARED", 60.0) as usize;
+    let slots = variable("UTM_FUSION_COMPARED", 40.0) as usize;
     let setup = Setup { shifted: Some((GATEWAYS[1], library)), ..Setup::default() };
     let Some(mut site) = Site::start(setup).await else { return };
     let alone = site.beside(ALONE).await;

@@ -6,6 +6,9 @@
     reason = "a test that cannot go on fails; its files and its clock are its own"
 )]
 
+#[path = "../map/browser.rs"]
+#[allow(dead_code, reason = "tests of the map make use of more")]
+mod browser;
 mod cells;
 mod clocks;
 mod contract;

@@ -400,9 +400,14 @@ impl Site {
         .await
     }
 
-    async fn request(&self, request: &str) -> Option<(u16, Value)> {
+    /// Where the picture serves the map.
+    pub fn address(&self) -> Option<String> {
         let log = fs::read_to_string(&self.process(PICTURE).log).ok()?;
-        let address = log.rsplit_once("url=\"http://")?.1.split('/').next()?.to_owned();
+        Some(log.rsplit_once("url=\"http://")?.1.split('/').next()?.to_owned())
+    }
+
+    async fn request(&self, request: &str) -> Option<(u16, Value)> {
+        let address = self.address()?;
         let request = request.to_owned();
         let answer = tokio::task::spawn_blocking(move || {
             let mut socket = TcpStream::connect(address).ok()?;

@@ -144,6 +144,93 @@ fn where_nothing_is_judged_nothing_is_said() {
     }
 }
 
+/// Two drones that the radar sees all the time; the transponder of one jumps 100 m away and stays there.
+const JUMP: &str = "name = \"twin\"\nduration_s = 120\n[drones]\nmultirotors = 2\nequipped = 2\nspoofed = 1\n\
+    [[radars]]\nseen_s = 1000.0\nunseen_s = 1.0\nseduction_every_s = 0\n\
+    [transponder]\nattack = \"jump\"\ngap_every_s = 0\nspoof_after_s = [30.0, 40.0]\n";
+
+/// `[integrity] action = "flag"` without what helps beside the mark.
+const MARKED: [&str; 6] = [
+    "UTM_FUSION__INTEGRITY__ACCURACY",
+    "false",
+    "UTM_FUSION__INTEGRITY__SHOW_TWIN",
+    "false",
+    "UTM_FUSION__INTEGRITY__PROTECT",
+    "false",
+];
+
+fn jump(scratch: &Scratch) {
+    let scenario = scratch.file("jump.toml", JUMP);
+    let mut simulate = utm_fusion("simulate");
+    simulate.arg(scenario).args(["--seed", "2", "--out"]).arg(scratch.path("flight"));
+    let flown = ran(&mut simulate);
+    assert_eq!(flown.code, 0, "{}", flown.stderr);
+    scratch.file("kept.numbers.json", "{\"version\":1,\"numbers\":[]}\n");
+}
+
+/// The points of a replay that hold.
+fn points(scratch: &Scratch, change: &[&str], holds: fn(&Value) -> bool) -> Vec<Value> {
+    let (text, ..) = replayed(scratch, "ndjson", change);
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).filter(holds).collect()
+}
+
+/// Without its helpers a flag is a mark: no point comes, goes, moves or is called otherwise.
+#[test]
+fn a_flag_moves_no_point() {
+    let scratch = Scratch::new();
+    jump(&scratch);
+    let table = |change: &[&str]| replayed(&scratch, "csv", change).0;
+    let what_and_where = |table: &str| -> Vec<String> {
+        table.lines().map(|line| line.split(',').take(9).collect::<Vec<_>>().join(",")).collect()
+    };
+    let (marked, off) = (table(&MARKED), table(&["UTM_FUSION__INTEGRITY__ACTION", "off"]));
+    assert!(marked.contains(",suspect,"), "one is flagged");
+    let off = what_and_where(&off);
+    assert!(off.len() > 500 && what_and_where(&marked) == off);
+    // With them there is something to see.
+    assert!(what_and_where(&table(&[])) != off);
+}
+
+#[test]
+fn a_suspect_is_known_as_badly_as_it_lies_and_its_radar_track_is_an_aircraft() {
+    let scratch = Scratch::new();
+    jump(&scratch);
+    let is_suspect = |point: &Value| point["integrity"] == "suspect";
+    let is_poor = |point: &&Value| point["accuracy_h_m"].as_f64().unwrap() > 100.0;
+    let (marked, flagged) = (points(&scratch, &MARKED, is_suspect), points(&scratch, &[], is_suspect));
+    let poor = |points: &[Value]| points.iter().filter(is_poor).count();
+    assert!(marked.len() > 100 && poor(&marked) == 0, "{}", poor(&marked));
+    assert!(poor(&flagged) > flagged.len() * 9 / 10, "{} of {}", poor(&flagged), flagged.len());
+
+    // Both name each other.
+    let is_disputed = |point: &Value| point["linked"][0]["relation"] == "disputed";
+    assert!(points(&scratch, &MARKED, is_disputed).is_empty());
+    let linked: BTreeMap<(String, String), String> = points(&scratch, &[], is_disputed)
+        .into_iter()
+        .map(|point| {
+            let text = |value: &Value| value.as_str().unwrap().to_owned();
+            assert_ne!(point["uncooperative"], true, "{point}");
+            ((text(&point["time"]), text(&point["id"])), text(&point["linked"][0]["id"]))
+        })
+        .collect();
+    assert!(linked.len() > 200, "{}", linked.len());
+    for ((time, id), other) in &linked {
+        assert_eq!(linked.get(&(time.clone(), other.clone())), Some(id));
+    }
+}
+
+#[test]
+fn who_is_split_is_never_fused() {
+    let scratch = Scratch::new();
+    distrust(&scratch);
+    let is_fused = |point: &Value| point["integrity"] == "failed" && point["source"] == "fused";
+    let is_failed = |point: &Value| point["integrity"] == "failed" && point["source"] == "transponder";
+    let split = ["UTM_FUSION__INTEGRITY__ACTION", "split"];
+    assert!(points(&scratch, &[], is_fused).len() > 10);
+    assert!(points(&scratch, &split, is_fused).is_empty());
+    assert!(points(&scratch, &split, is_failed).len() > 50);
+}
+
 #[test]
 fn alerts_go_into_a_file_of_their_own() {
     let scratch = Scratch::new();

@@ -19,6 +19,7 @@ mod parquet_file;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;
+mod refusals;
 #[path = "../shared/mod.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod shared;
