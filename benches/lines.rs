@@ -12,7 +12,7 @@ use std::path::Path;
 use asterix::{blocks, cat048};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use utm_fusion::capture::{Capture, Datagram};
-use utm_fusion::json::{Encoder, Place, write_record};
+use utm_fusion::json::{Encoder, Entry, Place, write_record};
 
 /// The datagrams of the recording.
 fn recording() -> Vec<Datagram> {
@@ -40,7 +40,7 @@ fn decode(datagrams: &[Datagram], out: &mut Vec<u8>) -> u64 {
                     offset: origin + located.offset as u64,
                     block: origin + block.offset as u64,
                 };
-                write_record(out, &located.record, (), octets, place, None, false);
+                write_record(out, &Entry::typed(&located.record, (), octets, place, None), false);
                 records += 1;
             }
         }

@@ -11,6 +11,7 @@ pub mod commands;
 pub mod config;
 pub mod conflicts;
 pub mod current;
+pub mod decode;
 pub mod evaluate;
 pub mod formats;
 pub mod gateways;

@@ -3,7 +3,7 @@
 import itertools
 import sys
 
-from utm_fusion import ApiError, Client
+from utm_fusion_client import ApiError, Client
 
 client = Client(sys.argv[1])
 assert client.get("/api/v1/info")["version"].count(".") == 2

@@ -2,7 +2,7 @@
 
 use asterix::cat021::Edition;
 use asterix::{Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
-use utm_fusion::json::{Encoder, Named, Place, write_record};
+use utm_fusion::json::{Encoder, Entry, Named, Place, write_record};
 
 /// Every record that can be read comes back from its line, octet by octet; no line, whatever it holds, does harm; and what
 /// is made of a line with items can be read.
@@ -63,7 +63,8 @@ fn there_and_back<R: Record<Edition: Default + Named>>(data: &[u8]) {
             rest = after;
             let mut line = Vec::new();
             let place = Place { input: None, offset: 3, block: 0 };
-            write_record(&mut line, &record, R::Edition::default(), octets, place, None, false);
+            let entry = Entry::typed(&record, R::Edition::default(), octets, place, None);
+            write_record(&mut line, &entry, false);
             let line = String::from_utf8(line).expect("a line is a text");
             let (mut encoder, mut again) = (Encoder::default(), Vec::new());
             if length + 3 <= usize::from(u16::MAX) {

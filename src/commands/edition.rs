@@ -29,7 +29,10 @@ impl FromStr for EditionOf {
 }
 
 /// Those, and the editions that are given. One that names no category is of `category`, or else of CAT021.
-pub(super) fn editions(
+///
+/// # Errors
+/// There is no such edition.
+pub fn editions(
     mut editions: Editions,
     given: &[EditionOf],
     category: Option<u8>,

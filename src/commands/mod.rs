@@ -4,6 +4,7 @@ pub mod address;
 mod alert_file;
 mod broadcast;
 pub mod check;
+pub mod cli;
 #[cfg(feature = "cluster")]
 pub mod cluster;
 pub mod completions;
@@ -29,7 +30,7 @@ mod stage;
 pub mod summary;
 mod table;
 pub mod tip;
-mod unmatched;
+pub mod unmatched;
 mod verdict;
 mod zones;
 
@@ -39,7 +40,6 @@ use std::path::Path;
 
 use crate::api::StartError;
 use crate::areas::AreaError;
-use crate::capture::{Capture, SkipReason};
 use crate::config::{Config, ConfigError, ConfigErrors, Place};
 use crate::notices::Unusable;
 use crate::simulate::Crowded;
@@ -112,18 +112,6 @@ fn load_live(file: &Path) -> Result<Config, ConfigErrors> {
 fn needs_tokens(config: &Config) -> Usage {
     let listen = config.http.listen;
     Usage(format!("{listen}: without tokens (http.auth) only a loopback address is served"))
-}
-
-/// The frames that may have held records and could not be read, by reason.
-fn lost_frames(capture: &Capture) -> impl Iterator<Item = (SkipReason, u64)> {
-    let lost = [
-        SkipReason::Fragment,
-        SkipReason::Truncated,
-        SkipReason::Malformed,
-        SkipReason::LinkType,
-        SkipReason::UnknownInterface,
-    ];
-    capture.skipped().iter().filter(move |(reason, _)| lost.contains(reason))
 }
 
 /// Whether the reader of our output has closed it.

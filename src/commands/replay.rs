@@ -125,7 +125,9 @@ pub fn run(args: &Args) -> CommandResult {
     } else if args.stats {
         io::stderr().write_all(text.as_bytes())?;
     }
-    if let Some(problem) = unmatched(pipeline.tally(), &config, args) {
+    let (site, input) =
+        (args.config.display(), args.inputs.first().map_or(Path::new("-"), |input| input).display());
+    if let Some(problem) = unmatched(pipeline.tally(), &config, &site.to_string(), &input.to_string()) {
         return Err(problem.into());
     }
     Ok(if failed > 0 && outcome == Outcome::Done { Outcome::Incomplete } else { outcome })

@@ -1,9 +1,7 @@
 //! A replay without any record from a configured sensor.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use super::replay::args::Args;
 use super::table::grouped;
 use crate::config::Config;
 use crate::pipeline::Tally;
@@ -12,7 +10,8 @@ use crate::pipeline::Tally;
 const NAMED: usize = 8;
 
 /// The error message where there were records, but none from a configured sensor: another site's configuration.
-pub(super) fn unmatched(tally: &Tally, config: &Config, args: &Args) -> Option<String> {
+/// `site` and `input` are the names of their files.
+pub fn unmatched(tally: &Tally, config: &Config, site: &str, input: &str) -> Option<String> {
     let unknown: u64 = tally.unknown_sources.values().sum();
     let is_matched = !tally.accepted.is_empty()
         || !tally.service.is_empty()
@@ -20,7 +19,6 @@ pub(super) fn unmatched(tally: &Tally, config: &Config, args: &Args) -> Option<S
     if unknown == 0 || is_matched {
         return None;
     }
-    let site = args.config.display();
     // The busiest first.
     let mut sources: Vec<_> = tally.unknown_sources.iter().collect();
     sources.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
@@ -38,14 +36,12 @@ pub(super) fn unmatched(tally: &Tally, config: &Config, args: &Args) -> Option<S
     }
     let configured: Vec<String> =
         configured.iter().map(|(category, codes)| format!("{category} {}", codes.join(", "))).collect();
-    let input = args.inputs.first().map_or(Path::new("-"), |input| input);
     Some(format!(
         "none of the {} records is from a sensor of {site}, so there is no output. By SAC/SIC the input has {}; \
          {site} has {}. Correct sac and sic there, or have a configuration written for this input: \
-         utm-fusion info {} --config-out FILE",
+         utm-fusion info {input} --config-out FILE",
         grouped(unknown),
         seen.join(", "),
-        configured.join(", "),
-        input.display()
+        configured.join(", ")
     ))
 }

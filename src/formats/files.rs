@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::csv::Columns;
 use super::mcap::{Look, McapWriter};
 use super::table::{Parquet, Table};
-use super::{Cat062Encoder, Cat129Encoder, PcapWriter, UdpFlow, pack, tracks};
+use super::{Cat062Encoder, Cat129Encoder, PcapWriter, UdpFlow, pack, track_columns, write_track};
 use crate::config::{Address, Category, Config, Feed, PictureKind, Sink};
 use crate::picture::{Picture, PictureMaker, PictureTrack, TrackJson};
 use fusion::time::Time;
@@ -104,7 +104,7 @@ impl<W: Write + Send> PictureWriter<W> {
                 columns.header(&mut out)?;
                 Form::Csv { out, columns }
             }
-            OutputFormat::Parquet => Form::Parquet(Box::new(Parquet::new(out, &tracks::columns())?)),
+            OutputFormat::Parquet => Form::Parquet(Box::new(Parquet::new(out, &track_columns())?)),
             OutputFormat::Mcap => Form::Mcap(McapWriter::new(out)?),
         };
         let encoder = Cat129Encoder::of(config);
@@ -150,7 +150,7 @@ impl<W: Write + Send> PictureWriter<W> {
             }),
             Form::Csv { out, columns } => columns.picture(out, picture, maker),
             Form::Parquet(table) => {
-                picture.tracks.iter().try_for_each(|track| tracks::write(&mut **table, track, maker))
+                picture.tracks.iter().try_for_each(|track| write_track(&mut **table, track, maker))
             }
             Form::Mcap(writer) => writer.picture(picture, maker),
         }

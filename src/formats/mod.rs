@@ -15,7 +15,7 @@ mod pcap;
 pub(crate) mod records;
 pub(crate) mod sapient;
 mod status;
-pub(crate) mod table;
+pub mod table;
 mod track_numbers;
 mod tracks;
 
@@ -28,3 +28,4 @@ pub use f3623::observations;
 pub use files::{OutputFormat, PictureWriter, flow};
 pub use pcap::{PcapWriter, UdpFlow};
 pub use status::status_block;
+pub use tracks::{track_columns, write_track};

@@ -9,21 +9,23 @@ use asterix::{Contents, Field, Kind, Layout, Subfield, UapItem};
 
 use super::table::{Cell, Column, ColumnKind, Table};
 use crate::hex;
-use crate::json::{announced, is_known, item_json, meant, part_octets, scalar_json};
+use crate::json::{announced, is_known, meant, part_octets, write_item, write_value};
 
 /// How the records of a category fill columns.
 pub(crate) struct RecordColumns {
     columns: Vec<Column>,
-    /// By the numbers of the items.
-    items: Vec<(&'static str, Node)>,
+    /// In the order of the items; `None` of one that fills no column that is wanted.
+    items: Vec<(&'static UapItem, Option<Node>)>,
+    /// The text of a cell.
+    text: Vec<u8>,
 }
 
 /// Where the parts of an item go; as its layout is built.
 enum Node {
-    /// Its fields, from this column on: those that are neither spare nor constant.
-    Fields(usize),
-    /// The fields of each part, from these columns on.
-    Parts(Vec<usize>),
+    /// Its fields.
+    Fields(Vec<Place>),
+    /// The fields of each part.
+    Parts(Vec<Vec<Place>>),
     /// Its subfields; `None` of one that the specification does not define.
     Subfields(Vec<Option<Node>>),
     /// All of it as text.
@@ -32,16 +34,28 @@ enum Node {
     Explicit(Option<Box<Node>>, usize),
 }
 
+/// Where a field goes.
+struct Place {
+    column: usize,
+    /// The bit at which it begins, from the first of its item or part.
+    at: usize,
+    field: &'static Field,
+    /// The field of which it is one of several meanings.
+    of: Option<&'static Field>,
+    /// 10 to the power of its decimals.
+    scale: f64,
+}
+
 impl RecordColumns {
     /// Those of records of a category with these items, behind `first`, which other cells go into.
     pub(crate) fn of(category: u8, items: &'static [UapItem], first: Vec<Column>) -> Self {
         let mut columns = first;
-        let node = |item: &UapItem| {
+        let node = |item: &'static UapItem| {
             let name = format!("I{category:03}_{}", item.item);
-            (item.item, Node::new(&mut columns, &name, &item.layout))
+            (item, Some(Node::new(&mut columns, &name, &item.layout)))
         };
         let items = items.iter().map(node).collect();
-        Self { columns, items }
+        Self { columns, items, text: Vec::new() }
     }
 
     /// All columns.
@@ -49,15 +63,28 @@ impl RecordColumns {
         &self.columns
     }
 
+    /// Fills from now on only the columns that are wanted.
+    pub(crate) fn keep(&mut self, is_wanted: impl Fn(usize) -> bool) {
+        for (_, node) in &mut self.items {
+            *node = node.take().and_then(|node| node.kept(&is_wanted));
+        }
+    }
+
     /// Sets the cells of a record of these items, each with its octets.
     pub(crate) fn fill<'a>(
-        &self,
+        &mut self,
         table: &mut dyn Table,
         items: impl Iterator<Item = (&'static UapItem, &'a [u8])>,
     ) {
+        let Self { items: nodes, text, .. } = self;
         for (item, octets) in items {
-            if let Some((_, node)) = self.items.iter().find(|(number, _)| *number == item.item) {
-                node.fill(table, &item.layout, octets);
+            // Of a category with one profile the item is known, and mostly where its number says.
+            let here = nodes
+                .get(usize::from(item.frn).wrapping_sub(1))
+                .filter(|(known, _)| std::ptr::eq(*known, item));
+            let node = here.or_else(|| nodes.iter().find(|(known, _)| known.item == item.item));
+            if let Some((_, Some(node))) = node {
+                node.fill(table, text, &item.layout, octets);
             }
         }
     }
@@ -65,7 +92,7 @@ impl RecordColumns {
 
 impl Node {
     /// Adds the columns of an item or a subfield of this name.
-    fn new(columns: &mut Vec<Column>, name: &str, layout: &Layout) -> Self {
+    fn new(columns: &mut Vec<Column>, name: &str, layout: &'static Layout) -> Self {
         match layout {
             Layout::Fields(fields) | Layout::OneOrThree(fields) => Self::Fields(add(columns, name, fields)),
             Layout::Extended(parts) | Layout::Parts(parts) => {
@@ -88,25 +115,52 @@ impl Node {
         }
     }
 
-    fn subfields(columns: &mut Vec<Column>, name: &str, subfields: &[Subfield]) -> Self {
-        let mut node = |subfield: &Subfield| {
+    fn subfields(columns: &mut Vec<Column>, name: &str, subfields: &'static [Subfield]) -> Self {
+        let mut node = |subfield: &'static Subfield| {
             let is_defined = !subfield.key.is_empty();
             is_defined.then(|| Self::new(columns, &format!("{name}_{}", subfield.key), &subfield.layout))
         };
         Self::Subfields(subfields.iter().map(&mut node).collect())
     }
 
-    /// Sets the cells of an item with these octets, which are those that its layout measures.
-    fn fill(&self, table: &mut dyn Table, layout: &Layout, octets: &[u8]) {
-        match (self, layout) {
-            (Self::Fields(first), Layout::Fields(fields) | Layout::OneOrThree(fields)) => {
-                set(table, *first, fields, octets, 0);
+    /// What remains of it where only these columns are wanted.
+    fn kept(self, is_wanted: &impl Fn(usize) -> bool) -> Option<Self> {
+        let wanted = |mut places: Vec<Place>| {
+            places.retain(|place| is_wanted(place.column));
+            places
+        };
+        match self {
+            Self::Fields(places) => {
+                Some(wanted(places)).filter(|places| !places.is_empty()).map(Self::Fields)
             }
-            (Self::Parts(firsts), Layout::Extended(parts) | Layout::Parts(parts)) => {
+            Self::Parts(parts) => {
+                let parts: Vec<_> = parts.into_iter().map(wanted).collect();
+                parts.iter().any(|places| !places.is_empty()).then_some(Self::Parts(parts))
+            }
+            Self::Subfields(nodes) => {
+                let nodes: Vec<_> = nodes.into_iter().map(|node| node?.kept(is_wanted)).collect();
+                nodes.iter().any(Option::is_some).then_some(Self::Subfields(nodes))
+            }
+            Self::Text(column) => is_wanted(column).then_some(self),
+            // Whether its column has something depends on whether its layout is known.
+            Self::Explicit(known, column) => {
+                let known = known.and_then(|node| node.kept(is_wanted));
+                (known.is_some() || is_wanted(column)).then(|| Self::Explicit(known.map(Box::new), column))
+            }
+        }
+    }
+
+    /// Sets the cells of an item with these octets, which are those that its layout measures.
+    fn fill(&self, table: &mut dyn Table, text: &mut Vec<u8>, layout: &Layout, octets: &[u8]) {
+        match (self, layout) {
+            (Self::Fields(places), Layout::Fields(fields) | Layout::OneOrThree(fields)) => {
+                set(table, text, places, fields, octets, 0);
+            }
+            (Self::Parts(places), Layout::Extended(parts) | Layout::Parts(parts)) => {
                 let mut at = 0;
-                for (&first, fields) in firsts.iter().zip(*parts) {
+                for (places, fields) in places.iter().zip(*parts) {
                     if at < octets.len() {
-                        set(table, first, fields, octets, at * 8);
+                        set(table, text, places, fields, octets, at * 8);
                     }
                     at += part_octets(fields);
                 }
@@ -114,33 +168,35 @@ impl Node {
             (Self::Subfields(nodes), Layout::Compound(subfields)) => {
                 let primary = octets.iter().position(|octet| octet & 1 == 0).map_or(0, |last| last + 1);
                 let (primary, rest) = octets.split_at(primary);
-                Self::fill_subfields(nodes, table, subfields, |index| announced(primary, 7, index), rest);
+                Self::fill_subfields(
+                    nodes,
+                    table,
+                    text,
+                    subfields,
+                    |index| announced(primary, 7, index),
+                    rest,
+                );
             }
-            (Self::Explicit(Some(known), _), Layout::Explicit(contents))
-                if is_known(*contents, &octets[1..]) =>
-            {
-                match (&**known, contents) {
-                    (Self::Fields(first), Contents::Known(_, fields)) => {
-                        set(table, *first, fields, &octets[1..], 0);
+            (Self::Explicit(known, column), Layout::Explicit(contents)) => {
+                if !is_known(*contents, &octets[1..]) {
+                    return table.set(*column, Cell::Text(hex::text(octets).into()));
+                }
+                match (known.as_deref(), contents) {
+                    (Some(Self::Fields(places)), Contents::Known(_, fields)) => {
+                        set(table, text, places, fields, &octets[1..], 0);
                     }
-                    (Self::Subfields(nodes), Contents::Expansion(subfields)) => {
+                    (Some(Self::Subfields(nodes)), Contents::Expansion(subfields)) => {
                         let (primary, rest) = octets[1..].split_at(1);
-                        Self::fill_subfields(
-                            nodes,
-                            table,
-                            subfields,
-                            |index| announced(primary, 8, index),
-                            rest,
-                        );
+                        let is_there = |index| announced(primary, 8, index);
+                        Self::fill_subfields(nodes, table, text, subfields, is_there, rest);
                     }
                     _ => {}
                 }
             }
-            (Self::Explicit(_, column), _) => {
-                table.set(*column, Cell::Text(hex::text(octets).into()));
-            }
             (Self::Text(column), layout) => {
-                table.set(*column, Cell::Text(item_json(layout, octets).into()));
+                text.clear();
+                write_item(text, layout, octets);
+                table.set(*column, Cell::Text(text_of(text)));
             }
             _ => {}
         }
@@ -149,34 +205,46 @@ impl Node {
     fn fill_subfields(
         nodes: &[Option<Self>],
         table: &mut dyn Table,
+        text: &mut Vec<u8>,
         subfields: &[Subfield],
         announces: impl Fn(usize) -> bool,
         octets: &[u8],
     ) {
         let mut rest = octets;
         for (index, (node, subfield)) in nodes.iter().zip(subfields).enumerate() {
-            let (true, Some(node)) = (announces(index), node) else { continue };
+            if !announces(index) || subfield.key.is_empty() {
+                continue;
+            }
             // The whole item has been measured.
             let Ok(length) = subfield.layout.measure(rest) else { break };
-            node.fill(table, &subfield.layout, &rest[..length]);
+            if let Some(node) = node {
+                node.fill(table, text, &subfield.layout, &rest[..length]);
+            }
             rest = &rest[length..];
         }
     }
 }
 
-/// Adds the columns of fields; the first one's place.
-fn add(columns: &mut Vec<Column>, name: &str, fields: &[Field]) -> usize {
-    let first = columns.len();
-    for field in fields.iter().flat_map(meanings).filter(|field| has_column(field)) {
-        let name = match (field.key, field.kind) {
-            // The only field of an item; where JSON leaves the unit out, it is the second.
-            ("", Kind::Quantity(_)) if !has_unit(name) => format!("{name}_s"),
-            ("", _) => name.to_owned(),
-            (key, _) => format!("{name}_{key}"),
-        };
-        columns.push(Column::new(name, kind(field)));
+/// Adds the columns of fields; where each goes.
+fn add(columns: &mut Vec<Column>, name: &str, fields: &'static [Field]) -> Vec<Place> {
+    let (mut places, mut at) = (Vec::new(), 0);
+    for field in fields {
+        for meaning in meanings(field).filter(|field| has_column(field)) {
+            let of = matches!(field.kind, Kind::Depends(_)).then_some(field);
+            let decimals = if let Kind::Quantity(quantity) = meaning.kind { quantity.decimals } else { 0 };
+            let scale = 10_f64.powi(decimals.into());
+            places.push(Place { column: columns.len(), at, field: meaning, of, scale });
+            let name = match (meaning.key, meaning.kind) {
+                // The only field of an item; where JSON leaves the unit out, it is the second.
+                ("", Kind::Quantity(_)) if !has_unit(name) => format!("{name}_s"),
+                ("", _) => name.to_owned(),
+                (key, _) => format!("{name}_{key}"),
+            };
+            columns.push(Column::new(name, kind(meaning)));
+        }
+        at += usize::from(field.bits);
     }
-    first
+    places
 }
 
 fn add_text(columns: &mut Vec<Column>, name: String) -> usize {
@@ -213,40 +281,52 @@ fn kind(field: &Field) -> ColumnKind {
 }
 
 /// Sets the cells of fields that begin at this bit; those that mean "unknown" stay null.
-fn set(table: &mut dyn Table, first: usize, fields: &[Field], octets: &[u8], at: usize) {
-    let (mut column, begin, mut at) = (first, at, at);
-    for field in fields {
-        let here = at;
-        at += usize::from(field.bits);
-        let said = meant(field, fields, octets, begin);
-        for meaning in meanings(field).filter(|field| has_column(field)) {
-            if meaning.key == said.key
-                && let Some(cell) = cell(meaning, octets, here)
-            {
-                table.set(column, cell);
-            }
-            column += 1;
+fn set(
+    table: &mut dyn Table,
+    text: &mut Vec<u8>,
+    places: &[Place],
+    fields: &[Field],
+    octets: &[u8],
+    begin: usize,
+) {
+    for place in places {
+        let is_meant = |of| meant(of, fields, octets, begin).key == place.field.key;
+        if place.of.is_none_or(is_meant)
+            && let Some(cell) = cell(place, text, octets, begin + place.at)
+        {
+            table.set(place.column, cell);
         }
     }
 }
 
-fn cell(field: &Field, octets: &[u8], at: usize) -> Option<Cell<'static>> {
-    let width = usize::from(field.bits);
-    let count = || field.count(octets, at);
+fn cell<'a>(place: &Place, text: &'a mut Vec<u8>, octets: &[u8], at: usize) -> Option<Cell<'a>> {
+    let field = place.field;
     if kind(field) == ColumnKind::Text {
-        let json = scalar_json(field, octets, at);
-        // A text; what is none is printed as an object.
-        let text = serde_json::from_str(&json).unwrap_or(json);
-        return Some(Cell::Text(Cow::Owned(text)));
+        text.clear();
+        write_value(text, field, octets, at);
+        return Some(Cell::Text(unquoted(text)));
     }
+    let (width, count) = (usize::from(field.bits), field.count(octets, at));
     match field.kind {
-        Kind::CountOr(unknown) if count() == unknown => None,
-        Kind::Quantity(quantity) if quantity.unknown == Some(count()) => None,
+        Kind::CountOr(unknown) if count == unknown => None,
+        Kind::Quantity(quantity) if quantity.unknown == Some(count) => None,
         Kind::Quantity(quantity) => {
-            let scale = 10_f64.powi(quantity.decimals.into());
-            Some(Cell::Quantity((quantity.value(count(), width) * scale).round() / scale))
+            Some(Cell::Quantity((quantity.value(count, width) * place.scale).round() / place.scale))
         }
-        Kind::CountFrom(first) => i64::try_from(count() + first).ok().map(Cell::Count),
-        _ => i64::try_from(count()).ok().map(Cell::Count),
+        Kind::CountFrom(first) => i64::try_from(count + first).ok().map(Cell::Count),
+        _ => i64::try_from(count).ok().map(Cell::Count),
     }
+}
+
+/// The text of a value; what is none, as octets where a text should be, stays JSON.
+fn unquoted(json: &[u8]) -> Cow<'_, str> {
+    match json {
+        [b'"', text @ .., b'"'] if !text.contains(&b'\\') => text_of(text),
+        _ => serde_json::from_slice(json).map_or_else(|_| text_of(json), Cow::Owned),
+    }
+}
+
+/// What is printed is ASCII; to find that out is quicker than to look for what is not.
+fn text_of(printed: &[u8]) -> Cow<'_, str> {
+    str::from_utf8(printed).map_or_else(|_| String::from_utf8_lossy(printed), Cow::Borrowed)
 }

@@ -98,14 +98,17 @@ const COLUMNS: &[TrackColumn] = &[
     ("manual", ColumnKind::Flag, |row| flag(matches!(row.pair?.because, Because::Manual { .. }))),
 ];
 
-/// The columns of pictures.
-pub(super) fn columns() -> Vec<Column> {
+/// The columns of [`write_track`].
+pub fn track_columns() -> Vec<Column> {
     COLUMNS.iter().map(|(name, kind, _)| Column::new(*name, *kind)).collect()
 }
 
-/// Adds a row.
-pub(super) fn write(
-    table: &mut impl Table,
+/// Adds the row of a track that `maker` made.
+///
+/// # Errors
+/// Those of the table.
+pub fn write_track(
+    table: &mut (impl Table + ?Sized),
     track: &PictureTrack,
     maker: &PictureMaker,
 ) -> std::io::Result<()> {

@@ -1,5 +1,5 @@
 //! Records as JSON, one object a line, with nothing lost: [`write_record`] says what the octets were, and an
-//! [`Encoder`] makes them again.
+//! [`Encoder`] makes them again. What is said does not depend on what it is said in ([`Tree`]).
 //!
 //! * Items have the numbers of their category as keys, in the order of the record. An item of one number or text is that;
 //!   an item of several parts is an object with the names of the specification in lower case, a repetitive item an array.
@@ -19,24 +19,25 @@
 mod characters;
 mod editions;
 mod encoder;
+mod entry;
 mod read;
 mod remote_id;
+mod tree;
 mod values;
 mod write;
 
-use asterix::all::Untyped;
-use asterix::{DataSource, Fault, Fspec, Record, TimeOfDay, UapItem, cat021, items};
+use asterix::{Fault, Fspec, TimeOfDay, cat021};
 
 use crate::normalise::nearest_day;
 use fusion::time::Time;
-use values::{write_hex, write_integer};
-use write::{Object, write_item};
 
 pub use editions::{EditionError, Editions, Reading};
 pub use encoder::{Encoder, LineError};
+pub use entry::{Entry, needs_untyped};
 pub use remote_id::{REMOTE_ID, write_messages, write_refused};
+pub use tree::Tree;
 pub(crate) use values::rounded;
-pub(crate) use write::{announced, is_known, item_json, meant, part_octets, scalar_json};
+pub(crate) use write::{announced, is_known, meant, part_octets, write_item, write_value};
 
 /// Where the octets of a line stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,94 +50,35 @@ pub struct Place<'a> {
     pub block: u64,
 }
 
-/// Appends the line of a record with these octets, received at `received`; with its octets where `hex` asks for them.
-/// The edition is said where it is not the one that [`Encoder`] takes for granted.
-pub fn write_record<R: Record<Edition: Named>>(
-    out: &mut Vec<u8>,
-    record: &R,
-    edition: R::Edition,
-    octets: &[u8],
-    place: Place<'_>,
-    received: Option<Time>,
-    hex: bool,
-) {
-    let head = Head {
-        time: dated(record.time_of_day(), received),
-        place,
-        category: R::CATEGORY,
-        source: record.data_source(),
-        edition: edition.name(),
-        untyped: false,
-    };
-    write_items(out, &head, items(R::profile(edition), octets), octets, hex);
-}
-
-/// The same of a record without a type. Its edition is always said; and `untyped`, where [`Encoder`] would take it for one with.
-pub fn write_untyped(
-    out: &mut Vec<u8>,
-    record: &Untyped<'_>,
-    place: Place<'_>,
-    received: Option<Time>,
-    hex: bool,
-) {
-    let definition = record.definition();
-    let head = Head {
-        time: dated(record.time_of_day(), received),
-        place,
-        category: definition.category(),
-        source: record.data_source(),
-        edition: Some(definition.name()),
-        untyped: !matches!(
-            Reading::named(definition.category(), definition.name(), false),
-            Ok(Reading::Untyped(_))
-        ),
-    };
-    write_items(out, &head, record.items(), record.octets(), hex);
-}
-
-/// What a line says before the items.
-struct Head<'a> {
-    time: Option<Time>,
-    place: Place<'a>,
-    category: u8,
-    source: Option<DataSource>,
-    edition: Option<&'a str>,
-    untyped: bool,
-}
-
-fn write_items<'a>(
-    out: &mut Vec<u8>,
-    head: &Head<'_>,
-    items: impl Iterator<Item = (&'static UapItem, &'a [u8])>,
-    octets: &[u8],
-    hex: bool,
-) {
-    let mut line = Line::open(out, head.time, head.place, Some(head.category));
-    if let Some(source) = head.source {
-        line.number("sac", source.sac.into());
-        line.number("sic", source.sic.into());
+/// Appends the line of a record; with its octets where `hex` asks for them.
+pub fn write_record(out: &mut impl Tree, entry: &Entry<'_>, hex: bool) {
+    open_line(out, entry.time, entry.place, Some(entry.category));
+    if let Some(source) = entry.source {
+        number(out, "sac", source.sac.into());
+        number(out, "sic", source.sic.into());
     }
-    if let Some(edition) = head.edition {
-        line.text("edition", edition);
+    if let Some(edition) = entry.edition {
+        text(out, "edition", edition);
     }
-    if head.untyped {
-        line.0.key("untyped");
-        line.0.out.extend_from_slice(b"true");
+    if entry.untyped {
+        out.key("untyped");
+        out.yes();
     }
+    let octets = entry.octets;
     if let Some(fspec) = Fspec::read(octets).ok().filter(|fspec| fspec.padding() > 0) {
-        line.hex("fspec", &octets[..fspec.length()]);
+        octets_of(out, "fspec", &octets[..fspec.length()]);
     }
-    line.0.key("items");
-    let mut object = Object::open(line.0.out);
-    for (item, octets) in items {
-        object.key(item.item);
-        write_item(object.out, &item.layout, octets);
+    out.key("items");
+    out.open_object();
+    for (item, octets) in entry.items() {
+        out.key(item.item);
+        write_item(out, &item.layout, octets);
     }
-    object.close();
+    out.close_object();
     if hex {
-        line.hex("hex", octets);
+        octets_of(out, "hex", octets);
     }
-    line.close();
+    close_line(out);
 }
 
 /// When a record was made with this time of day that was received at `received`; `None` where either is not known.
@@ -165,108 +107,109 @@ impl Named for cat021::Edition {
 
 /// Appends the line of a block that is not looked into, because its category is unknown or it holds no record; `octets`
 /// begin with its CAT and LEN.
-pub fn write_block(out: &mut Vec<u8>, category: u8, octets: &[u8], place: Place<'_>) {
-    let mut line = Line::open(out, None, place, Some(category));
-    line.hex("hex", octets);
-    line.close();
+pub fn write_block(out: &mut impl Tree, category: u8, octets: &[u8], place: Place<'_>) {
+    open_line(out, None, place, Some(category));
+    octets_of(out, "hex", octets);
+    close_line(out);
 }
 
 /// Appends the line of octets that cannot be read: the rest of a block from the bad record on, or of a datagram from the
 /// bad block on. The offset of the fault counts from `origin` in the file.
-pub fn write_fault(out: &mut Vec<u8>, fault: Fault, octets: &[u8], origin: u64, place: Place<'_>) {
+pub fn write_fault(out: &mut impl Tree, fault: Fault, octets: &[u8], origin: u64, place: Place<'_>) {
     let offset = origin + fault.offset as u64;
     let in_file = Fault { offset: usize::try_from(offset).unwrap_or(usize::MAX), ..fault };
-    let mut line = Line(Object::open(out));
-    line.0.key("error");
-    let mut error = Line(Object::open(line.0.out));
-    error.text("kind", fault.kind.name());
-    error.number("offset", offset);
-    if let Some(item) = fault.item {
-        error.text("item", item);
-    }
-    error.text("detail", &in_file.to_string());
-    error.0.close();
-    line.place(place, fault.category);
-    line.hex("hex", octets);
-    line.close();
+    let error = Error { kind: fault.kind.name(), offset, item: fault.item, detail: in_file.to_string() };
+    write_error(out, &error, place, fault.category, octets);
 }
 
 /// Appends the line of octets that belong to no block ([`Contents::Unframed`](crate::capture::Contents::Unframed)).
-pub fn write_skipped(out: &mut Vec<u8>, octets: &[u8], place: Place<'_>) {
-    let mut line = Line(Object::open(out));
-    line.0.key("error");
-    let mut error = Line(Object::open(line.0.out));
-    error.text("kind", SKIPPED);
-    error.number("offset", place.offset);
-    error.text("detail", &format!("{} octets belong to no block", octets.len()));
-    error.0.close();
-    line.place(place, None);
-    line.hex("hex", octets);
-    line.close();
+pub fn write_skipped(out: &mut impl Tree, octets: &[u8], place: Place<'_>) {
+    let detail = format!("{} octets belong to no block", octets.len());
+    let error = Error { kind: SKIPPED, offset: place.offset, item: None, detail };
+    write_error(out, &error, place, None, octets);
 }
 
 /// Appends the line of the octets that a sender puts behind the blocks of each datagram.
-pub fn write_trailer(out: &mut Vec<u8>, octets: &[u8], place: Place<'_>) {
-    let mut line = Line(Object::open(out));
-    line.number("trailer", octets.len() as u64);
-    line.place(place, None);
-    line.hex("hex", octets);
-    line.close();
+pub fn write_trailer(out: &mut impl Tree, octets: &[u8], place: Place<'_>) {
+    out.open_object();
+    number(out, "trailer", octets.len() as u64);
+    write_place(out, place, None);
+    octets_of(out, "hex", octets);
+    close_line(out);
 }
 
 /// What octets that belong to no block are counted as, beside the names of [`asterix::FaultKind`].
 pub const SKIPPED: &str = "skipped";
 
-/// A line that is being printed.
-struct Line<'a>(Object<'a>);
+/// What is wrong with octets.
+struct Error<'a> {
+    kind: &'a str,
+    /// In the file.
+    offset: u64,
+    item: Option<&'a str>,
+    detail: String,
+}
 
-impl<'a> Line<'a> {
-    fn open(out: &'a mut Vec<u8>, time: Option<Time>, place: Place<'_>, category: Option<u8>) -> Self {
-        let mut line = Self(Object::open(out));
-        match time {
-            Some(time) => line.text("time", &time.to_string()),
-            None => {
-                line.0.key("time");
-                line.0.out.extend_from_slice(b"null");
-            }
-        }
-        line.place(place, category);
-        line
+fn write_error(
+    out: &mut impl Tree,
+    error: &Error<'_>,
+    place: Place<'_>,
+    category: Option<u8>,
+    octets: &[u8],
+) {
+    out.open_object();
+    out.key("error");
+    out.open_object();
+    text(out, "kind", error.kind);
+    number(out, "offset", error.offset);
+    if let Some(item) = error.item {
+        text(out, "item", item);
     }
+    text(out, "detail", &error.detail);
+    out.close_object();
+    write_place(out, place, category);
+    octets_of(out, "hex", octets);
+    close_line(out);
+}
 
-    fn place(&mut self, place: Place<'_>, category: Option<u8>) {
-        if let Some(input) = place.input {
-            self.text("input", input);
-        }
-        self.number("offset", place.offset);
-        self.number("block", place.block);
-        if let Some(category) = category {
-            self.number("cat", category.into());
-        }
+/// Begins a line.
+fn open_line(out: &mut impl Tree, time: Option<Time>, place: Place<'_>, category: Option<u8>) {
+    out.open_object();
+    out.key("time");
+    match time {
+        Some(time) => out.text(&time.to_string()),
+        None => out.null(),
     }
+    write_place(out, place, category);
+}
 
-    fn number(&mut self, key: &str, number: u64) {
-        self.0.key(key);
-        write_integer(self.0.out, number);
+fn write_place(out: &mut impl Tree, place: Place<'_>, category: Option<u8>) {
+    if let Some(input) = place.input {
+        text(out, "input", input);
     }
+    number(out, "offset", place.offset);
+    number(out, "block", place.block);
+    if let Some(category) = category {
+        number(out, "cat", category.into());
+    }
+}
 
-    fn value(&mut self, key: &str, value: &serde_json::Value) {
-        self.0.key(key);
-        serde_json::to_writer(&mut *self.0.out, value).expect("writing to a vector cannot fail");
-    }
+fn number(out: &mut impl Tree, key: &'static str, number: u64) {
+    out.key(key);
+    out.integer(number);
+}
 
-    fn hex(&mut self, key: &str, octets: &[u8]) {
-        self.0.key(key);
-        write_hex(self.0.out, octets);
-    }
+fn text(out: &mut impl Tree, key: &'static str, text: &str) {
+    out.key(key);
+    out.text(text);
+}
 
-    fn text(&mut self, key: &str, text: &str) {
-        self.0.key(key);
-        serde_json::to_writer(&mut *self.0.out, text).expect("writing to a vector cannot fail");
-    }
+fn octets_of(out: &mut impl Tree, key: &'static str, octets: &[u8]) {
+    out.key(key);
+    out.hex(octets);
+}
 
-    fn close(self) {
-        let out = self.0.close();
-        out.push(b'\n');
-    }
+fn close_line(out: &mut impl Tree) {
+    out.close_object();
+    out.end();
 }

@@ -4,7 +4,7 @@
 use remote_id::{HeightAbove, IdType, Location, Message, Status, UaType, messages};
 use serde_json::{Value, json};
 
-use super::{Line, Place};
+use super::{Error, Place, Tree, close_line, number, open_line, text as write_text, write_error};
 use crate::gateways::remote_id::Line as GatewayLine;
 use crate::hex;
 
@@ -13,13 +13,13 @@ pub const REMOTE_ID: &str = "remote-id";
 
 /// Appends a line for each message of a gateway's line; whatever has a fault is an error's line, and what is wrong with it goes
 /// to `note`.
-pub fn write_messages(
-    out: &mut Vec<u8>,
+pub fn write_messages<O: Tree>(
+    out: &mut O,
     line: &GatewayLine,
     received: Option<fusion::time::Time>,
     place: Place<'_>,
     errors_only: bool,
-    mut note: impl FnMut(&mut Vec<u8>, Result<(), String>),
+    mut note: impl FnMut(&mut O, Result<(), String>),
 ) {
     for message in messages(&line.octets) {
         match message {
@@ -27,21 +27,21 @@ pub fn write_messages(
                 if errors_only {
                     continue;
                 }
-                let mut object = Line::open(out, line.time.or(received), place, None);
-                object.text("transmitter", &line.transmitter);
+                open_line(out, line.time.or(received), place, None);
+                write_text(out, "transmitter", &line.transmitter);
                 if let Some(rssi_dbm) = line.rssi_dbm {
-                    object.value("rssi_dbm", &json!(rssi_dbm));
+                    out.member("rssi_dbm", &json!(rssi_dbm));
                 }
                 if let Some(receiver) = &line.receiver {
-                    object.text("receiver", receiver);
+                    write_text(out, "receiver", receiver);
                 }
                 let (name, fields) = fields(&message);
-                object.text("message", name);
-                object.number("version", message.version().into());
+                write_text(out, "message", name);
+                number(out, "version", message.version().into());
                 for (key, value) in fields.as_object().into_iter().flatten() {
-                    object.value(key, value);
+                    out.member(key, value);
                 }
-                object.close();
+                close_line(out);
                 note(out, Ok(()));
             }
             Err(fault) => {
@@ -53,17 +53,9 @@ pub fn write_messages(
 }
 
 /// Appends the line of octets that hold no message, or of a gateway's line that is none.
-pub fn write_refused(out: &mut Vec<u8>, detail: &str, octets: &[u8], place: Place<'_>) {
-    let mut line = Line(super::write::Object::open(out));
-    line.0.key("error");
-    let mut error = Line(super::write::Object::open(line.0.out));
-    error.text("kind", REMOTE_ID);
-    error.number("offset", place.offset);
-    error.text("detail", detail);
-    error.0.close();
-    line.place(place, None);
-    line.hex("hex", octets);
-    line.close();
+pub fn write_refused(out: &mut impl Tree, detail: &str, octets: &[u8], place: Place<'_>) {
+    let error = Error { kind: REMOTE_ID, offset: place.offset, item: None, detail: detail.to_owned() };
+    write_error(out, &error, place, None, octets);
 }
 
 /// Name and contents of a message.

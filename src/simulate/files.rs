@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::{Attacked, Flight, Identified, Simulation};
 use crate::config::{Sensor, SensorKind};
@@ -11,16 +11,17 @@ use crate::formats::PcapWriter;
 use fusion::time::{SECOND, Time};
 
 /// Writes `radar.ast`, `transponder.ast`, `capture.pcap`, `truth.csv`, `labels.csv`, `site.toml` and, where there are
-/// some, `attacks.csv`, a file of each further kind of sensor and `classes.csv` into `directory`, creating it if necessary. `about` becomes the comment at the head of `site.toml`.
+/// some, `attacks.csv`, a file of each further kind of sensor and `classes.csv` into `directory`, creating it if necessary; which they are. `about` becomes the comment at the head of `site.toml`.
 ///
 /// # Errors
 /// A file cannot be written; the error names it.
-pub fn write(simulation: &Simulation, about: &str, directory: &Path) -> io::Result<()> {
+pub fn write(simulation: &Simulation, about: &str, directory: &Path) -> io::Result<Vec<PathBuf>> {
     let named = |path: &Path, error: io::Error| {
         io::Error::new(error.kind(), format!("{}: cannot be written: {error}", path.display()))
     };
     fs::create_dir_all(directory).map_err(|error| named(directory, error))?;
-    let file = |name: &str, fill: &dyn Fn(&mut BufWriter<File>) -> io::Result<()>| {
+    let mut files = Vec::new();
+    let mut file = |name: &str, fill: &dyn Fn(&mut BufWriter<File>) -> io::Result<()>| {
         let path = directory.join(name);
         #[expect(clippy::disallowed_methods, reason = "the files of a simulation")]
         let written = File::create(&path).and_then(|file| {
@@ -28,7 +29,9 @@ pub fn write(simulation: &Simulation, about: &str, directory: &Path) -> io::Resu
             fill(&mut out)?;
             out.flush()
         });
-        written.map_err(|error| named(&path, error))
+        written.map_err(|error| named(&path, error))?;
+        files.push(path);
+        Ok::<_, io::Error>(())
     };
     file("radar.ast", &|out| blocks(simulation, out, true))?;
     file("transponder.ast", &|out| blocks(simulation, out, false))?;
@@ -51,7 +54,8 @@ pub fn write(simulation: &Simulation, about: &str, directory: &Path) -> io::Resu
     file("site.toml", &|out| {
         about.lines().try_for_each(|line| writeln!(out, "# {line}"))?;
         write!(out, "{}", simulation.config)
-    })
+    })?;
+    Ok(files)
 }
 
 /// What the radars, or what the transponders, sent.

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use strategies::record_octets;
-use utm_fusion::json::{Encoder, Place, write_untyped};
+use utm_fusion::json::{Encoder, Entry, Place, needs_untyped, write_record};
 
 use super::{Temporary, block};
 
@@ -35,7 +35,9 @@ fn definitions() -> Vec<&'static Definition> {
 fn there_and_back(definition: &'static Definition, octets: &[u8]) -> (String, Vec<u8>) {
     let record = definition.record(octets).unwrap();
     let mut line = Vec::new();
-    write_untyped(&mut line, &record, Place { input: None, offset: 3, block: 0 }, None, false);
+    let place = Place { input: None, offset: 3, block: 0 };
+    let untyped = needs_untyped(record.definition());
+    write_record(&mut line, &Entry::untyped(&record, untyped, place, None), false);
     let line = String::from_utf8(line).unwrap();
     serde_json::from_str::<serde_json::Value>(&line).unwrap();
     let (mut encoder, mut again) = (Encoder::default(), Vec::new());
@@ -364,7 +366,9 @@ fn damaged_lines_do_no_harm() {
             let octets = strategies[index % strategies.len()].new_tree(&mut runner).unwrap().current();
             let Ok(record) = definition.record(&octets) else { continue };
             let mut line = Vec::new();
-            write_untyped(&mut line, &record, Place { input: None, offset: 3, block: 0 }, None, false);
+            let place = Place { input: None, offset: 3, block: 0 };
+            let untyped = needs_untyped(record.definition());
+            write_record(&mut line, &Entry::untyped(&record, untyped, place, None), false);
             for step in 0..20 {
                 let mut damaged = line.clone();
                 let at = (index * 7919 + step * 104_729) % damaged.len();

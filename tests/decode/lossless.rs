@@ -7,7 +7,7 @@ use std::path::Path;
 use asterix::{Record, cat034, cat048, cat065, cat129};
 use proptest::prelude::*;
 use utm_fusion::commands::{Outcome, decode, encode};
-use utm_fusion::json::{Encoder, Named, Place, write_record};
+use utm_fusion::json::{Encoder, Entry, Named, Place, write_record};
 
 use super::{Temporary, block, octets};
 
@@ -35,7 +35,8 @@ fn each_flip_shows<R: Record<Edition: Default + Named>>(hex: &str) {
         flipped.truncate(length);
         let mut line = Vec::new();
         let place = Place { input: None, offset: 3, block: 0 };
-        write_record(&mut line, &record, R::Edition::default(), &flipped, place, None, false);
+        let entry = Entry::typed(&record, R::Edition::default(), &flipped, place, None);
+        write_record(&mut line, &entry, false);
         let (mut encoder, mut again) = (Encoder::default(), Vec::new());
         encoder.line(std::str::from_utf8(&line).unwrap(), &mut again).unwrap();
         encoder.finish(&mut again);

@@ -25,7 +25,7 @@ fn the_types_are_those_of_the_documents() {
         Documents::new(&get(demo.address, "/openapi.json"), &get(demo.address, "/api/v1/asyncapi.json"));
     for (path, made) in [
         ("clients/typescript/types.d.ts", documents.typescript()),
-        ("clients/python/utm_fusion/models.py", documents.python()),
+        ("clients/python/utm_fusion_client/models.py", documents.python()),
     ] {
         let path = root().join(path);
         if std::env::var_os("UPDATE").is_some() {

@@ -9,8 +9,9 @@ use std::path::PathBuf;
 use serde::{Serialize, Serializer};
 use tracing::{error, warn};
 
-use super::{CommandResult, Outcome, lost_frames, progress};
+use super::{CommandResult, Outcome, progress};
 use crate::capture::{Capture, Format, ReadError, Skipped, Trailer};
+use crate::decode::lost_frames;
 use crate::survey::{Survey, SurveyReport};
 
 /// Say what is in captures: who sends what, how much, when, and is it healthy

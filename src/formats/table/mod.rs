@@ -13,16 +13,16 @@ use fusion::time::Time;
 
 /// A column.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Column {
+pub struct Column {
     /// Its name with its unit, unique in the table.
-    pub(crate) name: Cow<'static, str>,
+    pub name: Cow<'static, str>,
     /// What is in it.
-    pub(crate) kind: ColumnKind,
+    pub kind: ColumnKind,
 }
 
 /// What is in a column; a cell that was not set is null.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ColumnKind {
+pub enum ColumnKind {
     /// Yes or no.
     Flag,
     /// Whole numbers.
@@ -37,7 +37,7 @@ pub(crate) enum ColumnKind {
 
 /// A value; its variant is that of its column's kind.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Cell<'a> {
+pub enum Cell<'a> {
     /// Yes or no.
     Flag(bool),
     /// A whole number.
@@ -51,7 +51,13 @@ pub(crate) enum Cell<'a> {
 }
 
 /// A table that is being written, row by row.
-pub(crate) trait Table {
+pub trait Table {
+    /// Whether cells of this column are taken; others need not be made.
+    fn wants(&self, column: usize) -> bool {
+        let _ = column;
+        true
+    }
+
     /// Sets a cell of the row that is being made; those that are not set are null.
     fn set(&mut self, column: usize, cell: Cell<'_>);
 
@@ -64,7 +70,7 @@ pub(crate) trait Table {
 
 impl Column {
     /// A column of this name.
-    pub(crate) fn new(name: impl Into<Cow<'static, str>>, kind: ColumnKind) -> Self {
+    pub fn new(name: impl Into<Cow<'static, str>>, kind: ColumnKind) -> Self {
         Self { name: name.into(), kind }
     }
 }

@@ -1,0 +1,31 @@
+"""ASTERIX captures as dicts and columns, and what the commands of utm-fusion do: simulate, replay, evaluate."""
+
+from ._native import (
+    Error,
+    InputWarning,
+    Records,
+    Table,
+    __version__,
+    encode,
+    evaluate,
+    plots,
+    records,
+    replay,
+    simulate,
+    table,
+)
+
+__all__ = [
+    "Error",
+    "InputWarning",
+    "Records",
+    "Table",
+    "__version__",
+    "encode",
+    "evaluate",
+    "plots",
+    "records",
+    "replay",
+    "simulate",
+    "table",
+]

@@ -1,0 +1,16 @@
+"""The program `utm-fusion`: python -m utm_fusion decode capture.pcap"""
+
+import signal
+import sys
+
+from ._native import main as run
+
+
+def main() -> None:
+    # As the program has it: Ctrl-C ends it where nothing in it listens.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    sys.exit(run(["utm-fusion", *sys.argv[1:]]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,210 @@
+//! Columns as Apache Arrow has them.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use arrow_array::builder::{
+    ArrayBuilder, BooleanBuilder, Float64Builder, Int64Builder, StringBuilder, TimestampMicrosecondBuilder,
+};
+use arrow_array::{Array, ArrayRef, RecordBatch, RecordBatchOptions, new_null_array};
+use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef, TimeUnit};
+use utm_fusion::formats::table::{Cell, Column, ColumnKind, Table};
+
+/// Rows of a batch at most.
+const BATCH_ROWS: usize = 1 << 16;
+
+/// A table that is complete.
+#[derive(Clone)]
+pub(crate) struct Frame {
+    pub(crate) schema: SchemaRef,
+    pub(crate) batches: Vec<RecordBatch>,
+}
+
+/// Where tables are put when they are complete, by name.
+pub(crate) type Shelf = Arc<Mutex<BTreeMap<String, Frame>>>;
+
+/// Takes a table out.
+pub(crate) fn take(shelf: &Shelf, name: &str) -> Option<Frame> {
+    shelf.lock().unwrap_or_else(PoisonError::into_inner).remove(name)
+}
+
+/// A table that is being made.
+pub(crate) struct Gatherer {
+    name: String,
+    frame: Frame,
+    /// Those that are wanted, by their place among all.
+    columns: Vec<Option<Values>>,
+    /// The places of those that are wanted, in the order of the table.
+    order: Vec<usize>,
+    /// Of the next batch.
+    rows: usize,
+    shelf: Shelf,
+}
+
+enum Values {
+    Flags(BooleanBuilder),
+    Counts(Int64Builder),
+    Quantities(Float64Builder),
+    Texts(StringBuilder),
+    Instants(TimestampMicrosecondBuilder),
+}
+
+impl Gatherer {
+    /// One of these columns, which will be put on the shelf.
+    pub(crate) fn new(name: &str, columns: &[Column], shelf: &Shelf) -> Self {
+        let all = columns.iter().enumerate().map(|(place, column)| (place, column.name.to_string()));
+        Self::of(name, columns, all.collect(), shelf)
+    }
+
+    /// One of those that are wanted: each is a column's name, and what it is called here.
+    ///
+    /// # Errors
+    /// A name that no column has.
+    pub(crate) fn only(
+        name: &str,
+        columns: &[Column],
+        wanted: &[(&str, &str)],
+        shelf: &Shelf,
+    ) -> io::Result<Self> {
+        let place = |&(column, called): &(&str, &str)| {
+            let place = columns.iter().position(|known| known.name == column);
+            let place = place.ok_or_else(|| io::Error::other(format!("{name} has no column {column:?}")))?;
+            Ok((place, called.to_owned()))
+        };
+        let wanted = wanted.iter().map(place).collect::<io::Result<Vec<_>>>()?;
+        Ok(Self::of(name, columns, wanted, shelf))
+    }
+
+    fn of(name: &str, columns: &[Column], wanted: Vec<(usize, String)>, shelf: &Shelf) -> Self {
+        let mut kept: Vec<Option<Values>> = columns.iter().map(|_| None).collect();
+        let (mut fields, mut order) = (Vec::new(), Vec::new());
+        for (place, called) in wanted {
+            let kind = columns[place].kind;
+            kept[place] = Some(Values::new(kind));
+            fields.push(Field::new(called, data_type(kind), true));
+            order.push(place);
+        }
+        let frame = Frame { schema: Arc::new(Schema::new(fields)), batches: Vec::new() };
+        Self { name: name.to_owned(), frame, columns: kept, order, rows: 0, shelf: Arc::clone(shelf) }
+    }
+
+    fn end_batch(&mut self) -> Result<(), ArrowError> {
+        let rows = self.rows;
+        let mut arrays = Vec::with_capacity(self.order.len());
+        // Most columns of a category are empty in most captures: they share their nulls.
+        let mut empty: Vec<ArrayRef> = Vec::new();
+        for place in &self.order {
+            let Some(values) = &mut self.columns[*place] else { continue };
+            if values.len() > 0 {
+                values.fill_to(rows);
+                arrays.push(values.finish());
+                continue;
+            }
+            let data_type = self.frame.schema.field(arrays.len()).data_type();
+            let known = empty.iter().find(|nulls| nulls.data_type() == data_type).cloned();
+            arrays.push(known.unwrap_or_else(|| {
+                let nulls = new_null_array(data_type, rows);
+                empty.push(Arc::clone(&nulls));
+                nulls
+            }));
+        }
+        let count = RecordBatchOptions::new().with_row_count(Some(rows));
+        let batch = RecordBatch::try_new_with_options(Arc::clone(&self.frame.schema), arrays, &count)?;
+        self.frame.batches.push(batch);
+        self.rows = 0;
+        Ok(())
+    }
+}
+
+impl Table for Gatherer {
+    fn wants(&self, column: usize) -> bool {
+        self.columns[column].is_some()
+    }
+
+    fn set(&mut self, column: usize, cell: Cell<'_>) {
+        let Some(values) = &mut self.columns[column] else { return };
+        values.fill_to(self.rows);
+        match (values, cell) {
+            (Values::Flags(values), Cell::Flag(flag)) => values.append_value(flag),
+            (Values::Counts(values), Cell::Count(count)) => values.append_value(count),
+            (Values::Quantities(values), Cell::Quantity(value)) => values.append_value(value),
+            (Values::Texts(values), Cell::Text(text)) => values.append_value(text),
+            (Values::Instants(values), Cell::Instant(time)) => {
+                values.append_value(time.nanos().div_euclid(1000));
+            }
+            (_, cell) => unreachable!("{cell:?} is of another kind than its column"),
+        }
+    }
+
+    fn end_row(&mut self) -> io::Result<()> {
+        self.rows += 1;
+        if self.rows < BATCH_ROWS { Ok(()) } else { self.end_batch().map_err(io::Error::other) }
+    }
+
+    fn finish(mut self: Box<Self>) -> io::Result<()> {
+        if self.rows > 0 {
+            self.end_batch().map_err(io::Error::other)?;
+        }
+        let Self { name, frame, shelf, .. } = *self;
+        shelf.lock().unwrap_or_else(PoisonError::into_inner).insert(name, frame);
+        Ok(())
+    }
+}
+
+impl Values {
+    fn new(kind: ColumnKind) -> Self {
+        match kind {
+            ColumnKind::Flag => Self::Flags(BooleanBuilder::new()),
+            ColumnKind::Count => Self::Counts(Int64Builder::new()),
+            ColumnKind::Quantity => Self::Quantities(Float64Builder::new()),
+            ColumnKind::Text => Self::Texts(StringBuilder::new()),
+            ColumnKind::Instant => Self::Instants(TimestampMicrosecondBuilder::new().with_timezone("UTC")),
+        }
+    }
+
+    /// Nulls up to this row.
+    fn fill_to(&mut self, rows: usize) {
+        let missing = rows - self.len();
+        if missing == 0 {
+            return;
+        }
+        match self {
+            Self::Flags(values) => values.append_nulls(missing),
+            Self::Counts(values) => values.append_nulls(missing),
+            Self::Quantities(values) => values.append_nulls(missing),
+            Self::Texts(values) => values.append_nulls(missing),
+            Self::Instants(values) => values.append_nulls(missing),
+        }
+    }
+
+    fn len(&self) -> usize {
+        match self {
+            Self::Flags(values) => values.len(),
+            Self::Counts(values) => values.len(),
+            Self::Quantities(values) => values.len(),
+            Self::Texts(values) => values.len(),
+            Self::Instants(values) => values.len(),
+        }
+    }
+
+    fn finish(&mut self) -> ArrayRef {
+        match self {
+            Self::Flags(values) => Arc::new(values.finish()),
+            Self::Counts(values) => Arc::new(values.finish()),
+            Self::Quantities(values) => Arc::new(values.finish()),
+            Self::Texts(values) => Arc::new(values.finish()),
+            Self::Instants(values) => Arc::new(values.finish()),
+        }
+    }
+}
+
+fn data_type(kind: ColumnKind) -> DataType {
+    match kind {
+        ColumnKind::Flag => DataType::Boolean,
+        ColumnKind::Count => DataType::Int64,
+        ColumnKind::Quantity => DataType::Float64,
+        ColumnKind::Text => DataType::Utf8,
+        ColumnKind::Instant => DataType::Timestamp(TimeUnit::Microsecond, Some("UTC".into())),
+    }
+}

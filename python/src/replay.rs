@@ -1,0 +1,219 @@
+//! `replay`: captures through the engine, as columns.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use fusion::Emission;
+use pyo3::prelude::*;
+use tracing::{error as log_error, warn as log_warn};
+use utm_fusion::areas::Masks;
+use utm_fusion::capture::{Merged, ReadError, TrailerRules};
+use utm_fusion::commands::moment::day;
+use utm_fusion::commands::unmatched::unmatched;
+use utm_fusion::config::{Config, PictureKind, Profile};
+use utm_fusion::formats::table::Table as _;
+use utm_fusion::formats::{OutputFormat, PictureWriter, track_columns, write_track};
+use utm_fusion::integrity::Lookout;
+use utm_fusion::picture::{Picture, PictureMaker};
+use utm_fusion::pipeline::{Output, Pipeline};
+
+use crate::columns::{Gatherer, Shelf, take};
+use crate::source::{Source, check_signals, error};
+use crate::table::Table;
+use crate::told::told;
+
+/// Receptions between two looks at whether the user wants to end it.
+const AT_ONCE: usize = 1024;
+
+/// The day of files that do not say theirs, where none is given.
+const UNDATED: &str = "1970-01-01";
+
+/// One capture, or several.
+#[derive(FromPyObject)]
+pub(crate) enum Sources {
+    One(Source),
+    Several(Vec<Source>),
+}
+
+/// Replays captures, merged by time of reception, through the engine of the live service. The fused points are columns, a row
+/// per track and slot: those of `utm-fusion replay -o x.parquet`.
+///
+/// `config` is the site's configuration, `profile` replaces its own ("operational", "reference"). `at` is the picture: "lagged",
+/// of the slots as they are published, or "now". `date` (YYYY-MM-DD) is the UTC day on which files begin that do not say theirs.
+/// `output` is a file to write as well, in the format of its extension: .ast .pcap .ndjson .geojson .csv .parquet .mcap.
+///
+/// What cannot be read is an InputWarning; of a capture that breaks off what came before is replayed, and `damage` says why.
+#[pyfunction]
+#[pyo3(signature = (source, config, *, profile=None, at="lagged", date=None, output=None))]
+pub(crate) fn replay(
+    py: Python<'_>,
+    source: Sources,
+    config: PathBuf,
+    profile: Option<&str>,
+    at: &str,
+    date: Option<&str>,
+    output: Option<PathBuf>,
+) -> PyResult<Table> {
+    let sources = match source {
+        Sources::One(source) => vec![source],
+        Sources::Several(sources) => sources,
+    };
+    let asked = Asked {
+        profile: profile
+            .map(|name| name.parse().map_err(|reason| error(format!("profile {name}: {reason}"))))
+            .transpose()?,
+        at: at.parse().map_err(|reason| error(format!("at {at}: {reason}")))?,
+        date: date.map(str::to_owned),
+        output,
+    };
+    told(py, || run(sources, &config, &asked))
+}
+
+struct Asked {
+    profile: Option<Profile>,
+    at: PictureKind,
+    date: Option<String>,
+    output: Option<PathBuf>,
+}
+
+fn run(sources: Vec<Source>, path: &Path, asked: &Asked) -> PyResult<Table> {
+    let mut config = Config::load(path).map_err(error)?;
+    if let Some(profile) = asked.profile {
+        config.fusion = config.fusion.with_profile(profile).map_err(error)?;
+    }
+    if asked.at == PictureKind::Now && !config.fusion.now {
+        return Err(error("at now: fusion.now is off, or the profile is reference"));
+    }
+    let masks = Masks::load(&config.areas).map_err(error)?;
+    let (trailers, adsb) = (TrailerRules::of(&config), config.adsb_source());
+    let mut captures = Vec::with_capacity(sources.len());
+    for source in sources {
+        let capture = source.open().map_err(error)?;
+        captures.push(capture.with_trailers(trailers.clone()).with_adsb_source(adsb));
+    }
+    let first = captures.first().ok_or_else(|| error("there is no capture to replay"))?.name().to_owned();
+    if asked.date.is_none()
+        && let Some(capture) = captures.iter().find(|capture| !capture.is_dated())
+    {
+        log_warn!(
+            "{}: {} has no date, and is taken to begin on {UNDATED}: give it as date",
+            capture.name(),
+            capture.format()
+        );
+    }
+    let date = day(asked.date.as_deref().unwrap_or(UNDATED)).map_err(error)?;
+
+    let mut pipeline = Pipeline::new(&config, masks.clone());
+    pipeline.engine_mut().keep_numbers_for_good();
+    let merged = Merged::new(captures, date).with_editions(pipeline.normaliser().editions());
+    let mut show = Show::open(&config, &pipeline, masks, asked)?;
+    let damage = pass(&mut pipeline, merged, &mut show)?;
+    let problem = unmatched(pipeline.tally(), &config, &path.display().to_string(), &first);
+    let table = show.finish(damage)?;
+    problem.map_or(Ok(table), |problem| Err(error(problem)))
+}
+
+/// Hands captures to the pipeline and what it emits to the show; the damage that one of them ends with.
+fn pass(pipeline: &mut Pipeline, mut merged: Merged, show: &mut Show) -> PyResult<Option<ReadError>> {
+    let mut damaged = None;
+    for count in 0_usize.. {
+        if count.is_multiple_of(AT_ONCE) {
+            check_signals()?;
+        }
+        match merged.next() {
+            Some(Ok(reception)) => pipeline.receive(&reception),
+            Some(Err(damage)) => damaged = Some(damage),
+            None => break,
+        }
+        while let Some(output) = pipeline.poll() {
+            match output {
+                Output::Emission(emission) => show.emit(emission)?,
+                Output::Event(event) if event.is_warning() => event.log(),
+                Output::Event(_) => {}
+            }
+        }
+    }
+    pipeline.finish();
+    pipeline.emissions().try_for_each(|emission| show.emit(emission))?;
+    for capture in merged.captures().filter(|capture| !capture.gaps().is_empty()) {
+        log_warn!("{}: {}, which belong to no block, were skipped", capture.name(), capture.gaps());
+    }
+    if let Some(damage) = &damaged {
+        log_error!("{damage}");
+    }
+    Ok(damaged)
+}
+
+/// What becomes of emissions.
+struct Show {
+    maker: PictureMaker,
+    lookout: Lookout,
+    at: PictureKind,
+    max_accuracy_m: f64,
+    rows: Box<Gatherer>,
+    shelf: Shelf,
+    writer: Option<PictureWriter<BufWriter<File>>>,
+}
+
+impl Show {
+    fn open(config: &Config, pipeline: &Pipeline, masks: Masks, asked: &Asked) -> PyResult<Self> {
+        let shelf = Shelf::default();
+        let writer = asked.output.as_deref().map(|path| {
+            let format = OutputFormat::of(path).ok_or_else(|| {
+                error(format!(
+                    "output {}: the extension is none of .ast .pcap .ndjson .geojson .csv .parquet .mcap",
+                    path.display()
+                ))
+            })?;
+            let unwritten = |reason| error(format!("{}: cannot be written: {reason}", path.display()));
+            #[expect(clippy::disallowed_methods, reason = "the file that the user names")]
+            let file = BufWriter::new(File::create(path).map_err(unwritten)?);
+            PictureWriter::new(format, file, config, asked.at).map_err(unwritten)
+        });
+        Ok(Self {
+            maker: PictureMaker::new(config, pipeline.normaliser()),
+            lookout: Lookout::load(config, masks).map_err(error)?,
+            at: asked.at,
+            max_accuracy_m: config.output.max_accuracy_m,
+            rows: Box::new(Gatherer::new("tracks", &track_columns(), &shelf)),
+            shelf,
+            writer: writer.transpose()?,
+        })
+    }
+
+    fn emit(&mut self, mut emission: Emission) -> PyResult<()> {
+        let now = emission.now.take().filter(|_| self.at == PictureKind::Now);
+        let now = now.map(|now| self.maker.now(now));
+        let mut lagged = self.maker.picture(emission);
+        self.lookout.look(&mut lagged, &self.maker);
+        match (self.at, now) {
+            (PictureKind::Lagged, _) => self.write(lagged),
+            (PictureKind::Now, Some(mut now)) => {
+                now.mark_as(&lagged);
+                self.write(now)
+            }
+            (PictureKind::Now, None) => Ok(()),
+        }
+    }
+
+    fn write(&mut self, mut picture: Picture) -> PyResult<()> {
+        picture.keep_within(self.max_accuracy_m);
+        for track in &picture.tracks {
+            write_track(&mut *self.rows, track, &self.maker)?;
+        }
+        if let Some(writer) = &mut self.writer {
+            writer.write(&picture, &self.maker)?;
+        }
+        Ok(())
+    }
+
+    fn finish(self, damage: Option<ReadError>) -> PyResult<Table> {
+        self.rows.finish()?;
+        if let Some(writer) = self.writer {
+            writer.finish()?;
+        }
+        let frame = take(&self.shelf, "tracks").ok_or_else(|| error("the table was not made"))?;
+        Ok(Table::new(frame, damage))
+    }
+}

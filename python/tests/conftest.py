@@ -1,0 +1,68 @@
+"""A flight that is simulated, and the program that comes with the package."""
+
+import json
+import signal
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+import utm_fusion
+
+HERE = Path(__file__).parent
+
+
+@pytest.fixture(scope="session")
+def scenario():
+    return HERE / "everything.toml"
+
+
+@pytest.fixture(scope="session")
+def flight(tmp_path_factory, scenario):
+    return utm_fusion.simulate(scenario, tmp_path_factory.mktemp("flight"), seed=7)
+
+
+@pytest.fixture(scope="session")
+def program():
+    def run(*arguments, check=True):
+        command = [sys.executable, "-m", "utm_fusion", *map(str, arguments)]
+        return subprocess.run(command, check=check, capture_output=True, text=True)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def decoded(program):
+    """What the program's `decode` prints, as objects."""
+
+    def lines(*arguments):
+        done = program("decode", *arguments, check=False)
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    return lines
+
+
+def damaged(path):
+    """The octets of a raw file with the same harm done to it each time."""
+    octets = bytearray(path.read_bytes())
+    for at in range(1000, len(octets), 577):
+        octets[at] ^= 0xA5
+    del octets[5000:5003]
+    return bytes(octets)
+
+
+@contextmanager
+def ctrl_c(after_s):
+    """Presses Ctrl-C once, which must be felt within five seconds."""
+    presses = threading.Timer(after_s, signal.raise_signal, [signal.SIGINT])
+    presses.start()
+    start = time.monotonic()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            yield
+    finally:
+        presses.cancel()
+    assert time.monotonic() - start < after_s + 5
