@@ -76,8 +76,8 @@ impl Step {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Relief {
     step: Step,
-    /// When the last step was taken.
-    taken: Option<Time>,
+    /// Since when it is late, or when the last step was taken: one who has just taken over is late, and is soon in time.
+    late_since: Option<Time>,
     /// Since when it is well.
     well_since: Option<Time>,
 }
@@ -87,11 +87,18 @@ impl Relief {
     pub fn look(&mut self, behind: SignedDuration, at: Time) -> Step {
         if behind > LATE {
             self.well_since = None;
-            if self.taken.is_none_or(|taken| at - taken >= HELPS || taken > at) {
+            let since = *self.late_since.get_or_insert(at);
+            if at - since >= HELPS {
                 self.step = self.step.next();
-                self.taken = Some(at);
             }
-        } else if behind < WELL {
+            // Also where the clock was set back.
+            if at - since >= HELPS || since > at {
+                self.late_since = Some(at);
+            }
+            return self.step;
+        }
+        self.late_since = None;
+        if behind < WELL {
             let since = *self.well_since.get_or_insert(at);
             if self.step > Step::default() && at - since >= HELD {
                 self.step = self.step.before();
@@ -120,13 +127,16 @@ mod tests {
         let mut relief = Relief::default();
         assert_eq!(relief.look(well, at(0)), Step(0));
         let taken: Vec<u8> = (1..20).map(|second| relief.look(late, at(second)).0).collect();
-        assert_eq!(taken, [1, 1, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7, 7, 7, 7, 7, 7, 7, 7]);
+        assert_eq!(taken, [0, 0, 1, 1, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7, 7, 7, 7, 7, 7]);
         // In between it stays.
         assert_eq!(relief.look(SignedDuration::from_millis(300), at(400)), Step(7));
         let back: Vec<u8> = (0..8).map(|minute| relief.look(well, at(401 + 60 * minute)).0).collect();
         assert_eq!(back, [7, 6, 5, 4, 3, 1, 0, 0]);
-        // A short spell does not count.
-        relief.look(late, at(1000));
+        // A short spell does not count, neither of being late nor of being well.
+        relief.look(late, at(990));
+        relief.look(well, at(991));
+        assert_eq!(relief.look(late, at(998)), Step(0));
+        assert_eq!(relief.look(late, at(1000)), Step(1));
         assert_eq!(relief.look(well, at(1059)), Step(1));
         relief.look(SignedDuration::from_millis(300), at(1100));
         assert_eq!(relief.look(well, at(1119)), Step(1));

@@ -159,7 +159,7 @@ fn who_is_late_leaves_nothing_out_and_publishes_as_it_goes() {
     let pictures = |outputs: &[Output]| -> Vec<_> {
         outputs.iter().take(expected.len()).map(|output| (output.slot, output.picture.clone())).collect()
     };
-    assert_eq!(pictures(&published), pictures(&expected));
+    assert_eq!(pictures(&published), pictures(expected));
 }
 
 /// What an owner leaves out, who stands by leaves out, too, whoever owns the cell next.
