@@ -87,14 +87,13 @@ impl Relief {
     pub fn look(&mut self, behind: SignedDuration, at: Time) -> Step {
         if behind > LATE {
             self.well_since = None;
-            let since = *self.late_since.get_or_insert(at);
-            if at - since >= HELPS {
+            // Anew where the clock was set back.
+            let since = self.late_since.filter(|since| *since <= at).unwrap_or(at);
+            let is_next = at - since >= HELPS;
+            if is_next {
                 self.step = self.step.next();
             }
-            // Also where the clock was set back.
-            if at - since >= HELPS || since > at {
-                self.late_since = Some(at);
-            }
+            self.late_since = Some(if is_next { at } else { since });
             return self.step;
         }
         self.late_since = None;
