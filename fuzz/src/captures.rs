@@ -35,11 +35,17 @@ fn read(data: &[u8], reader: Box<dyn Read + Send>) -> (Vec<Datagram>, String) {
         match item {
             Ok(datagram) => {
                 let start = datagram.origin as usize;
-                // Of a compressed capture the origins count in what it unpacks to; what was translated lies nowhere.
+                // Of a compressed capture the origins count in what it unpacks to; what was translated lies nowhere, what
+                // came in fragments in several places.
                 let is_translated = datagram.contents == Contents::Translated;
-                let is_elsewhere = is_translated || capture.is_compressed();
-                assert!(start >= end && (is_elsewhere || data[start..].starts_with(&datagram.payload)));
-                end = if is_translated { start } else { start + datagram.payload.len() };
+                let is_elsewhere = is_translated || datagram.fragments > 0 || capture.is_compressed();
+                assert!(start >= end || datagram.fragments > 0);
+                assert!(is_elsewhere || data[start..].starts_with(&datagram.payload));
+                end = match (is_translated, datagram.fragments) {
+                    (true, _) => start,
+                    (false, 0) => start + datagram.payload.len(),
+                    (false, _) => end,
+                };
                 datagrams.push(datagram);
             }
             Err(damage) => error = Some(damage),

@@ -2,13 +2,13 @@
 
 use std::fmt;
 use std::net::{IpAddr, SocketAddr};
-use std::ops::Range;
 
 use etherparse::err::packet::SliceError;
-use etherparse::{EtherType, IpNumber, LaxNetSlice, LaxSlicedPacket, UdpSlice, ether_type};
+use etherparse::{EtherType, IpNumber, LaxNetSlice, LaxSlicedPacket, UdpHeader, UdpSlice, ether_type};
 
 use ::remote_id::{Link, NotHeard};
 
+use super::fragments::{Fragments, Place, Whole};
 use super::skipped::SkipReason;
 use super::{Contents, Datagram};
 use crate::gateways::remote_id;
@@ -106,12 +106,13 @@ impl fmt::Display for LinkType {
     }
 }
 
-/// What a frame that stands at `position` of the file carries.
+/// What a frame that stands at `position` of the file carries; of a fragment the datagram, where it is the last one of it.
 pub(super) fn datagram(
     link: LinkType,
     frame: &[u8],
     received: Option<Time>,
     position: u64,
+    fragments: &mut Fragments,
 ) -> Result<Datagram, SkipReason> {
     if let Some(radio) = link.radio() {
         let payload = remote_id::heard(radio, frame, received).map_err(|reason| match reason {
@@ -122,14 +123,26 @@ pub(super) fn datagram(
         let contents = Contents::Translated;
         return Ok(Datagram { received, origin: position, payload, contents, ..Datagram::default() });
     }
-    let (range, endpoints) = udp_payload(link, frame)?;
-    Ok(Datagram {
-        received,
-        endpoints: Some(endpoints),
-        origin: position + range.start as u64,
-        payload: frame[range].to_vec(),
-        ..Datagram::default()
-    })
+    let packet = udp_packet(link, frame)?;
+    let start = position + (packet.udp.as_ptr().addr() - frame.as_ptr().addr()) as u64;
+    let lacks = if packet.is_cut { SkipReason::Truncated } else { SkipReason::Malformed };
+    let put_together = match packet.place {
+        Some(_) if packet.is_cut => return Err(lacks),
+        Some(place) => Some(fragments.take(place, packet.udp, received, start).ok_or(SkipReason::Fragment)?),
+        None => None,
+    };
+    let (octets, origin, fragments) = match &put_together {
+        Some(Whole { octets, origin, fragments }) => (octets.as_slice(), *origin, *fragments),
+        None => (packet.udp, start, 0),
+    };
+    let udp = UdpSlice::from_slice(octets).map_err(|_| lacks)?;
+    let (source, destination) = packet.addresses;
+    let endpoints = Endpoints {
+        source: SocketAddr::new(source, udp.source_port()),
+        destination: SocketAddr::new(destination, udp.destination_port()),
+    };
+    let (origin, payload) = (origin + UdpHeader::LEN as u64, udp.payload().to_vec());
+    Ok(Datagram { received, endpoints: Some(endpoints), origin, payload, fragments, ..Datagram::default() })
 }
 
 /// Whether an address family is IPv4 or IPv6. The number is in the byte order of the machine that captured (108: in
@@ -142,9 +155,19 @@ fn is_ip_family(family: [u8; 4]) -> bool {
     matches!(number, 2 | 10 | 23 | 24 | 28 | 30)
 }
 
-/// Range of the UDP payload in `frame`, without padding, and its endpoints. A frame cut by the capture is fine as long as the
-/// datagram is whole.
-fn udp_payload(link: LinkType, frame: &[u8]) -> Result<(Range<usize>, Endpoints), SkipReason> {
+/// A packet of IP that carries UDP, or a fragment of that.
+struct UdpPacket<'a> {
+    addresses: (IpAddr, IpAddr),
+    /// Where it belongs, if it is a fragment.
+    place: Option<Place>,
+    /// Header and payload, or a part of them.
+    udp: &'a [u8],
+    /// Whether the capture holds less of it than there was.
+    is_cut: bool,
+}
+
+/// The packet in `frame`, without padding. A frame cut by the capture is fine as long as the datagram is whole.
+fn udp_packet(link: LinkType, frame: &[u8]) -> Result<UdpPacket<'_>, SkipReason> {
     let (ether_type, start) = link.ether_type(frame).ok_or(SkipReason::Truncated)?;
     let packet = LaxSlicedPacket::from_ether_type(ether_type, &frame[start..]);
     let error = packet.stop_err.as_ref().map(|(error, _)| match error {
@@ -156,9 +179,6 @@ fn udp_payload(link: LinkType, frame: &[u8]) -> Result<(Range<usize>, Endpoints)
         let arp = packet.net.is_some() || ether_type == ether_type::ARP;
         return Err(error.filter(|_| !arp).unwrap_or(SkipReason::NotIp));
     };
-    if ip.fragmented {
-        return Err(SkipReason::Fragment);
-    }
     // The slicing stopped at an extension header; behind it there may have been a datagram. That a TCP or ICMP header
     // is broken is not of interest.
     if let Some(reason) = error
@@ -169,16 +189,10 @@ fn udp_payload(link: LinkType, frame: &[u8]) -> Result<(Range<usize>, Endpoints)
     if ip.ip_number != IpNumber::UDP {
         return Err(SkipReason::NotUdp);
     }
-    let lacks = if ip.incomplete { SkipReason::Truncated } else { SkipReason::Malformed };
-    let udp = UdpSlice::from_slice(ip.payload).map_err(|_| lacks)?;
-    let (source, destination) = packet.net.as_ref().and_then(addresses).ok_or(SkipReason::NotIp)?;
-    let endpoints = Endpoints {
-        source: SocketAddr::new(source, udp.source_port()),
-        destination: SocketAddr::new(destination, udp.destination_port()),
-    };
-    let payload = udp.payload();
-    let start = payload.as_ptr().addr() - frame.as_ptr().addr();
-    Ok((start..start + payload.len(), endpoints))
+    let net = packet.net.as_ref().ok_or(SkipReason::NotIp)?;
+    let addresses = addresses(net).ok_or(SkipReason::NotIp)?;
+    let place = if ip.fragmented { Place::of(net, addresses) } else { None };
+    Ok(UdpPacket { addresses, place, udp: ip.payload, is_cut: ip.incomplete })
 }
 
 /// Source and destination of an IP header.

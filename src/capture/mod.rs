@@ -10,7 +10,8 @@
 //! | Beast | four frames of a 1090 MHz receiver in a row | one position, as CAT021 | by its counter, from the time in the file's name on |
 //!
 //! Each may be gzip-compressed (`1f8b08`); offsets are then those of the unpacked data. File names say nothing, but for the time of a Beast file. Memory is
-//! bounded by one window over the file. Frames that hold no datagram (ARP, TCP, fragments, …) are skipped and counted in
+//! bounded by one window over the file, and 64 datagrams that came in IP fragments and wait for the rest of them. Frames that hold no
+//! whole datagram (ARP, TCP, …) are skipped and counted in
 //! [`Skipped`]. Where octets of a raw file or a FINAL recording were lost, added or changed, reading resumes at the next
 //! block or record; the octets between are [`Contents::Unframed`] and counted in [`Gaps`]. Other damage ends the capture
 //! with a [`ReadError`] that says where. Broken blocks are for the decoder to report.
@@ -22,6 +23,7 @@ mod chain;
 mod clock;
 mod error;
 mod final_recording;
+mod fragments;
 mod gaps;
 mod gzip;
 mod held;
@@ -78,6 +80,8 @@ pub struct Datagram {
     pub contents: Contents,
     /// The sender's trailer behind the blocks.
     pub trailer: Vec<u8>,
+    /// From how many IP fragments it was put together; 0: from none. Only what was in the first one lies at `origin`.
+    pub fragments: u32,
 }
 
 impl Datagram {

@@ -9,6 +9,7 @@ use pcap_parser::nom::{Err as Outcome, Needed};
 use pcap_parser::{PcapHeader, parse_pcap_frame, parse_pcap_frame_be, parse_pcap_header};
 
 use super::error::Damage;
+use super::fragments::Fragments;
 use super::link::{self, LinkType};
 use super::skipped::Skipped;
 use super::window::Window;
@@ -47,6 +48,7 @@ pub(super) struct Pcap {
     link: LinkType,
     resolution: Resolution,
     big_endian: bool,
+    fragments: Fragments,
 }
 
 impl Pcap {
@@ -74,7 +76,7 @@ impl Pcap {
         let link = LinkType::from_number(number).ok_or(number)?;
         let resolution =
             if header.is_nanosecond_precision() { Resolution::Nanoseconds } else { Resolution::Microseconds };
-        Ok(Self { link, resolution, big_endian: header.is_bigendian() })
+        Ok(Self { link, resolution, big_endian: header.is_bigendian(), fragments: Fragments::default() })
     }
 
     pub(super) fn link(&self) -> LinkType {
@@ -87,7 +89,7 @@ impl Pcap {
 
     /// The next datagram; frames without one are counted in `skipped`.
     pub(super) fn next(
-        &self,
+        &mut self,
         window: &mut Window,
         skipped: &mut Skipped,
     ) -> Result<Option<Datagram>, Damage> {
@@ -107,10 +109,14 @@ impl Pcap {
                     let length = octets.len() - rest.len();
                     let received = Some(self.time(record.ts_sec, record.ts_usec));
                     let frame_at = position + RECORD_HEADER as u64;
-                    let datagram = link::datagram(self.link, record.data, received, frame_at);
+                    let datagram =
+                        link::datagram(self.link, record.data, received, frame_at, &mut self.fragments);
                     window.consume(length);
                     match datagram {
-                        Ok(datagram) => return Ok(Some(datagram)),
+                        Ok(datagram) => {
+                            skipped.joined(datagram.fragments);
+                            return Ok(Some(datagram));
+                        }
                         Err(reason) => skipped.add(reason),
                     }
                     needed = RECORD_HEADER;

@@ -15,6 +15,7 @@ use pcap_parser::{
 
 use super::Datagram;
 use super::error::Damage;
+use super::fragments::Fragments;
 use super::link::{self, LinkType};
 use super::skipped::{SkipReason, Skipped};
 use super::window::{CAPACITY, Window};
@@ -51,6 +52,7 @@ const BLOCK: &str = "pcapng block";
 pub(super) struct Pcapng {
     big_endian: bool,
     interfaces: Vec<Interface>,
+    fragments: Fragments,
 }
 
 /// A packet in its block.
@@ -110,7 +112,10 @@ impl Pcapng {
                 self.interfaces.push(Interface::new(block, self.big_endian));
             } else {
                 match self.datagram(kind, block, position) {
-                    Ok(read) => datagram = Some(read),
+                    Ok(read) => {
+                        skipped.joined(read.fragments);
+                        datagram = Some(read);
+                    }
                     Err(reason) => skipped.add(reason),
                 }
             }
@@ -121,12 +126,13 @@ impl Pcapng {
         }
     }
 
-    fn datagram(&self, kind: u32, block: &[u8], position: u64) -> Result<Datagram, SkipReason> {
+    fn datagram(&mut self, kind: u32, block: &[u8], position: u64) -> Result<Datagram, SkipReason> {
         let packet = self.packet(kind, block).ok_or(SkipReason::Malformed)?;
         let interface = self.interfaces.get(packet.interface).ok_or(SkipReason::UnknownInterface)?;
         let link = interface.link.ok_or(SkipReason::LinkType)?;
         let received = packet.time.and_then(|units| interface.time(units));
-        link::datagram(link, packet.frame, received, position + packet.start as u64)
+        let frame_at = position + packet.start as u64;
+        link::datagram(link, packet.frame, received, frame_at, &mut self.fragments)
     }
 
     /// `None` if the block is shorter than it claims.

@@ -12,7 +12,7 @@ pub enum SkipReason {
     NotIp,
     /// TCP, ICMP, IGMP, …
     NotUdp,
-    /// A fragment of an IP packet (fragments are not reassembled).
+    /// A fragment of an IP packet whose other fragments are missing.
     Fragment,
     /// The capture holds fewer octets than the frame's headers announce: its snapshot length was too short.
     Truncated,
@@ -78,6 +78,16 @@ impl Skipped {
 
     pub(super) fn add(&mut self, reason: SkipReason) {
         *self.0.entry(reason).or_default() += 1;
+    }
+
+    /// The fragments of a datagram are not skipped once its last one has come, which is none of these.
+    pub(super) fn joined(&mut self, fragments: u32) {
+        if let Some(count) = self.0.get_mut(&SkipReason::Fragment) {
+            *count = count.saturating_sub(u64::from(fragments).saturating_sub(1));
+            if *count == 0 {
+                self.0.remove(&SkipReason::Fragment);
+            }
+        }
     }
 }
 
