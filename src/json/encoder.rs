@@ -1,6 +1,6 @@
 //! ASTERIX from the lines of `decode`.
 
-use asterix::{Fspec, UapItem, profile};
+use asterix::{Fspec, Profile, UapItem, profile};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -180,8 +180,10 @@ fn uap_of(
     items: &Map<String, Value>,
 ) -> Result<&'static [UapItem], LineError> {
     let definition = match reading {
-        Reading::Typed => return profile(category).ok_or(LineError::UnknownCategory(category)),
-        Reading::Cat021(edition) => return Ok(edition.profile()),
+        Reading::Typed => {
+            return profile(category).map(Profile::items).ok_or(LineError::UnknownCategory(category));
+        }
+        Reading::Cat021(edition) => return Ok(edition.profile().items()),
         Reading::Unknown => return Err(LineError::UnknownCategory(category)),
         Reading::Untyped(definition) => definition,
     };
@@ -195,7 +197,7 @@ fn uap_of(
             .map_err(|trouble| LineError::Item { item: item.item, trouble })?;
     }
     let number = chosen_by.map_or("", |item| item.item);
-    definition.chosen(octets.as_deref()).ok_or(LineError::NoProfile(number))
+    definition.chosen(octets.as_deref()).map(Profile::items).ok_or(LineError::NoProfile(number))
 }
 
 /// The octets of a record of this profile with these items.

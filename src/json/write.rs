@@ -57,7 +57,7 @@ pub(crate) fn write_item(out: &mut impl Tree, layout: &Layout, octets: &[u8]) {
             while let [frn, after @ ..] = rest {
                 // The whole item has been measured.
                 let Some(item) = items.iter().find(|item| item.frn == *frn) else { break };
-                let Ok(length) = item.layout.measure(after) else { break };
+                let Ok(length) = item.measure(after) else { break };
                 out.element();
                 out.open_object();
                 out.key(item.item);
@@ -125,7 +125,7 @@ fn measures(subfields: &[Subfield], announces: impl Fn(usize) -> bool, octets: &
         if subfield.key.is_empty() {
             return false;
         }
-        let Ok(length) = subfield.layout.measure(&octets[offset..]) else { return false };
+        let Ok(length) = subfield.measure(&octets[offset..]) else { return false };
         offset += length;
     }
     offset == octets.len()
@@ -154,7 +154,7 @@ fn write_subfields(
     let mut rest = octets;
     for (_, subfield) in subfields.iter().enumerate().filter(|(index, _)| announces(*index)) {
         // The whole item has been measured.
-        let Ok(length) = subfield.layout.measure(rest) else { break };
+        let Ok(length) = subfield.measure(rest) else { break };
         out.key(subfield.key);
         write_item(out, &subfield.layout, &rest[..length]);
         rest = &rest[length..];
