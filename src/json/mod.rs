@@ -20,6 +20,8 @@ mod characters;
 mod editions;
 mod encoder;
 mod entry;
+mod line;
+mod parsed;
 mod read;
 mod remote_id;
 mod tree;
