@@ -5,8 +5,7 @@
 pub(crate) const fn get(octets: &[u8], offset: usize, width: usize) -> u64 {
     let (mut index, end) = (offset / 8, offset + width);
     if end > index * 8 + 64 {
-        // They stand in nine octets.
-        return get(octets, offset, width - 8) << 8 | get(octets, end - 8, 8);
+        return get_of_nine(octets, offset, width);
     }
     let mut word = 0;
     while index * 8 < end {
@@ -14,6 +13,11 @@ pub(crate) const fn get(octets: &[u8], offset: usize, width: usize) -> u64 {
         index += 1;
     }
     word >> (index * 8 - end) & mask(width)
+}
+
+/// As [`get`], of more than 56 bits, which stand in nine octets.
+const fn get_of_nine(octets: &[u8], offset: usize, width: usize) -> u64 {
+    get(octets, offset, width - 8) << 8 | get(octets, offset + width - 8, 8)
 }
 
 /// `octets` with the `width` (at most 64) bits that begin at bit `offset` replaced by the low bits of `value`.
@@ -33,9 +37,7 @@ pub(crate) const fn set<const N: usize>(
 pub(crate) const fn put(octets: &mut [u8], offset: usize, width: usize, value: u64) {
     let end = offset + width;
     if end > offset / 8 * 8 + 64 {
-        // They stand in nine octets.
-        put(octets, offset, width - 8, value >> 8);
-        return put(octets, end - 8, 8, value);
+        return put_in_nine(octets, offset, width, value);
     }
     let mut index = end.div_ceil(8);
     let shift = index * 8 - end;
@@ -47,6 +49,12 @@ pub(crate) const fn put(octets: &mut [u8], offset: usize, width: usize, value: u
         bits >>= 8;
         kept = kept >> 8 | 0xff << 56;
     }
+}
+
+/// As [`put`], of more than 56 bits, which stand in nine octets.
+const fn put_in_nine(octets: &mut [u8], offset: usize, width: usize, value: u64) {
+    put(octets, offset, width - 8, value >> 8);
+    put(octets, offset + width - 8, 8, value);
 }
 
 /// The low `width` bits of `word` as two's complement.

@@ -7,11 +7,12 @@ use std::fmt;
 
 use crate::bits;
 use crate::fault::FaultKind;
+use crate::joined::Joined;
 use crate::lengths::Length;
 use crate::uap::UapItem;
 use crate::variable::Explicit;
 
-/// A run of bits in an item.
+/// A run of bits in an item. Another key takes another one, made by [`Field::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Field {
     /// Its name in lower case with its unit, unique in the item: `"rho_m"`; empty for the only field of an item.
@@ -20,6 +21,7 @@ pub struct Field {
     pub bits: u16,
     /// What they are.
     pub kind: Kind,
+    joined: Joined,
 }
 
 /// What the bits of a [`Field`] are.
@@ -127,6 +129,7 @@ pub struct Subfield {
     /// Its structure.
     pub layout: Layout,
     pub(crate) length: Length,
+    joined: Joined,
 }
 
 impl Subfield {
@@ -136,13 +139,18 @@ impl Subfield {
     /// The subfield of this key and structure.
     pub const fn new(key: &'static str, layout: Layout) -> Self {
         let length = if key.is_empty() { Length::Undefined } else { Length::of(&layout) };
-        Self { key, layout, length }
+        Self { key, layout, length, joined: Joined::of(key) }
     }
 
     /// As [`Layout::measure`].
     #[inline]
     pub fn measure(&self, octets: &[u8]) -> Result<usize, FaultKind> {
         self.length.measure(octets)
+    }
+
+    /// Its key as JSON has it.
+    pub const fn joined(&self) -> &Joined {
+        &self.joined
     }
 }
 
@@ -158,9 +166,20 @@ pub enum Contents {
 }
 
 impl Field {
+    /// The field of this key, so many bits, and meaning.
+    pub const fn new(key: &'static str, bits: u16, kind: Kind) -> Self {
+        Self { key, bits, kind, joined: Joined::of(key) }
+    }
+
+    /// Its key as JSON has it.
+    pub const fn joined(&self) -> &Joined {
+        &self.joined
+    }
+
     /// The bits of this field where it begins at bit `at` of `octets`: of its at most 64 bits, or of the first 64 of a text.
     ///
     /// Panics beyond the octets.
+    #[inline]
     pub fn count(&self, octets: &[u8], at: usize) -> u64 {
         bits::get(octets, at, usize::from(self.bits.min(64)))
     }
@@ -168,6 +187,7 @@ impl Field {
     /// Sets the bits of this field, at most 64, where it begins at bit `at` of `octets`, to the low bits of `count`.
     ///
     /// Panics beyond the octets.
+    #[inline]
     pub fn set_count(&self, octets: &mut [u8], at: usize, count: u64) {
         bits::put(octets, at, usize::from(self.bits.min(64)), count);
     }
@@ -223,7 +243,7 @@ impl Layout {
 
 /// A line of a layout.
 pub(crate) const fn field(key: &'static str, bits: u16, kind: Kind) -> Field {
-    Field { key, bits, kind }
+    Field::new(key, bits, kind)
 }
 
 /// A physical value that is always known.
@@ -288,6 +308,7 @@ pub(crate) fn debug(f: &mut fmt::Formatter<'_>, name: &str, fields: &[Field], oc
 
 impl Quantity {
     /// The physical value of a count of `width` bits.
+    #[inline]
     pub fn value(self, count: u64, width: usize) -> f64 {
         let count = if self.signed { bits::signed(count, width) as f64 } else { count as f64 };
         count * self.lsb

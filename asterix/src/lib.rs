@@ -83,6 +83,7 @@ mod fields;
 mod fspec;
 mod item;
 mod items;
+mod joined;
 mod layout;
 mod lengths;
 mod parts;
@@ -108,6 +109,7 @@ pub use fault::{Fault, FaultKind};
 pub use fspec::Fspec;
 
 pub use items::{DataSource, TimeOfDay};
+pub use joined::Joined;
 pub use layout::{Contents, Dependence, Describe, Field, Kind, Layout, Quantity, Subfield, octets_of};
 pub use parts::Parts;
 pub use record::{BuildError, Record};

@@ -4,6 +4,7 @@ use std::ops::Deref;
 
 use crate::fault::{Fault, FaultKind};
 use crate::fspec::{Frns, Fspec};
+use crate::joined::Joined;
 use crate::layout::Layout;
 use crate::lengths::{Length, Lengths};
 
@@ -19,18 +20,24 @@ pub struct UapItem {
     /// What its octets mean, and how its length is found.
     pub layout: Layout,
     pub(crate) length: Length,
+    joined: Joined,
 }
 
 impl UapItem {
     /// The item of this field reference number, number, name and structure.
     pub const fn new(frn: u8, item: &'static str, name: &'static str, layout: Layout) -> Self {
-        Self { frn, item, name, layout, length: Length::of(&layout) }
+        Self { frn, item, name, layout, length: Length::of(&layout), joined: Joined::of(item) }
     }
 
     /// As [`Layout::measure`].
     #[inline]
     pub fn measure(&self, octets: &[u8]) -> Result<usize, FaultKind> {
         self.length.measure(octets)
+    }
+
+    /// Its number as a key in JSON.
+    pub const fn joined(&self) -> &Joined {
+        &self.joined
     }
 }
 

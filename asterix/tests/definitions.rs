@@ -268,7 +268,7 @@ fn every_difference_is_noticed() {
 }
 
 const fn field(key: &'static str, bits: u16, kind: Kind) -> Field {
-    Field { key, bits, kind }
+    Field::new(key, bits, kind)
 }
 
 const fn quantity(signed: bool, lsb: f64) -> Kind {

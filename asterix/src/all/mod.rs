@@ -27,7 +27,7 @@
 //! # Ok::<(), asterix::Fault>(())
 //! ```
 //!
-//! The tables are text, which is read when an edition is first asked for: a fifth of a millisecond and 50 kB at most, kept as
+//! The tables are text, which is read when an edition is first asked for: a fifth of a millisecond and 100 kB at most, kept as
 //! long as the program runs.
 
 mod text;
