@@ -10,7 +10,7 @@ use std::hint::black_box;
 use std::path::Path;
 
 use asterix::cat129::{self, Altitude, GnssAccuracy, HorizontalVelocity, Position, VerticalVelocity};
-use asterix::{DataSource, Record, TimeOfDay, blocks, cat048, encode_block};
+use asterix::{DataSource, Profile, Record, TimeOfDay, blocks, cat048, encode_block};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 
@@ -26,6 +26,7 @@ fn cat048(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(records.len() as u64));
     group.bench_function("decode", |bencher| bencher.iter(|| decode::<cat048::Record>(&octets)));
     group.bench_function("slice", |bencher| bencher.iter(|| parse(&octets)));
+    group.bench_function("measure", |bencher| bencher.iter(|| measure(&octets, cat048::UAP)));
     encode(&mut group, &records);
     group.finish();
 }
@@ -62,6 +63,13 @@ fn parse(octets: &[u8]) {
             black_box(&parsed);
             rest = &rest[parsed.unwrap().1..];
         }
+    }
+}
+
+/// Only where records end, by the profile.
+fn measure(octets: &[u8], profile: &Profile) {
+    for block in blocks(octets) {
+        black_box(block.unwrap().measure(profile).unwrap());
     }
 }
 

@@ -4,12 +4,20 @@
 #[inline]
 pub(crate) const fn get(octets: &[u8], offset: usize, width: usize) -> u64 {
     let (mut index, end) = (offset / 8, offset + width);
-    let mut word: u128 = 0;
+    if end > index * 8 + 64 {
+        return get_of_nine(octets, offset, width);
+    }
+    let mut word = 0;
     while index * 8 < end {
-        word = word << 8 | octets[index] as u128;
+        word = word << 8 | octets[index] as u64;
         index += 1;
     }
-    (word >> (index * 8 - end)) as u64 & mask(width)
+    word >> (index * 8 - end) & mask(width)
+}
+
+/// As [`get`], of more than 56 bits, which stand in nine octets.
+const fn get_of_nine(octets: &[u8], offset: usize, width: usize) -> u64 {
+    get(octets, offset, width - 8) << 8 | get(octets, offset + width - 8, 8)
 }
 
 /// `octets` with the `width` (at most 64) bits that begin at bit `offset` replaced by the low bits of `value`.
@@ -28,17 +36,25 @@ pub(crate) const fn set<const N: usize>(
 #[inline]
 pub(crate) const fn put(octets: &mut [u8], offset: usize, width: usize, value: u64) {
     let end = offset + width;
-    let last = end.div_ceil(8);
-    let shift = last * 8 - end;
-    let mut bits = (value as u128 & mask(width) as u128) << shift;
-    let mut kept = !((mask(width) as u128) << shift);
-    let mut index = last;
+    if end > offset / 8 * 8 + 64 {
+        return put_in_nine(octets, offset, width, value);
+    }
+    let mut index = end.div_ceil(8);
+    let shift = index * 8 - end;
+    let mut bits = (value & mask(width)) << shift;
+    let mut kept = !(mask(width) << shift);
     while index * 8 > offset {
         index -= 1;
         octets[index] = octets[index] & kept as u8 | bits as u8;
         bits >>= 8;
-        kept = kept >> 8 | 0xff << 120;
+        kept = kept >> 8 | 0xff << 56;
     }
+}
+
+/// As [`put`], of more than 56 bits, which stand in nine octets.
+const fn put_in_nine(octets: &mut [u8], offset: usize, width: usize, value: u64) {
+    put(octets, offset, width - 8, value >> 8);
+    put(octets, offset + width - 8, 8, value);
 }
 
 /// The low `width` bits of `word` as two's complement.

@@ -3,7 +3,7 @@
 use crate::DataSource;
 use crate::fault::{Fault, FaultKind};
 use crate::record::Record;
-use crate::uap::{self, UapItem};
+use crate::uap::Profile;
 
 /// Octets of a block header: CAT and LEN.
 const HEADER: usize = 3;
@@ -85,11 +85,12 @@ impl<'a> Block<'a> {
         Some(DataSource { sac: source[0], sic: source[1] })
     }
 
-    /// How many records the block holds, measured item by item by the profile of its category and not read.
-    pub fn measure(&self, uap: &[UapItem]) -> Result<usize, Fault> {
+    /// How many records the block holds, measured by the profile of its category and not read.
+    pub fn measure(&self, profile: &Profile) -> Result<usize, Fault> {
         let (mut count, mut offset) = (0, HEADER);
         while offset < self.octets.len() {
-            let length = uap::walk(self.category, uap, &self.octets[offset..])
+            let length = profile
+                .measure(self.category, &self.octets[offset..])
                 .map_err(|fault| Fault { offset: self.offset + offset + fault.offset, ..fault })?;
             offset += length;
             count += 1;

@@ -23,15 +23,21 @@ impl Fspec {
 
     /// Reads the FSPEC at the front of `octets`.
     pub fn read(octets: &[u8]) -> Result<Self, FaultKind> {
-        let mut bits = 0;
-        for (index, &octet) in octets.iter().take(Self::MAX_OCTETS).enumerate() {
-            bits |= u64::from(octet) << (56 - 8 * index);
-            if octet & 1 == 0 {
-                return Ok(Self { bits, length: index as u8 + 1 });
-            }
-        }
-        let ends = octets.iter().any(|octet| octet & 1 == 0);
-        Err(if ends { FaultKind::FspecTooLong } else { FaultKind::FspecPastEnd })
+        Self::at_front(octets).ok_or_else(|| {
+            let ends = octets.iter().any(|octet| octet & 1 == 0);
+            if ends { FaultKind::FspecTooLong } else { FaultKind::FspecPastEnd }
+        })
+    }
+
+    /// The octets at the front up to the first without FX; `None` where the first [`Fspec::MAX_OCTETS`] have none.
+    #[inline]
+    pub(crate) fn at_front(octets: &[u8]) -> Option<Self> {
+        let word = front_word(octets);
+        let ends = !word & EXTENSIONS;
+        let length = ends.leading_zeros() / 8 + 1;
+        // Of eight octets there is nothing behind the last.
+        let behind = u64::MAX.checked_shr(8 * length).unwrap_or(0);
+        (ends != 0).then_some(Self { bits: word & !behind, length: length as u8 })
     }
 
     /// The shortest FSPEC for the items that are `present` (index 0 is FRN 1), and `padding` empty octets after it, as
@@ -71,7 +77,13 @@ impl Fspec {
     /// Whether every item it announces is one of these.
     #[inline]
     pub(crate) const fn is_within(self, defined: Frns) -> bool {
-        self.bits & !EXTENSIONS & !defined.0 == 0
+        self.announced().0 & !defined.0 == 0
+    }
+
+    /// The items that it announces.
+    #[inline]
+    pub(crate) const fn announced(self) -> Frns {
+        Frns(self.bits & !EXTENSIONS)
     }
 
     /// That of octets with these bits, the first at the top, of which each but the last has FX.
@@ -90,8 +102,17 @@ impl Fspec {
     }
 }
 
+/// The first eight octets as one word; FX alone where there are fewer.
+#[inline]
+fn front_word(octets: &[u8]) -> u64 {
+    match octets.first_chunk() {
+        Some(eight) => u64::from_be_bytes(*eight),
+        None => octets.iter().rev().fold(EXTENSIONS, |word, &octet| word >> 8 | u64::from(octet) << 56),
+    }
+}
+
 /// A set of field reference numbers, each at its place in an FSPEC.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Frns(u64);
 
 impl Frns {
@@ -103,6 +124,29 @@ impl Frns {
     #[must_use]
     pub const fn with(self, frn: u8, present: bool) -> Self {
         Self(self.0 | (present as u64) << (63 - bit_index(frn)))
+    }
+
+    /// How many numbers there are.
+    #[inline]
+    pub const fn count(self) -> usize {
+        self.0.count_ones() as usize
+    }
+
+    /// What an FSPEC of any length announces with its first eight octets.
+    pub fn at_front(fspec: &[u8]) -> Self {
+        let (first, _) = fspec.split_at(fspec.len().min(Fspec::MAX_OCTETS));
+        Self(front_word(first) & !EXTENSIONS)
+    }
+
+    /// The numbers, the lowest first.
+    #[inline]
+    pub fn iter(self) -> impl Iterator<Item = u8> {
+        let Self(mut left) = self;
+        std::iter::from_fn(move || {
+            let bit = left.leading_zeros();
+            left &= !(1_u64 << 63).checked_shr(bit)?;
+            Some((bit - bit / 8 + 1) as u8)
+        })
     }
 
     /// The first eight as the bits of one octet without FX, the first at the top.

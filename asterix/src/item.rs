@@ -287,7 +287,7 @@ macro_rules! compound {
         $crate::item::compound!(
             @sort $head ($at + 1)
             [$($fields)* { $(#[$doc])* $field: $type, $at }]
-            [$($slots)* $crate::Subfield { key: $key, layout: <$type as $crate::Describe>::LAYOUT },]
+            [$($slots)* $crate::Subfield::new($key, <$type as $crate::Describe>::LAYOUT),]
             $($rest)*
         );
     };

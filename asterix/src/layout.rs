@@ -7,10 +7,12 @@ use std::fmt;
 
 use crate::bits;
 use crate::fault::FaultKind;
+use crate::joined::Joined;
+use crate::lengths::Length;
 use crate::uap::UapItem;
-use crate::variable::{Chain, Explicit};
+use crate::variable::Explicit;
 
-/// A run of bits in an item.
+/// A run of bits in an item. Another key takes another one, made by [`Field::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Field {
     /// Its name in lower case with its unit, unique in the item: `"rho_m"`; empty for the only field of an item.
@@ -19,6 +21,7 @@ pub struct Field {
     pub bits: u16,
     /// What they are.
     pub kind: Kind,
+    joined: Joined,
 }
 
 /// What the bits of a [`Field`] are.
@@ -117,7 +120,7 @@ pub enum Layout {
     Sequence(&'static [UapItem]),
 }
 
-/// A part of a compound item.
+/// A part of a compound item. Another structure takes another one, made by [`Subfield::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Subfield {
     /// Its name in lower case, with the unit when it is a single value; empty where the specification defines none: such a
@@ -125,11 +128,30 @@ pub struct Subfield {
     pub key: &'static str,
     /// Its structure.
     pub layout: Layout,
+    pub(crate) length: Length,
+    joined: Joined,
 }
 
 impl Subfield {
     /// A bit of the primary subfield that the specification leaves without a subfield.
-    pub(crate) const UNDEFINED: Self = Self { key: "", layout: Layout::Fields(&[]) };
+    pub(crate) const UNDEFINED: Self = Self::new("", Layout::Fields(&[]));
+
+    /// The subfield of this key and structure.
+    pub const fn new(key: &'static str, layout: Layout) -> Self {
+        let length = if key.is_empty() { Length::Undefined } else { Length::of(&layout) };
+        Self { key, layout, length, joined: Joined::of(key) }
+    }
+
+    /// As [`Layout::measure`].
+    #[inline]
+    pub fn measure(&self, octets: &[u8]) -> Result<usize, FaultKind> {
+        self.length.measure(octets)
+    }
+
+    /// Its key as JSON has it.
+    pub const fn joined(&self) -> &Joined {
+        &self.joined
+    }
 }
 
 /// What may stand behind the length octet of an explicit item.
@@ -144,9 +166,20 @@ pub enum Contents {
 }
 
 impl Field {
+    /// The field of this key, so many bits, and meaning.
+    pub const fn new(key: &'static str, bits: u16, kind: Kind) -> Self {
+        Self { key, bits, kind, joined: Joined::of(key) }
+    }
+
+    /// Its key as JSON has it.
+    pub const fn joined(&self) -> &Joined {
+        &self.joined
+    }
+
     /// The bits of this field where it begins at bit `at` of `octets`: of its at most 64 bits, or of the first 64 of a text.
     ///
     /// Panics beyond the octets.
+    #[inline]
     pub fn count(&self, octets: &[u8], at: usize) -> u64 {
         bits::get(octets, at, usize::from(self.bits.min(64)))
     }
@@ -154,6 +187,7 @@ impl Field {
     /// Sets the bits of this field, at most 64, where it begins at bit `at` of `octets`, to the low bits of `count`.
     ///
     /// Panics beyond the octets.
+    #[inline]
     pub fn set_count(&self, octets: &mut [u8], at: usize, count: u64) {
         bits::put(octets, at, usize::from(self.bits.min(64)), count);
     }
@@ -200,103 +234,16 @@ impl Layout {
     /// Octets of the item at the front of `octets`, which go to the end of the block.
     ///
     /// [`Layout::OneOrThree`] counts as 1: which of the two it is shows only after the whole record.
+    ///
+    /// [`UapItem::measure`] and [`Subfield::measure`] do the same without a look at the fields.
     pub fn measure(&self, octets: &[u8]) -> Result<usize, FaultKind> {
-        let length = match *self {
-            Self::Fields(fields) | Self::OneOrThree(fields) => octets_of(fields),
-            Self::Extended(_) | Self::Codes => {
-                match octets.iter().take(Chain::MAX_OCTETS).position(|octet| octet & 1 == 0) {
-                    Some(last) => last + 1,
-                    None if octets.len() < Chain::MAX_OCTETS => return Err(FaultKind::ItemPastEnd),
-                    None => return Err(FaultKind::ChainTooLong),
-                }
-            }
-            Self::Parts(parts) => measure_parts(parts, octets)?,
-            Self::Chained(fields) => {
-                let part = bits_of(fields).div_ceil(8);
-                let ends = octets.chunks_exact(part).take(Chain::MAX_OCTETS);
-                match ends.clone().position(|part| part.last().is_some_and(|octet| octet & 1 == 0)) {
-                    Some(last) => (last + 1) * part,
-                    None if ends.len() < Chain::MAX_OCTETS => return Err(FaultKind::ItemPastEnd),
-                    None => return Err(FaultKind::ChainTooLong),
-                }
-            }
-            Self::Repetitive(fields) => {
-                let count = *octets.first().ok_or(FaultKind::NoRepetitionCount)?;
-                1 + usize::from(count) * octets_of(fields)
-            }
-            Self::Explicit(_) => match *octets.first().ok_or(FaultKind::ItemPastEnd)? {
-                0 => return Err(FaultKind::LengthZero),
-                length => usize::from(length),
-            },
-            Self::Sequence(items) => {
-                let count = *octets.first().ok_or(FaultKind::NoRepetitionCount)?;
-                let mut length = 1;
-                for _ in 0..count {
-                    let frn = *octets.get(length).ok_or(FaultKind::ItemPastEnd)?;
-                    let item = items.iter().find(|item| item.frn == frn).ok_or(FaultKind::ReservedFrn)?;
-                    length += 1 + item.layout.measure(&octets[length + 1..])?;
-                }
-                length
-            }
-            Self::Compound(subfields) => {
-                let primary = Self::primary(subfields, octets)?;
-                let mut length = primary.len();
-                for subfield in announced(subfields, primary) {
-                    if subfield.key.is_empty() {
-                        return Err(FaultKind::ReservedSubfield);
-                    }
-                    let rest = octets.get(length..).ok_or(FaultKind::ItemPastEnd)?;
-                    length += subfield.layout.measure(rest)?;
-                }
-                length
-            }
-        };
-        if length <= octets.len() { Ok(length) } else { Err(FaultKind::ItemPastEnd) }
+        Length::of(self).measure(octets)
     }
-
-    /// The primary subfield at the front of `octets`, which announces no more than `subfields`.
-    fn primary<'a>(subfields: &[Subfield], octets: &'a [u8]) -> Result<&'a [u8], FaultKind> {
-        let most = subfields.len().div_ceil(7);
-        let end = match octets.iter().take(most).position(|octet| octet & 1 == 0) {
-            Some(last) => last + 1,
-            None if octets.len() < most => return Err(FaultKind::ItemPastEnd),
-            None => return Err(FaultKind::PrimarySubfieldExtended),
-        };
-        let primary = &octets[..end];
-        let bits = end * 8;
-        let defined = |bit: usize| bit % 8 == 7 || bit / 8 * 7 + bit % 8 < subfields.len();
-        if (0..bits).any(|bit| !defined(bit) && bits::get(primary, bit, 1) == 1) {
-            return Err(FaultKind::ReservedSubfield);
-        }
-        Ok(primary)
-    }
-}
-
-/// Octets of the parts at the front of `octets`, see [`Layout::Parts`].
-fn measure_parts(parts: &[&[Field]], octets: &[u8]) -> Result<usize, FaultKind> {
-    let mut length = 0;
-    for part in parts {
-        let bits = bits_of(part);
-        length += bits.div_ceil(8);
-        let last = octets.get(length - 1).ok_or(FaultKind::ItemPastEnd)?;
-        if bits.is_multiple_of(8) || last & 1 == 0 {
-            return Ok(length);
-        }
-    }
-    Err(FaultKind::ChainTooLong)
-}
-
-/// The subfields that a primary subfield announces.
-fn announced<'a>(subfields: &'a [Subfield], primary: &'a [u8]) -> impl Iterator<Item = &'a Subfield> {
-    subfields.iter().enumerate().filter_map(|(index, subfield)| {
-        let (octet, bit) = (index / 7, index % 7);
-        (*primary.get(octet)? & (0x80 >> bit) != 0).then_some(subfield)
-    })
 }
 
 /// A line of a layout.
 pub(crate) const fn field(key: &'static str, bits: u16, kind: Kind) -> Field {
-    Field { key, bits, kind }
+    Field::new(key, bits, kind)
 }
 
 /// A physical value that is always known.
@@ -361,6 +308,7 @@ pub(crate) fn debug(f: &mut fmt::Formatter<'_>, name: &str, fields: &[Field], oc
 
 impl Quantity {
     /// The physical value of a count of `width` bits.
+    #[inline]
     pub fn value(self, count: u64, width: usize) -> f64 {
         let count = if self.signed { bits::signed(count, width) as f64 } else { count as f64 };
         count * self.lsb
@@ -402,15 +350,13 @@ mod tests {
         const CHAIN: Layout = Layout::Extended(&[]);
         const OPAQUE: Layout = Layout::Explicit(Contents::Opaque);
         const DOPPLER: Layout = Layout::Compound(&[
-            Subfield { key: "cal", layout: TWO },
-            Subfield { key: "rds", layout: Layout::Repetitive(&[count("", 48)]) },
+            Subfield::new("cal", TWO),
+            Subfield::new("rds", Layout::Repetitive(&[count("", 48)])),
             Subfield::UNDEFINED,
         ]);
-        const LONG: Layout = Layout::Compound(&[Subfield { key: "a", layout: TWO }; 9]);
-        const SEQUENCE: Layout = Layout::Sequence(&[
-            UapItem { frn: 3, item: "030", name: "", layout: TWO },
-            UapItem { frn: 9, item: "090", name: "", layout: THREE },
-        ]);
+        const LONG: Layout = Layout::Compound(&[Subfield::new("a", TWO); 9]);
+        const SEQUENCE: Layout =
+            Layout::Sequence(&[UapItem::new(3, "030", "", TWO), UapItem::new(9, "090", "", THREE)]);
         let full = [0x01; 17];
         for (layout, octets, expected) in [
             (TWO, &[0, 0, 0][..], Ok(2)),

@@ -83,7 +83,9 @@ mod fields;
 mod fspec;
 mod item;
 mod items;
+mod joined;
 mod layout;
+mod lengths;
 mod parts;
 mod record;
 mod subfields;
@@ -107,15 +109,16 @@ pub use fault::{Fault, FaultKind};
 pub use fspec::Fspec;
 
 pub use items::{DataSource, TimeOfDay};
+pub use joined::Joined;
 pub use layout::{Contents, Dependence, Describe, Field, Kind, Layout, Quantity, Subfield, octets_of};
 pub use parts::Parts;
 pub use record::{BuildError, Record};
 pub use subfields::Repeated;
-pub use uap::{UapItem, items};
+pub use uap::{Profile, UapItem, items};
 pub use variable::{Chain, Explicit};
 
 /// The profile of a category, where this crate knows one; of CAT021 that of the newest edition.
-pub const fn profile(category: u8) -> Option<&'static [UapItem]> {
+pub const fn profile(category: u8) -> Option<&'static Profile> {
     Some(match category {
         15 => cat015::UAP,
         21 => cat021::UAP,
@@ -130,7 +133,7 @@ pub const fn profile(category: u8) -> Option<&'static [UapItem]> {
 }
 
 /// The profiles of a category that lay octets out differently, the newest first; empty where this crate knows none.
-pub fn profiles(category: u8) -> impl Iterator<Item = &'static [UapItem]> {
+pub fn profiles(category: u8) -> impl Iterator<Item = &'static Profile> {
     let old = (category == cat021::Record::CATEGORY).then(|| cat021::Edition::V2_1.profile());
     profile(category).into_iter().chain(old)
 }
@@ -147,7 +150,7 @@ mod tests {
     fn the_front_page_counts_the_items() {
         let page = include_str!("lib.rs");
         for category in [15, 21, 34, 48, 62, 63, 65, 129] {
-            let items = super::profile(category).unwrap_or_default().len();
+            let items = super::profile(category).map_or(0, |items| items.len());
             let cell = format!("| [{items}](cat{category:03}::Record) |");
             let row = page.lines().find(|row| row.starts_with(&format!("//! | CAT{category:03}, ")));
             assert!(row.is_some_and(|row| row.contains(&cell)), "CAT{category:03}: {cell}");

@@ -10,19 +10,19 @@ use deku::{DekuError, DekuReader, DekuWriter};
 use crate::fault::{Fault, FaultKind};
 use crate::fspec::{Frns, Fspec};
 use crate::items::{DataSource, TimeOfDay};
-use crate::uap::{UapItem, walk};
+use crate::uap::{Profile, walk};
 
 /// A category's record: decoded from the octets of a block and encoded back to the same octets.
 pub trait Record: Sized {
     /// The category, as in the first octet of its blocks.
     const CATEGORY: u8;
-    /// The items of the category, in the order of the record: `UAP[n]` has FRN n + 1.
-    const UAP: &'static [UapItem];
+    /// The items of the category, in the order of the record.
+    const UAP: &'static Profile;
     /// What a reader has to know: the edition, of a category whose editions lay octets out differently; else nothing.
     type Edition: Copy;
 
     /// [`Record::UAP`] as it was in an edition: with the same items in the same places.
-    fn profile(edition: Self::Edition) -> &'static [UapItem];
+    fn profile(edition: Self::Edition) -> &'static Profile;
 
     /// Item 010, who reports.
     fn data_source(&self) -> Option<DataSource>;
@@ -85,14 +85,14 @@ macro_rules! record {
         $(time $time:path;)?
     ) => {
         /// The items in the order of the record.
-        pub const UAP: &[$crate::UapItem] = &[$($crate::UapItem {
-            frn: $frn,
-            item: $number,
-            name: $title,
-            layout: $crate::record::given!(
+        pub const UAP: &$crate::Profile = &$crate::Profile::new(&[$($crate::UapItem::new(
+            $frn,
+            $number,
+            $title,
+            $crate::record::given!(
                 [$(<$described as $crate::Describe>::LAYOUT)?] <$type as $crate::Describe>::LAYOUT
             ),
-        },)*];
+        ),)*]);
 
         $(#[$meta])*
         ///
@@ -136,10 +136,10 @@ macro_rules! record {
 
         impl $crate::Record for Record {
             const CATEGORY: u8 = $category;
-            const UAP: &'static [$crate::UapItem] = UAP;
+            const UAP: &'static $crate::Profile = UAP;
             type Edition = $crate::record::given!(@type [$($edition)?] ());
 
-            fn profile(edition: Self::Edition) -> &'static [$crate::UapItem] {
+            fn profile(edition: Self::Edition) -> &'static $crate::Profile {
                 $crate::record::given!([$(<$edition>::profile)?] |()| UAP)(edition)
             }
 
@@ -269,8 +269,8 @@ struct Defined<R>(PhantomData<R>);
 impl<R: Record> Defined<R> {
     const FRNS: Frns = {
         let (mut frns, mut index) = (Frns::NONE, 0);
-        while index < R::UAP.len() {
-            frns = frns.with(R::UAP[index].frn, true);
+        while index < R::UAP.items().len() {
+            frns = frns.with(R::UAP.items()[index].frn, true);
             index += 1;
         }
         frns

@@ -268,7 +268,7 @@ fn every_difference_is_noticed() {
 }
 
 const fn field(key: &'static str, bits: u16, kind: Kind) -> Field {
-    Field { key, bits, kind }
+    Field::new(key, bits, kind)
 }
 
 const fn quantity(signed: bool, lsb: f64) -> Kind {
@@ -293,7 +293,7 @@ const WRONG: [Layout; 14] = [
     Layout::Fields(&[SPARE, field("height_m", 14, RIGHT), field("more", 8, Kind::Count)]),
     Layout::Repetitive(&[SPARE, field("height_m", 14, RIGHT)]),
     Layout::Extended(&[&[SPARE, field("height_m", 14, RIGHT)]]),
-    Layout::Compound(&[Subfield { key: "3dh", layout: Height3D::LAYOUT }]),
+    Layout::Compound(&[Subfield::new("3dh", Height3D::LAYOUT)]),
 ];
 
 #[test]

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io;
 
-use asterix::{Fault, UapItem, profile};
+use asterix::{Fault, Profile, UapItem, profile};
 
 use super::{Faults, Sink};
 use crate::formats::records::RecordColumns;
@@ -78,8 +78,8 @@ impl<'a> Tables<'a> {
     /// It has no public definition; or the table cannot be made.
     pub fn begin(&mut self, category: u8, editions: &Editions) -> io::Result<()> {
         let all = match editions.of(category) {
-            Reading::Typed => profile(category),
-            Reading::Cat021(edition) => Some(edition.profile()),
+            Reading::Typed => profile(category).map(Profile::items),
+            Reading::Cat021(edition) => Some(edition.profile().items()),
             Reading::Untyped(definition) => Some(definition.items()),
             Reading::Unknown => None,
         };

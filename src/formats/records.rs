@@ -216,7 +216,7 @@ impl Node {
                 continue;
             }
             // The whole item has been measured.
-            let Ok(length) = subfield.layout.measure(rest) else { break };
+            let Ok(length) = subfield.measure(rest) else { break };
             if let Some(node) = node {
                 node.fill(table, text, &subfield.layout, &rest[..length]);
             }

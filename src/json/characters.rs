@@ -15,23 +15,25 @@ pub(super) fn decode(octets: &[u8]) -> Option<Vec<u8>> {
         .collect()
 }
 
-/// The octets of a text of so many octets, filled up with spaces; `None` for a longer text or another character.
-pub(super) fn encode(text: &str, octets: usize) -> Option<Vec<u8>> {
-    let places = octets / 3 * 4;
-    if text.len() > places {
+/// Fills octets with a text, and with spaces behind it; `None` for a longer text or another character.
+pub(super) fn encode(text: &str, octets: &mut [u8]) -> Option<()> {
+    if text.len() > octets.len() / 3 * 4 {
         return None;
     }
-    let mut codes = Vec::with_capacity(places);
-    for index in 0..places {
-        codes.push(match text.as_bytes().get(index).copied().unwrap_or(b' ') {
-            letter @ b'A'..=b'Z' => letter - b'A' + 1,
-            other @ (b' ' | b'0'..=b'9') => other,
-            _ => return None,
-        });
+    let mut letters = text.bytes().chain(std::iter::repeat(b' '));
+    for three in octets.chunks_exact_mut(3) {
+        let mut word = 0_u32;
+        for letter in letters.by_ref().take(4) {
+            let code = match letter {
+                b'A'..=b'Z' => letter - b'A' + 1,
+                b' ' | b'0'..=b'9' => letter,
+                _ => return None,
+            };
+            word = word << 6 | u32::from(code);
+        }
+        three.copy_from_slice(&word.to_be_bytes()[1..]);
     }
-    let words =
-        codes.chunks(4).map(|four| four.iter().fold(0_u32, |word, &code| word << 6 | u32::from(code)));
-    Some(words.flat_map(|word| word.to_be_bytes()[1..].to_vec()).collect())
+    Some(())
 }
 
 #[cfg(test)]
@@ -40,10 +42,11 @@ mod tests {
 
     #[test]
     fn texts_read_back() {
-        let octets = encode("ROT415", 6).unwrap();
+        let mut octets = [0; 6];
+        encode("ROT415", &mut octets).unwrap();
         assert_eq!(octets, [0x48, 0xf5, 0x34, 0xc7, 0x58, 0x20]);
         assert_eq!(decode(&octets).unwrap(), b"ROT415  ");
         assert_eq!(decode(&[0; 6]), None);
-        assert_eq!((encode("rot", 6), encode("123456789", 6)), (None, None));
+        assert_eq!((encode("rot", &mut octets), encode("123456789", &mut octets)), (None, None));
     }
 }

@@ -1,10 +1,10 @@
 //! ASTERIX from the lines of `decode`.
 
-use asterix::{Fspec, UapItem, profile};
-use serde::Deserialize;
-use serde_json::{Map, Value};
+use asterix::{Fspec, Profile, UapItem, profile};
 
 use super::editions::{EditionError, Editions, Reading};
+use super::line::Line;
+use super::parsed::{Node, Object, Value, emptied};
 use super::read::{octets, read_item};
 
 /// What is wrong with a line.
@@ -63,22 +63,6 @@ pub enum LineError {
     BlockTooLong(usize),
 }
 
-/// A line, as far as it counts.
-#[derive(Deserialize)]
-struct Line {
-    error: Option<serde::de::IgnoredAny>,
-    input: Option<String>,
-    offset: Option<u64>,
-    block: Option<u64>,
-    cat: Option<u8>,
-    edition: Option<String>,
-    #[serde(default)]
-    untyped: bool,
-    fspec: Option<Value>,
-    items: Option<Map<String, Value>>,
-    hex: Option<Value>,
-}
-
 /// Which block a line belongs to: its file and offset there.
 type Key = (Option<String>, u64);
 
@@ -93,6 +77,9 @@ pub struct Encoder {
     key: Option<Key>,
     /// Those of lines that name none.
     editions: Editions,
+    /// The memory of lines and of records, while neither is there.
+    nodes: Vec<Node<'static>>,
+    record: Vec<u8>,
 }
 
 /// Octets of CAT and LEN.
@@ -110,23 +97,40 @@ impl Encoder {
     /// The line cannot be encoded. The block that it belongs to, as far as it was made, is not lost: it comes out with the
     /// next one.
     pub fn line(&mut self, line: &str, out: &mut Vec<u8>) -> Result<(), LineError> {
-        let line: Line = serde_json::from_str(line).map_err(|error| LineError::Json(error.to_string()))?;
-        let key = line.block.map(|block| (line.input, block));
-        if let Some(items) = &line.items {
-            let category = line.cat.ok_or(LineError::NoCategory)?;
+        let mut nodes = emptied(std::mem::take(&mut self.nodes));
+        let mut record = std::mem::take(&mut self.record);
+        record.clear();
+        let done = self.read_line(line, &mut nodes, &mut record, out);
+        (self.nodes, self.record) = (emptied(nodes), record);
+        done
+    }
+
+    /// As [`Encoder::line`], by way of these, which are empty.
+    fn read_line<'a>(
+        &mut self,
+        line: &'a str,
+        nodes: &mut Vec<Node<'a>>,
+        record: &mut Vec<u8>,
+        out: &mut Vec<u8>,
+    ) -> Result<(), LineError> {
+        let line = Line::read(line, nodes).map_err(|error| LineError::Json(error.to_string()))?;
+        if let Some(items) = line.items(nodes) {
+            let category = line.category.ok_or(LineError::NoCategory)?;
             let reading = match &line.edition {
                 Some(edition) => Reading::named(category, edition, line.untyped)?,
                 None => self.editions.of(category),
             };
-            let uap = uap_of(category, reading, items)?;
-            let record = encode_record(category, uap, items, line.fspec.as_ref())?;
-            return self.append(key, category, &record, out);
+            let uap = uap_of(category, reading, &items)?;
+            encode_record(record, category, uap, &items, line.fspec(nodes))?;
+            let key = line.block.map(|block| (line.input, block));
+            return self.append(key, category, record, out);
         }
-        let hex = line.hex.as_ref().ok_or(LineError::Nothing)?;
+        let hex = line.hex(nodes).ok_or(LineError::Nothing)?;
         let octets = octets(hex).map_err(LineError::Hex)?;
         // The rest of a block from a bad record on stands behind the block's header. Everything else is whole.
-        match line.cat {
-            Some(category) if line.error.is_some() && line.offset > line.block => {
+        match line.category {
+            Some(category) if line.is_error && line.offset > line.block => {
+                let key = line.block.map(|block| (line.input, block));
                 self.append(key, category, &octets, out)
             }
             _ => {
@@ -174,63 +178,70 @@ impl Encoder {
 }
 
 /// The profile that a record with these items follows.
-fn uap_of(
-    category: u8,
-    reading: Reading,
-    items: &Map<String, Value>,
-) -> Result<&'static [UapItem], LineError> {
+fn uap_of(category: u8, reading: Reading, items: &Object<'_>) -> Result<&'static [UapItem], LineError> {
     let definition = match reading {
-        Reading::Typed => return profile(category).ok_or(LineError::UnknownCategory(category)),
-        Reading::Cat021(edition) => return Ok(edition.profile()),
+        Reading::Typed => {
+            return profile(category).map(Profile::items).ok_or(LineError::UnknownCategory(category));
+        }
+        Reading::Cat021(edition) => return Ok(edition.profile().items()),
         Reading::Unknown => return Err(LineError::UnknownCategory(category)),
         Reading::Untyped(definition) => definition,
     };
     let mut octets = None;
     let chosen_by = definition.chosen_by();
     if let Some(item) = chosen_by
-        && let Some(value) = items.get(item.item)
+        && let Some(value) = items.clone().get(item.item)
     {
         let out = octets.insert(Vec::new());
         read_item(out, &item.layout, value)
             .map_err(|trouble| LineError::Item { item: item.item, trouble })?;
     }
     let number = chosen_by.map_or("", |item| item.item);
-    definition.chosen(octets.as_deref()).ok_or(LineError::NoProfile(number))
+    definition.chosen(octets.as_deref()).map(Profile::items).ok_or(LineError::NoProfile(number))
 }
 
-/// The octets of a record of this profile with these items.
+/// Appends the octets of a record of this profile with these items.
 fn encode_record(
+    out: &mut Vec<u8>,
     category: u8,
     uap: &'static [UapItem],
-    items: &Map<String, Value>,
-    fspec: Option<&Value>,
-) -> Result<Vec<u8>, LineError> {
-    if let Some(item) = items.keys().find(|key| uap.iter().all(|item| item.item != key.as_str())) {
-        return Err(LineError::UnknownItem { category, item: item.clone() });
-    }
-    let present = |item: &&UapItem| items.contains_key(item.item);
+    items: &Object<'_>,
+    fspec: Option<Value<'_>>,
+) -> Result<(), LineError> {
+    // Each item of the profile by its place, as far as it is there.
+    let mut values = [None; 7 * Fspec::MAX_OCTETS];
     let mut announced = [false; 7 * Fspec::MAX_OCTETS];
-    for item in uap.iter().filter(present) {
-        announced[usize::from(item.frn) - 1] = true;
+    let mut next = 0;
+    for (key, value) in items.iter() {
+        // Mostly they come in the order of the record.
+        let is_it = |item: &UapItem| item.item == key;
+        let behind = uap[next..].iter().position(is_it).map(|place| next + place);
+        let place = behind.or_else(|| uap[..next].iter().position(is_it));
+        let place = place.ok_or_else(|| LineError::UnknownItem { category, item: key.to_owned() })?;
+        let UapItem { frn, item, .. } = uap[place];
+        if values[place].replace(value).is_some() {
+            return Err(LineError::Item { item, trouble: "is there twice".to_owned() });
+        }
+        announced[usize::from(frn) - 1] = true;
+        next = place + 1;
     }
     let minimal = Fspec::of(announced, 0);
     let fspec = match fspec {
         Some(given) => padded(minimal, given).ok_or(LineError::Fspec)?,
         None => minimal,
     };
-    let mut record = Vec::new();
-    fspec.encode_into(&mut record);
-    for item in uap {
-        if let Some(value) = items.get(item.item) {
-            read_item(&mut record, &item.layout, value)
+    fspec.encode_into(out);
+    for (item, value) in uap.iter().zip(values) {
+        if let Some(value) = value {
+            read_item(out, &item.layout, value)
                 .map_err(|trouble| LineError::Item { item: item.item, trouble })?;
         }
     }
-    Ok(record)
+    Ok(())
 }
 
 /// The FSPEC that is given, if it announces the same as the shortest one.
-fn padded(minimal: Fspec, given: &Value) -> Option<Fspec> {
+fn padded(minimal: Fspec, given: Value<'_>) -> Option<Fspec> {
     let octets = octets(given).ok()?;
     let fspec = Fspec::read(&octets).ok()?;
     let same = (1..=7 * Fspec::MAX_OCTETS as u8).all(|frn| fspec.has(frn) == minimal.has(frn));

@@ -37,7 +37,7 @@ impl<'a> Entry<'a> {
         place: Place<'a>,
         received: Option<Time>,
     ) -> Self {
-        let profile = R::profile(edition);
+        let profile = R::profile(edition).items();
         Self {
             time: dated(record.time_of_day(), received),
             place,

@@ -20,6 +20,8 @@ mod characters;
 mod editions;
 mod encoder;
 mod entry;
+mod line;
+mod parsed;
 mod read;
 mod remote_id;
 mod tree;
@@ -71,7 +73,7 @@ pub fn write_record(out: &mut impl Tree, entry: &Entry<'_>, hex: bool) {
     out.key("items");
     out.open_object();
     for (item, octets) in entry.items() {
-        out.key(item.item);
+        out.joined(item.item, item.joined());
         write_item(out, &item.layout, octets);
     }
     out.close_object();

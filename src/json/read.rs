@@ -1,16 +1,19 @@
 //! Items from JSON: the inverse of the walk that prints them.
 
-use asterix::{Chain, Contents, Field, Kind, Layout, Subfield, UapItem, octets_of};
-use serde_json::{Map, Value};
+use asterix::{Chain, Contents, Field, Fspec, Kind, Layout, Subfield, UapItem, octets_of};
 
 use super::characters;
+use super::parsed::{Object, Value};
 use super::write::{PRIMARY, meant, part_octets};
+
+/// The most octets that a primary subfield takes: as many as an FSPEC.
+const PRIMARY_OCTETS: usize = Fspec::MAX_OCTETS;
 
 /// What is wrong with the value of an item, in words that begin where a path to it ends: `rho_m: …`.
 pub(super) type Trouble = String;
 
 /// Appends the item that `value` describes.
-pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: &Value) -> Result<(), Trouble> {
+pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: Value<'_>) -> Result<(), Trouble> {
     match *layout {
         Layout::Fields(fields) => read_fields(out, fields, value),
         Layout::OneOrThree(fields) => {
@@ -30,42 +33,42 @@ pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: &Value) -> Re
         Layout::Extended(parts) => read_extended(out, parts, value),
         Layout::Parts(parts) => read_parts(out, parts, value),
         Layout::Chained(fields) => {
-            let parts = value.as_array().filter(|parts| !parts.is_empty());
-            let parts = parts.ok_or("must be an array of one part or more")?;
-            check_length(parts.len())?;
-            for (index, part) in parts.iter().enumerate() {
+            let parts = value.as_array().filter(|(count, _)| *count > 0);
+            let (count, parts) = parts.ok_or("must be an array of one part or more")?;
+            check_length(count)?;
+            for (index, part) in parts.enumerate() {
                 let at = out.len();
                 out.resize(at + part_octets(fields), 0);
                 let mut object = Members::of(part)?;
                 object.put(&mut out[at..], fields).map_err(|trouble| format!("[{index}] {trouble}"))?;
                 object.end(keys(fields))?;
-                *out.last_mut().expect("a part has octets") |= u8::from(index + 1 < parts.len());
+                *out.last_mut().expect("a part has octets") |= u8::from(index + 1 < count);
             }
             Ok(())
         }
         Layout::Codes => {
-            let codes = value.as_array().filter(|codes| !codes.is_empty());
-            let codes = codes.ok_or("must be an array of one code or more")?;
-            check_length(codes.len())?;
-            for (index, code) in codes.iter().enumerate() {
-                let code = whole(code).filter(|code| *code < 128).ok_or("a code must be 0 to 127")?;
-                let extended = index + 1 < codes.len();
+            let codes = value.as_array().filter(|(count, _)| *count > 0);
+            let (count, codes) = codes.ok_or("must be an array of one code or more")?;
+            check_length(count)?;
+            for (index, code) in codes.enumerate() {
+                let code = code.as_u64().filter(|code| *code < 128).ok_or("a code must be 0 to 127")?;
+                let extended = index + 1 < count;
                 out.push((code as u8) << 1 | u8::from(extended));
             }
             Ok(())
         }
         Layout::Repetitive(fields) => {
-            let parts = value.as_array().ok_or("must be an array")?;
-            out.push(u8::try_from(parts.len()).map_err(|_| "has more than 255 parts")?);
-            for (index, part) in parts.iter().enumerate() {
+            let (count, parts) = value.as_array().ok_or("must be an array")?;
+            out.push(u8::try_from(count).map_err(|_| "has more than 255 parts")?);
+            for (index, part) in parts.enumerate() {
                 read_fields(out, fields, part).map_err(|trouble| format!("[{index}] {trouble}"))?;
             }
             Ok(())
         }
         Layout::Sequence(items) => {
-            let parts = value.as_array().ok_or("must be an array of items")?;
-            out.push(u8::try_from(parts.len()).map_err(|_| "has more than 255 items")?);
-            for (index, part) in parts.iter().enumerate() {
+            let (count, parts) = value.as_array().ok_or("must be an array of items")?;
+            out.push(u8::try_from(count).map_err(|_| "has more than 255 items")?);
+            for (index, part) in parts.enumerate() {
                 read_listed(out, items, part).map_err(|trouble| format!("[{index}] {trouble}"))?;
             }
             Ok(())
@@ -73,18 +76,25 @@ pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: &Value) -> Re
         Layout::Compound(subfields) => {
             let mut object = Members::of(value)?;
             let given = object.take(PRIMARY).map(octets).transpose()?;
-            let (announced, octets) = read_subfields(subfields, object)?;
-            let mut primary = vec![0_u8; announced.last().map_or(1, |last| last / 7 + 1)];
-            for index in announced {
+            // How long the primary subfield is shows only behind it.
+            let at = out.len();
+            let announced = read_subfields(out, subfields, object)?;
+            let (mut primary, mut length) = ([0_u8; PRIMARY_OCTETS], 1);
+            for index in (0..subfields.len()).filter(|index| announced >> index & 1 == 1) {
                 primary[index / 7] |= 0x80 >> (index % 7);
+                length = index / 7 + 1;
             }
-            let last = primary.len() - 1;
-            primary[..last].iter_mut().for_each(|octet| *octet |= 1);
-            if let Some(given) = given {
-                primary = padded(&primary, given, subfields.len().div_ceil(7))?;
+            primary[..length - 1].iter_mut().for_each(|octet| *octet |= 1);
+            let shortest = &primary[..length];
+            match given {
+                Some(given) => {
+                    let given = padded(shortest, given, subfields.len().div_ceil(7))?;
+                    out.splice(at..at, given);
+                }
+                None => {
+                    out.splice(at..at, shortest.iter().copied());
+                }
             }
-            out.extend(primary);
-            out.extend(octets);
             Ok(())
         }
         Layout::Explicit(contents) => read_explicit(out, contents, value),
@@ -92,10 +102,9 @@ pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: &Value) -> Re
 }
 
 /// One of these items, behind its field reference number: an object of one member.
-fn read_listed(out: &mut Vec<u8>, items: &[UapItem], value: &Value) -> Result<(), Trouble> {
-    let object =
-        value.as_object().filter(|object| object.len() == 1).ok_or("must be an object of one item")?;
-    for (number, value) in object {
+fn read_listed(out: &mut Vec<u8>, items: &[UapItem], value: Value<'_>) -> Result<(), Trouble> {
+    let object = value.as_object().filter(|object| object.len() == 1);
+    for (number, value) in object.ok_or("must be an object of one item")?.iter() {
         let item = items.iter().find(|item| item.item == number);
         let item = item.ok_or_else(|| format!("item {number} is none of this category"))?;
         out.push(item.frn);
@@ -128,7 +137,7 @@ fn padded(shortest: &[u8], given: Vec<u8>, most: usize) -> Result<Vec<u8>, Troub
 }
 
 /// Of a part that is there, or that stands before one, all fields must be there.
-fn read_parts(out: &mut Vec<u8>, parts: &[&[Field]], value: &Value) -> Result<(), Trouble> {
+fn read_parts(out: &mut Vec<u8>, parts: &[&[Field]], value: Value<'_>) -> Result<(), Trouble> {
     let mut object = Members::of(value)?;
     let named = |fields: &&[Field]| fields.iter().any(|field| object.has(field.key));
     let last = parts.iter().rposition(named).unwrap_or(0);
@@ -141,7 +150,7 @@ fn read_parts(out: &mut Vec<u8>, parts: &[&[Field]], value: &Value) -> Result<()
     object.end(parts.iter().flat_map(|fields| keys(fields)))
 }
 
-fn read_extended(out: &mut Vec<u8>, parts: &[&[Field]], value: &Value) -> Result<(), Trouble> {
+fn read_extended(out: &mut Vec<u8>, parts: &[&[Field]], value: Value<'_>) -> Result<(), Trouble> {
     let mut object = Members::of(value)?;
     let more = object.take("more").map(octets).transpose()?;
     // An octet was sent if a field of it, or of one behind it, is there.
@@ -183,8 +192,8 @@ fn check_length(octets: usize) -> Result<(), Trouble> {
     if octets <= most { Ok(()) } else { Err(format!("would have {octets} octets; {most} are the most")) }
 }
 
-fn read_explicit(out: &mut Vec<u8>, contents: Contents, value: &Value) -> Result<(), Trouble> {
-    if value.is_string() {
+fn read_explicit(out: &mut Vec<u8>, contents: Contents, value: Value<'_>) -> Result<(), Trouble> {
+    if value.as_str().is_some() {
         let octets = octets(value)?;
         return match octets.first() {
             Some(&length) if usize::from(length) == octets.len() => {
@@ -194,44 +203,47 @@ fn read_explicit(out: &mut Vec<u8>, contents: Contents, value: &Value) -> Result
             _ => Err(format!("its first octet must be its length, {}", octets.len())),
         };
     }
-    let inner = match contents {
+    // What it counts is the length of all, itself included.
+    let at = out.len();
+    out.push(0);
+    match contents {
         Contents::Opaque => return Err("must be a text of hexadecimal octets".to_owned()),
         Contents::Known(key, fields) => {
             let mut object = Members::of(value)?;
             let known = object.take(key).ok_or_else(|| format!("has no `{key}`"))?;
             object.end([key].into_iter())?;
-            let mut inner = Vec::new();
-            read_fields(&mut inner, fields, known).map_err(|trouble| format!("{key}: {trouble}"))?;
-            inner
+            read_fields(out, fields, known).map_err(|trouble| format!("{key}: {trouble}"))?;
         }
         Contents::Expansion(subfields) => {
-            let (announced, octets) = read_subfields(subfields, Members::of(value)?)?;
-            let first = announced.iter().fold(0, |bits, index| bits | 0x80 >> index);
-            [vec![first], octets].concat()
+            out.push(0);
+            let announced = read_subfields(out, subfields, Members::of(value)?)?;
+            out[at + 1] = (announced as u8).reverse_bits();
         }
-    };
-    let length = u8::try_from(inner.len() + 1).map_err(|_| "is longer than 255 octets")?;
-    out.push(length);
-    out.extend(inner);
+    }
+    out[at] = u8::try_from(out.len() - at).map_err(|_| "is longer than 255 octets")?;
     Ok(())
 }
 
-/// The places of the subfields that are there, and their octets.
-fn read_subfields(subfields: &[Subfield], mut object: Members<'_>) -> Result<(Vec<usize>, Vec<u8>), Trouble> {
-    let (mut announced, mut octets) = (Vec::new(), Vec::new());
+/// Appends the subfields that are there. Bit n, from the lowest up, of what is returned says whether the nth one is.
+fn read_subfields(
+    out: &mut Vec<u8>,
+    subfields: &[Subfield],
+    mut object: Members<'_>,
+) -> Result<u64, Trouble> {
+    let mut announced = 0;
     for (index, subfield) in subfields.iter().enumerate().filter(|(_, subfield)| !subfield.key.is_empty()) {
         if let Some(value) = object.take(subfield.key) {
-            announced.push(index);
-            read_item(&mut octets, &subfield.layout, value)
+            announced |= 1 << index;
+            read_item(out, &subfield.layout, value)
                 .map_err(|trouble| format!("{}: {trouble}", subfield.key))?;
         }
     }
     object.end(subfields.iter().map(|subfield| subfield.key))?;
-    Ok((announced, octets))
+    Ok(announced)
 }
 
 /// Appends fields, from an object or, of the only field of an item, from its value.
-fn read_fields(out: &mut Vec<u8>, fields: &[Field], value: &Value) -> Result<(), Trouble> {
+fn read_fields(out: &mut Vec<u8>, fields: &[Field], value: Value<'_>) -> Result<(), Trouble> {
     if let [field] = fields
         && field.key.is_empty()
     {
@@ -245,14 +257,13 @@ fn read_fields(out: &mut Vec<u8>, fields: &[Field], value: &Value) -> Result<(),
 }
 
 /// Puts a value where its field begins, bit `at`.
-fn put_value(octets: &mut [u8], at: usize, field: &Field, value: &Value) -> Result<(), Trouble> {
+fn put_value(octets: &mut [u8], at: usize, field: &Field, value: Value<'_>) -> Result<(), Trouble> {
     let width = usize::from(field.bits);
-    let is_long = field.kind == Kind::Hex && width > 64;
-    if is_long || matches!(field.kind, Kind::Ascii | Kind::Icao) {
-        let text =
-            if is_long { long_octets(width / 8, value) } else { text_octets(field.kind, width / 8, value) }?;
-        octets[at / 8..at / 8 + text.len()].copy_from_slice(&text);
-        return Ok(());
+    if matches!(field.kind, Kind::Hex) && width > 64 {
+        return put_octets(&mut octets[at / 8..(at + width) / 8], value);
+    }
+    if matches!(field.kind, Kind::Ascii | Kind::Icao) {
+        return put_text(&mut octets[at / 8..(at + width) / 8], field.kind, value);
     }
     let count = count_of(field.kind, width, value)?;
     if width < 64 && count >> width != 0 {
@@ -262,30 +273,35 @@ fn put_value(octets: &mut [u8], at: usize, field: &Field, value: &Value) -> Resu
     Ok(())
 }
 
-fn long_octets(length: usize, value: &Value) -> Result<Vec<u8>, Trouble> {
-    let octets = octets(value)?;
-    if octets.len() == length { Ok(octets) } else { Err(format!("must be {length} octets")) }
+fn put_octets(octets: &mut [u8], value: Value<'_>) -> Result<(), Trouble> {
+    let given = self::octets(value)?;
+    if given.len() != octets.len() {
+        return Err(format!("must be {} octets", octets.len()));
+    }
+    octets.copy_from_slice(&given);
+    Ok(())
 }
 
-fn text_octets(kind: Kind, length: usize, value: &Value) -> Result<Vec<u8>, Trouble> {
-    if let Some(hex) = value.get("hex") {
-        let octets = octets(hex)?;
-        return if octets.len() == length { Ok(octets) } else { Err(format!("must be {length} octets")) };
+fn put_text(octets: &mut [u8], kind: Kind, value: Value<'_>) -> Result<(), Trouble> {
+    if let Some(hex) = value.as_object().and_then(|mut object| object.get("hex")) {
+        return put_octets(octets, hex);
     }
     let text = value.as_str().ok_or("must be a text")?;
-    if kind == Kind::Icao {
+    let length = octets.len();
+    if matches!(kind, Kind::Icao) {
         let wanted = "must be capital letters, digits and spaces";
-        return characters::encode(text, length)
+        return characters::encode(text, octets)
             .ok_or_else(|| format!("{wanted}, at most {}", length / 3 * 4));
     }
     if text.len() == length && text.is_ascii() {
-        Ok(text.as_bytes().to_vec())
+        octets.copy_from_slice(text.as_bytes());
+        Ok(())
     } else {
         Err(format!("must be {length} ASCII characters"))
     }
 }
 
-fn count_of(kind: Kind, width: usize, value: &Value) -> Result<u64, Trouble> {
+fn count_of(kind: Kind, width: usize, value: Value<'_>) -> Result<u64, Trouble> {
     let digits = |base: u32, bits: usize| {
         let text = value.as_str().filter(|text| text.len() == width / bits && !text.starts_with('+'));
         let count = text.and_then(|text| u64::from_str_radix(text, base).ok());
@@ -302,40 +318,37 @@ fn count_of(kind: Kind, width: usize, value: &Value) -> Result<u64, Trouble> {
                 quantity.count(number, width).ok_or_else(|| format!("{number} is out of range"))
             }
         },
-        Kind::CountFrom(first) => whole(value)
+        Kind::CountFrom(first) => value
+            .as_u64()
             .and_then(|number| number.checked_sub(first))
             .ok_or_else(|| format!("must be {first} or more")),
-        _ => whole(value).ok_or_else(|| "must be a whole number".to_owned()),
+        _ => value.as_u64().ok_or_else(|| "must be a whole number".to_owned()),
     }
 }
 
-fn whole(value: &Value) -> Option<u64> {
-    value.as_u64()
-}
-
 /// The octets of a hexadecimal text.
-pub(super) fn octets(value: &Value) -> Result<Vec<u8>, Trouble> {
+pub(super) fn octets(value: Value<'_>) -> Result<Vec<u8>, Trouble> {
     let octets = value.as_str().and_then(crate::hex::octets);
     octets.ok_or_else(|| "must be a text of hexadecimal octets".to_owned())
 }
 
 /// The members of an object, of which each must be taken.
 struct Members<'a> {
-    object: &'a Map<String, Value>,
+    object: Object<'a>,
     taken: usize,
 }
 
 impl<'a> Members<'a> {
-    fn of(value: &'a Value) -> Result<Self, Trouble> {
+    fn of(value: Value<'a>) -> Result<Self, Trouble> {
         let object = value.as_object().ok_or("must be an object")?;
         Ok(Self { object, taken: 0 })
     }
 
     fn has(&self, key: &str) -> bool {
-        self.object.contains_key(key)
+        self.object.has(key)
     }
 
-    fn take(&mut self, key: &str) -> Option<&'a Value> {
+    fn take(&mut self, key: &str) -> Option<Value<'a>> {
         let value = self.object.get(key)?;
         self.taken += 1;
         Some(value)
@@ -363,7 +376,7 @@ impl<'a> Members<'a> {
             match self.take(field.key) {
                 Some(value) => put_value(octets, here, field, value)
                     .map_err(|trouble| format!("{}: {trouble}", field.key))?,
-                None if field.kind == Kind::Spare => {}
+                None if matches!(field.kind, Kind::Spare) => {}
                 None => return Err(format!("has no `{}`", field.key)),
             }
         }
@@ -372,16 +385,24 @@ impl<'a> Members<'a> {
 
     /// Complains if a member was not taken: it is none of `known`.
     fn end<'k>(&self, known: impl Iterator<Item = &'k str>) -> Result<(), Trouble> {
-        if self.taken == self.object.len() {
-            return Ok(());
-        }
+        if self.taken == self.object.len() { Ok(()) } else { Err(self.surplus(known)) }
+    }
+
+    #[cold]
+    fn surplus<'k>(&self, known: impl Iterator<Item = &'k str>) -> Trouble {
         let known: Vec<&str> = known.filter(|key| !key.is_empty() && !key.starts_with("spare")).collect();
-        let unknown = self.object.keys().find(|key| {
-            !known.contains(&key.as_str())
+        let mut keys = self.object.iter().map(|(key, _)| key);
+        let unknown = keys.find(|key| {
+            !known.contains(key)
                 && !key.starts_with("spare")
-                && !matches!(key.as_str(), "more" | "undescribed" | PRIMARY)
+                && !matches!(*key, "more" | "undescribed" | PRIMARY)
         });
-        let unknown = unknown.map_or("a member", String::as_str);
-        Err(format!("`{unknown}` is unknown here; known are {}", known.join(", ")))
+        match (unknown, self.object.twice()) {
+            (None, Some(twice)) => format!("`{twice}` is there twice"),
+            (unknown, _) => {
+                let unknown = unknown.unwrap_or("a member");
+                format!("`{unknown}` is unknown here; known are {}", known.join(", "))
+            }
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! What a record becomes: the text of JSON, or the objects of another language.
 
+use asterix::Joined;
 use serde_json::Value;
 
 use super::values::{write_decimal, write_hex, write_integer};
@@ -12,6 +13,11 @@ pub trait Tree {
 
     /// Begins a member; its value is made next. Keys need no escapes: they are ours.
     fn key(&mut self, key: &'static str);
+
+    /// The same of a key that is joined beforehand to what JSON puts around it.
+    fn joined(&mut self, key: &'static str, _: &Joined) {
+        self.key(key);
+    }
 
     /// Ends it.
     fn close_object(&mut self);
@@ -61,6 +67,19 @@ impl Tree for Vec<u8> {
         self.extend_from_slice(if is_first { b"\"" } else { b",\"" });
         self.extend_from_slice(key.as_bytes());
         self.extend_from_slice(b"\":");
+    }
+
+    fn joined(&mut self, key: &'static str, joined: &Joined) {
+        let Some((text, length)) = joined.text() else { return self.key(key) };
+        // A fixed number of octets is copied without a call; those that are too many are cut off again.
+        let start = self.len();
+        if self.last() == Some(&b'{') {
+            self.extend_from_slice(&text[1..]);
+            self.truncate(start + length - 1);
+        } else {
+            self.extend_from_slice(text);
+            self.truncate(start + length);
+        }
     }
 
     fn close_object(&mut self) {

@@ -1,5 +1,8 @@
 //! Numbers and octets in JSON.
 
+use std::fmt;
+use std::io::Write;
+
 use crate::hex;
 
 /// Octets as a string of hexadecimal digits.
@@ -11,40 +14,96 @@ pub(super) fn write_hex(out: &mut Vec<u8>, octets: &[u8]) {
 
 /// `value` with so many decimals, trailing zeros left out but for one: `34.98`, `3.0`; without any where `decimals` is 0.
 pub(super) fn write_decimal(out: &mut Vec<u8>, value: f64, decimals: u8) {
-    let scale = 10_u64.pow(u32::from(decimals));
-    let scaled = (value * scale as f64).round() as i64;
+    let scaled = nearest(value * POWERS_OF_TEN[usize::from(decimals)]);
     if scaled < 0 {
         out.push(b'-');
     }
-    let (whole, fraction) = (scaled.unsigned_abs() / scale, scaled.unsigned_abs() % scale);
-    write_integer(out, whole);
-    if decimals > 0 {
-        out.push(b'.');
-        let start = out.len();
-        let mut digit = scale / 10;
-        let mut left = fraction;
-        while left > 0 || out.len() == start {
-            out.push(b'0' + (left / digit) as u8);
-            left %= digit;
-            digit /= 10;
-        }
+    let (mut left, mut places) = (scaled.unsigned_abs(), decimals);
+    if places == 0 {
+        return write_integer(out, left);
     }
+    while places > 1 && left.is_multiple_of(10) {
+        left /= 10;
+        places -= 1;
+    }
+    if left >= 10_u64.pow(Digits::FEW - 2) || u32::from(places) > Digits::FEW - 2 {
+        let scale = 10_u64.pow(places.into());
+        let (whole, fraction, places) = (left / scale, left % scale, usize::from(places));
+        return write_long(out, format_args!("{whole}.{fraction:0places$}"));
+    }
+    let mut digits = Digits::default();
+    for _ in 0..places {
+        left = digits.push(left);
+    }
+    digits.put(b'.');
+    digits.whole(left);
+    digits.append_to(out);
+}
+
+/// What a number with so many decimals is multiplied by: exact.
+const POWERS_OF_TEN: [f64; 19] =
+    [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18];
+
+/// The nearest whole number, halves away from zero, as [`f64::round`] has it, without its call.
+fn nearest(value: f64) -> i64 {
+    // The largest number below one half: what is added to that must not make a one of it.
+    (value + 0.499_999_999_999_999_94_f64.copysign(value)) as i64
 }
 
 /// A whole number.
 pub(super) fn write_integer(out: &mut Vec<u8>, number: u64) {
-    let mut digits = [0; 20];
-    let mut at = digits.len();
-    let mut left = number;
-    loop {
-        at -= 1;
-        digits[at] = b'0' + (left % 10) as u8;
-        left /= 10;
-        if left == 0 {
-            break;
+    if number < 10 {
+        return out.push(b'0' + number as u8);
+    }
+    if number >= 10_u64.pow(Digits::FEW) {
+        return write_long(out, format_args!("{number}"));
+    }
+    let mut digits = Digits::default();
+    digits.whole(number);
+    digits.append_to(out);
+}
+
+#[cold]
+fn write_long(out: &mut Vec<u8>, number: fmt::Arguments<'_>) {
+    out.write_fmt(number).expect("writing to a vector cannot fail");
+}
+
+/// The characters of a number, put together from the last to the first in one word: a store of that is not waited for, as the
+/// stores of single octets are by whoever copies them at once.
+#[derive(Default)]
+struct Digits {
+    word: u128,
+    length: usize,
+}
+
+impl Digits {
+    /// As many characters as a word holds.
+    const FEW: u32 = 16;
+
+    fn put(&mut self, character: u8) {
+        self.word = self.word << 8 | u128::from(character);
+        self.length += 1;
+    }
+
+    /// The last digit of a number, which is returned without it.
+    fn push(&mut self, number: u64) -> u64 {
+        self.put(b'0' + (number % 10) as u8);
+        number / 10
+    }
+
+    /// All digits of a number, at least one.
+    fn whole(&mut self, number: u64) {
+        let mut left = self.push(number);
+        while left > 0 {
+            left = self.push(left);
         }
     }
-    out.extend_from_slice(&digits[at..]);
+
+    fn append_to(&self, out: &mut Vec<u8>) {
+        let start = out.len();
+        out.extend_from_slice(&self.word.to_le_bytes());
+        out.truncate(start + self.length);
+    }
 }
 
 /// `value` to 10^-`decimals`, so that JSON shows no more digits than mean something.
@@ -73,6 +132,19 @@ mod tests {
         assert_eq!(decimal(-55.0, 0), "-55");
         assert_eq!(decimal(86_399.992_187_5, 7), "86399.9921875");
         assert_eq!(decimal(10.05, 2), "10.05");
+        assert_eq!(decimal(99_999_999_999_999.9, 1), "99999999999999.9");
+        assert_eq!(decimal(9_999_999_999_999.9, 1), "9999999999999.9");
+        assert_eq!(decimal(-1.5e-15, 16), "-0.0000000000000015");
+        assert_eq!(decimal(2e-14, 14), "0.00000000000002");
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn rounds_as_the_standard_library_does(bits: u64, half in -1_000_000_i64..1_000_000) {
+            for value in [f64::from_bits(bits), half as f64 / 2.0, (half as f64 / 2.0).next_up(), (half as f64 / 2.0).next_down()] {
+                proptest::prop_assert_eq!(nearest(value), value.round() as i64);
+            }
+        }
     }
 
     proptest::proptest! {
@@ -85,7 +157,7 @@ mod tests {
 
     #[test]
     fn integers() {
-        for number in [0, 9, 10, 4095, u64::MAX] {
+        for number in [0, 9, 10, 4095, 9_999_999_999_999_999, 10_000_000_000_000_000, u64::MAX] {
             let mut out = Vec::new();
             write_integer(&mut out, number);
             assert_eq!(String::from_utf8(out).unwrap(), number.to_string());

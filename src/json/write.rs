@@ -57,10 +57,10 @@ pub(crate) fn write_item(out: &mut impl Tree, layout: &Layout, octets: &[u8]) {
             while let [frn, after @ ..] = rest {
                 // The whole item has been measured.
                 let Some(item) = items.iter().find(|item| item.frn == *frn) else { break };
-                let Ok(length) = item.layout.measure(after) else { break };
+                let Ok(length) = item.measure(after) else { break };
                 out.element();
                 out.open_object();
-                out.key(item.item);
+                out.joined(item.item, item.joined());
                 write_item(out, &item.layout, &after[..length]);
                 out.close_object();
                 rest = &after[length..];
@@ -125,7 +125,7 @@ fn measures(subfields: &[Subfield], announces: impl Fn(usize) -> bool, octets: &
         if subfield.key.is_empty() {
             return false;
         }
-        let Ok(length) = subfield.layout.measure(&octets[offset..]) else { return false };
+        let Ok(length) = subfield.measure(&octets[offset..]) else { return false };
         offset += length;
     }
     offset == octets.len()
@@ -154,8 +154,8 @@ fn write_subfields(
     let mut rest = octets;
     for (_, subfield) in subfields.iter().enumerate().filter(|(index, _)| announces(*index)) {
         // The whole item has been measured.
-        let Ok(length) = subfield.layout.measure(rest) else { break };
-        out.key(subfield.key);
+        let Ok(length) = subfield.measure(rest) else { break };
+        out.joined(subfield.key, subfield.joined());
         write_item(out, &subfield.layout, &rest[..length]);
         rest = &rest[length..];
     }
@@ -184,7 +184,7 @@ fn write_members(out: &mut impl Tree, fields: &[Field], octets: &[u8], mut at: u
             Kind::Spare if field.count(octets, here) == 0 => {}
             Kind::Constant(_) => {}
             _ => {
-                out.key(field.key);
+                out.joined(field.key, field.joined());
                 write_value(out, field, octets, here);
             }
         }

@@ -41,6 +41,14 @@ fn a_line_by_hand_is_a_block() {
 }
 
 #[test]
+fn members_come_in_any_order_and_with_escapes() {
+    let line = r#"{"items":{"\u0034\u0038":1},"cat":48}"#;
+    assert_eq!(complaint(line), "category 048 has no item 48");
+    let line = r#"{"items":{"140":37230.25,"070":{"mode_3a":"\u0037777","l":0,"g":1,"v":0},"\u0030\u0031\u0030":{"sic":200,"sac":25}},"cat":48}"#;
+    assert_eq!(encoded(&[line]), block(48, &["c8 19c8 48b720 4fff"]));
+}
+
+#[test]
 fn lines_of_the_same_block_are_one() {
     let line = |block: u32, input: &str, sic: u32| {
         format!(r#"{{"block":{block},{input}"cat":48,"items":{{"010":{{"sac":1,"sic":{sic}}}}}}}"#)
@@ -102,6 +110,10 @@ fn mistakes_are_named() {
         (r#""SP":"0501""#, "item SP: its first octet must be its length, 2"),
         (r#""SP":{"uf":1}"#, "item SP: must be a text of hexadecimal octets"),
         (r#""RE":{"md5":{"sum":{}}}"#, "item RE: md5: sum: has no `m5`"),
+        (r#""140":1,"140":2"#, "item 140: is there twice"),
+        (r#""140":1,"041":1,"140":2"#, "category 048 has no item 041"),
+        (r#""010":{"sac":1,"sic":1,"sac":2}"#, "item 010: `sac` is there twice"),
+        (r#""010":{"sac":1,"sic":1,"x":1,"x":2}"#, "item 010: `x` is unknown here; known are sac, sic"),
     ] {
         assert_eq!(wrong(items), told);
     }

@@ -27,7 +27,7 @@
 //! # Ok::<(), asterix::Fault>(())
 //! ```
 //!
-//! The tables are text, which is read when an edition is first asked for: a fifth of a millisecond and 50 kB at most, kept as
+//! The tables are text, which is read when an edition is first asked for: a fifth of a millisecond and 100 kB at most, kept as
 //! long as the program runs.
 
 mod text;
@@ -37,8 +37,9 @@ use std::collections::BTreeMap;
 use std::sync::{LazyLock, Mutex, PoisonError};
 
 use crate::fault::{Fault, FaultKind};
-use crate::uap::walk;
-use crate::{Block, DataSource, Field, Fspec, Layout, Located, Record, TimeOfDay, UapItem, cat129, items};
+use crate::{
+    Block, DataSource, Field, Fspec, Layout, Located, Profile, Record, TimeOfDay, UapItem, cat129, items,
+};
 
 macro_rules! tables {
     ($($category:literal),*) => { [$(include_str!(concat!("../../definitions/cat", $category, ".txt"))),*] };
@@ -176,7 +177,7 @@ pub struct Definition {
     edition: &'static str,
     /// The whole of its name, where it is not the newest reserved expansion field.
     name: String,
-    profiles: Vec<&'static [UapItem]>,
+    profiles: Vec<&'static Profile>,
     choice: Option<Choice>,
     items: &'static [UapItem],
 }
@@ -237,7 +238,7 @@ impl Definition {
 
     /// Its profiles: one, but of CAT001 and CAT007.
     pub fn profiles(&self) -> impl Iterator<Item = &'static [UapItem]> {
-        self.profiles.iter().copied()
+        self.profiles.iter().map(|profile| profile.items())
     }
 
     /// The item that says which of several profiles a record follows, where there are several.
@@ -246,7 +247,7 @@ impl Definition {
     }
 
     /// The profile that is meant by the octets of [`Definition::chosen_by`], or the only one; `None` where they mean none.
-    pub fn chosen(&self, octets: Option<&[u8]>) -> Option<&'static [UapItem]> {
+    pub fn chosen(&self, octets: Option<&[u8]>) -> Option<&'static Profile> {
         let Some(choice) = &self.choice else { return self.profiles.first().copied() };
         let said = choice.field.count(octets?, choice.at);
         let &(_, profile) = choice.profiles.iter().find(|(value, _)| *value == said)?;
@@ -254,7 +255,7 @@ impl Definition {
     }
 
     /// The profile of the record at the front of `octets`, which go to the end of the block.
-    fn profile(&self, octets: &[u8]) -> Result<&'static [UapItem], Fault> {
+    fn profile(&self, octets: &[u8]) -> Result<&'static Profile, Fault> {
         let first = self.profiles[0];
         let Some(choice) = &self.choice else { return Ok(first) };
         // What is wrong with the FSPEC or an item before it is told as of any profile.
@@ -264,7 +265,7 @@ impl Definition {
         let mut offset = fspec.map_or(0, Fspec::length);
         for known in before.filter(|known| fspec.is_some_and(|fspec| fspec.has(known.frn))) {
             let rest = octets.get(offset..).unwrap_or_default();
-            let Ok(length) = known.layout.measure(rest) else { return Ok(first) };
+            let Ok(length) = known.measure(rest) else { return Ok(first) };
             if known.frn == choice.item.frn {
                 item = Some((offset, &rest[..length]));
             }
@@ -291,7 +292,7 @@ impl Definition {
         let length = match self.category {
             // The length of one of its items shows only at the end of the block.
             cat129::Record::CATEGORY => cat129::Record::decode(octets, ())?.1,
-            category => walk(category, uap, octets)?,
+            category => uap.measure(category, octets)?,
         };
         Ok(Untyped { definition: self, uap, octets: &octets[..length] })
     }
@@ -347,7 +348,7 @@ fn find_field(layout: &Layout, key: &str) -> Option<(&'static Field, usize)> {
 }
 
 /// The items of all profiles, each once; of random field sequencing the one that all of them share.
-fn all_items(profiles: &[&'static [UapItem]]) -> &'static [UapItem] {
+fn all_items(profiles: &[&'static Profile]) -> &'static [UapItem] {
     let [first, others @ ..] = profiles else { return &[] };
     if others.is_empty() {
         return first;
@@ -368,7 +369,7 @@ fn all_items(profiles: &[&'static [UapItem]]) -> &'static [UapItem] {
 #[derive(Clone, Copy, Debug)]
 pub struct Untyped<'a> {
     definition: &'static Definition,
-    uap: &'static [UapItem],
+    uap: &'static Profile,
     octets: &'a [u8],
 }
 
@@ -380,7 +381,7 @@ impl<'a> Untyped<'a> {
 
     /// The items in the order of the record, as the profile that it follows has them.
     pub fn profile(&self) -> &'static [UapItem] {
-        self.uap
+        self.uap.items()
     }
 
     /// All octets, from its FSPEC on.

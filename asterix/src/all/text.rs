@@ -7,7 +7,7 @@ use std::str::Lines;
 
 use super::units::{bare, convert, decimals, key};
 use crate::layout::{field, quantity};
-use crate::{Contents, Dependence, Field, Kind, Layout, Quantity, Subfield, UapItem};
+use crate::{Contents, Dependence, Field, Kind, Layout, Profile, Quantity, Subfield, UapItem};
 
 /// What is wrong with a table. Never seen outside the tests of this crate: they read all tables.
 type Bad = String;
@@ -25,7 +25,7 @@ pub(super) struct Head {
 #[derive(Debug, Default)]
 pub(super) struct Edition {
     /// Name and items of each profile.
-    pub profiles: Vec<(&'static str, &'static [UapItem])>,
+    pub profiles: Vec<(&'static str, &'static Profile)>,
     pub choice: Option<Choice>,
 }
 
@@ -126,7 +126,7 @@ fn is_among(order: &[&str], editions: &str, edition: &str) -> bool {
 }
 
 /// A profile: the items by their numbers.
-fn uap(listed: &str, items: &[(&'static str, &'static str, Layout)]) -> Result<&'static [UapItem], Bad> {
+fn uap(listed: &str, items: &[(&'static str, &'static str, Layout)]) -> Result<&'static Profile, Bad> {
     let (mut uap, mut sequence) = (Vec::new(), None);
     for (number, frn) in listed.split(' ').zip(1..) {
         match number {
@@ -135,17 +135,17 @@ fn uap(listed: &str, items: &[(&'static str, &'static str, Layout)]) -> Result<&
             _ => {
                 let found = items.iter().find(|(item, ..)| *item == number);
                 let &(item, name, layout) = found.ok_or_else(|| format!("no item {number}"))?;
-                uap.push(UapItem { frn, item, name, layout });
+                uap.push(UapItem::new(frn, item, name, layout));
             }
         }
     }
     if let Some(frn) = sequence {
         // What is in a sequence are the other items.
         let layout = Layout::Sequence(uap.clone().leak());
-        uap.push(UapItem { frn, item: SEQUENCE, name: "Random Field Sequencing", layout });
+        uap.push(UapItem::new(frn, SEQUENCE, "Random Field Sequencing", layout));
         uap.sort_by_key(|item| item.frn);
     }
-    Ok(uap.leak())
+    Ok(Box::leak(Box::new(Profile::new(uap.leak()))))
 }
 
 /// What stands in a profile for random field sequencing.
@@ -202,7 +202,7 @@ fn subfields(indent: usize, lines: &mut Peekable<Lines<'static>>) -> Result<Vec<
             Some((name, text)) => {
                 let layout = layout(text, indent, lines, Place::Subfield)?;
                 let key: &'static str = key(name, ending(text)?).leak();
-                Subfield { key, layout }
+                Subfield::new(key, layout)
             }
         });
     }

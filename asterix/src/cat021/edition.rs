@@ -6,7 +6,7 @@ use std::str::FromStr;
 use super::{
     QualityIndicators, Record, Standard, Surface, SurfaceCharacteristics21, TargetReport, TargetStatus, UAP,
 };
-use crate::{Describe, UapItem};
+use crate::{Describe, Profile, UapItem};
 
 /// The edition of the specification that a sender follows.
 ///
@@ -51,7 +51,7 @@ impl Edition {
     }
 
     /// The items in the order of the record, as this edition lays them out.
-    pub const fn profile(self) -> &'static [UapItem] {
+    pub const fn profile(self) -> &'static Profile {
         match self {
             Self::V2_1 => &UAP_2_1,
             _ => UAP,
@@ -77,13 +77,16 @@ impl Edition {
 }
 
 /// The profile with the layout of I021/271 that ended with edition 2.1.
-const UAP_2_1: [UapItem; UAP.len()] = {
-    let mut items = [UAP[0]; UAP.len()];
+static UAP_2_1: Profile = Profile::new(&ITEMS_2_1);
+
+const ITEMS_2_1: [UapItem; UAP.items().len()] = {
+    let mut items = [UAP.items()[0]; UAP.items().len()];
     let mut index = 0;
     while index < items.len() {
-        items[index] = UAP[index];
-        if UAP[index].frn == Surface::FRN {
-            items[index].layout = SurfaceCharacteristics21::LAYOUT;
+        items[index] = UAP.items()[index];
+        let UapItem { frn, item, name, .. } = items[index];
+        if frn == Surface::FRN {
+            items[index] = UapItem::new(frn, item, name, SurfaceCharacteristics21::LAYOUT);
         }
         index += 1;
     }

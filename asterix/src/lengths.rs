@@ -1,0 +1,239 @@
+//! How long records and items are, worked out from the layouts once: when the crate is compiled, or when the table of an edition
+//! is read. To measure a record takes no look at fields, and at the items of fixed length none at all.
+
+use crate::fault::FaultKind;
+use crate::fspec::{Frns, Fspec};
+use crate::layout::{Field, Layout, Subfield, bits_of, octets_of};
+use crate::uap::{self, UapItem};
+use crate::variable::Chain;
+
+/// How the length of an item is found (EUROCONTROL-SPEC-0149, part 1, section 4.3).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Length {
+    /// It is always so many octets.
+    Fixed(usize),
+    /// Each octet says whether another follows.
+    Extended,
+    /// Each part of so many octets says whether another follows.
+    Chained(usize),
+    /// Parts of several lengths, see [`Layout::Parts`].
+    Parts(&'static [&'static [Field]]),
+    /// The first octet counts parts of so many octets.
+    Repetitive(usize),
+    /// The first octet counts all octets.
+    Explicit,
+    /// The primary subfield announces some of these subfields.
+    Compound {
+        subfields: &'static [Subfield],
+        /// The places of all of them, and of those of one octet.
+        all: Frns,
+        single: Frns,
+    },
+    /// The first octet counts items, each with its field reference number before it.
+    Sequence(&'static [UapItem]),
+    /// Nobody knows: no subfield is defined.
+    Undefined,
+}
+
+impl Length {
+    /// That of items with this layout.
+    pub const fn of(layout: &Layout) -> Self {
+        match *layout {
+            // Which of the two it is shows only after the whole record.
+            Layout::Fields(fields) | Layout::OneOrThree(fields) => Self::Fixed(octets_of(fields)),
+            Layout::Extended(_) | Layout::Codes => Self::Extended,
+            Layout::Chained(fields) => Self::Chained(bits_of(fields).div_ceil(8)),
+            Layout::Parts(parts) => Self::Parts(parts),
+            Layout::Repetitive(fields) => Self::Repetitive(octets_of(fields)),
+            Layout::Explicit(_) => Self::Explicit,
+            Layout::Compound(subfields) => {
+                let (mut all, mut single, mut index) = (Frns::NONE, Frns::NONE, 0);
+                while index < subfields.len() {
+                    let place = index as u8 + 1;
+                    all = all.with(place, true);
+                    single = single.with(place, matches!(subfields[index].length, Self::Fixed(1)));
+                    index += 1;
+                }
+                Self::Compound { subfields, all, single }
+            }
+            Layout::Sequence(items) => Self::Sequence(items),
+        }
+    }
+
+    /// Octets of the item at the front of `octets`, which go to the end of the block.
+    #[inline]
+    pub fn measure(&self, octets: &[u8]) -> Result<usize, FaultKind> {
+        let length = self.claimed(octets)?;
+        if length <= octets.len() { Ok(length) } else { Err(FaultKind::ItemPastEnd) }
+    }
+
+    /// Octets that the item at the front of `octets` says it has, be they there or not.
+    #[inline(always)] // the lengths that most items have take no call
+    fn claimed(&self, octets: &[u8]) -> Result<usize, FaultKind> {
+        if let Self::Fixed(length) = *self {
+            return Ok(length);
+        }
+        if let Self::Extended = self
+            && let Some(front) = Fspec::at_front(octets)
+        {
+            // Up to eight octets it ends as an FSPEC does.
+            return Ok(front.length());
+        }
+        self.claimed_at_length(octets)
+    }
+
+    /// The same of any structure.
+    fn claimed_at_length(&self, octets: &[u8]) -> Result<usize, FaultKind> {
+        match *self {
+            Self::Fixed(length) => Ok(length),
+            Self::Compound { subfields, all, single } => compound(subfields, all, single, octets),
+            Self::Repetitive(part) => {
+                let count = octets.first().ok_or(FaultKind::NoRepetitionCount)?;
+                Ok(1 + usize::from(*count) * part)
+            }
+            Self::Explicit => match octets.first() {
+                None => Err(FaultKind::ItemPastEnd),
+                Some(0) => Err(FaultKind::LengthZero),
+                Some(&length) => Ok(length.into()),
+            },
+            Self::Extended => chain(octets, 1),
+            Self::Chained(part) => chain(octets, part),
+            Self::Parts(parts) => parts_of(parts, octets),
+            Self::Sequence(items) => sequence(items, octets),
+            Self::Undefined => Err(FaultKind::ReservedSubfield),
+        }
+    }
+}
+
+/// What the octets of an FSPEC say of the length of a record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lengths([Seven; Fspec::MAX_OCTETS]);
+
+/// What one octet of an FSPEC says, and so of up to seven items.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Seven {
+    /// The bits of items that are defined.
+    defined: u8,
+    /// Those of them whose length is not fixed.
+    varying: u8,
+    /// How many octets the others take together, by the upper seven bits.
+    fixed: [u16; 128],
+}
+
+impl Lengths {
+    /// Those of records with these items.
+    pub const fn of(items: &[UapItem]) -> Self {
+        let mut sevens = [Seven { defined: 0, varying: 0, fixed: [0; 128] }; Fspec::MAX_OCTETS];
+        let mut index = 0;
+        while index < items.len() {
+            let place = items[index].frn as usize - 1;
+            sevens[place / 7] = sevens[place / 7].with(0x80 >> (place % 7), items[index].length);
+            index += 1;
+        }
+        Self(sevens)
+    }
+
+    /// Octets of the record at the front of `octets`; `None` where it is none, without a word why.
+    ///
+    /// `items` are those that this was made of.
+    #[inline]
+    pub fn measure(&self, items: &[UapItem], octets: &[u8]) -> Option<usize> {
+        let mut length = Fspec::at_front(octets)?.length();
+        for (index, (seven, octet)) in self.0.iter().zip(&octets[..length]).enumerate() {
+            let mut left = octet & !1;
+            if left & !seven.defined != 0 {
+                return None;
+            }
+            let mut varying = left & seven.varying;
+            while varying != 0 {
+                let bit = varying.leading_zeros() as u8;
+                let behind = 0x7f >> bit;
+                length += usize::from(seven.fixed[usize::from((left & !behind) >> 1)]);
+                let item = uap::find(items, 7 * index as u8 + bit + 1)?;
+                length += item.length.claimed(octets.get(length..)?).ok()?;
+                left &= behind;
+                varying &= behind;
+            }
+            length += usize::from(seven.fixed[usize::from(left >> 1)]);
+        }
+        (length <= octets.len()).then_some(length)
+    }
+}
+
+impl Seven {
+    /// With the item of this bit.
+    const fn with(mut self, bit: u8, length: Length) -> Self {
+        self.defined |= bit;
+        let Length::Fixed(octets) = length else {
+            self.varying |= bit;
+            return self;
+        };
+        let mut bits = 0;
+        while bits < self.fixed.len() {
+            if bits as u8 & bit >> 1 != 0 {
+                self.fixed[bits] += octets as u16;
+            }
+            bits += 1;
+        }
+        self
+    }
+}
+
+/// Octets of the parts at the front, of so many octets each, up to the first without FX.
+fn chain(octets: &[u8], part: usize) -> Result<usize, FaultKind> {
+    let ends = octets.chunks_exact(part).take(Chain::MAX_OCTETS);
+    match ends.clone().position(|part| part.last().is_some_and(|octet| octet & 1 == 0)) {
+        Some(last) => Ok((last + 1) * part),
+        None if ends.len() < Chain::MAX_OCTETS => Err(FaultKind::ItemPastEnd),
+        None => Err(FaultKind::ChainTooLong),
+    }
+}
+
+/// Octets of the primary subfield at the front, which announces no more than `all` subfields, and of those.
+#[inline]
+fn compound(subfields: &[Subfield], all: Frns, single: Frns, octets: &[u8]) -> Result<usize, FaultKind> {
+    let most = subfields.len().div_ceil(7);
+    let primary = match Fspec::at_front(octets) {
+        Some(primary) if primary.length() <= most => primary,
+        _ if octets.len() < most => return Err(FaultKind::ItemPastEnd),
+        _ => return Err(FaultKind::PrimarySubfieldExtended),
+    };
+    if !primary.is_within(all) {
+        return Err(FaultKind::ReservedSubfield);
+    }
+    let mut length = primary.length();
+    if primary.is_within(single) {
+        return Ok(length + primary.announced().count());
+    }
+    for number in primary.announced().iter() {
+        let rest = octets.get(length..).ok_or(FaultKind::ItemPastEnd)?;
+        length += subfields[usize::from(number) - 1].length.measure(rest)?;
+    }
+    Ok(length)
+}
+
+/// Octets of the parts at the front, see [`Layout::Parts`].
+fn parts_of(parts: &[&[Field]], octets: &[u8]) -> Result<usize, FaultKind> {
+    let mut length = 0;
+    for part in parts {
+        let bits = bits_of(part);
+        length += bits.div_ceil(8);
+        let last = octets.get(length - 1).ok_or(FaultKind::ItemPastEnd)?;
+        if bits.is_multiple_of(8) || last & 1 == 0 {
+            return Ok(length);
+        }
+    }
+    Err(FaultKind::ChainTooLong)
+}
+
+/// Octets of the items at the front, each behind its field reference number, and of their count.
+fn sequence(items: &[UapItem], octets: &[u8]) -> Result<usize, FaultKind> {
+    let count = *octets.first().ok_or(FaultKind::NoRepetitionCount)?;
+    let mut length = 1;
+    for _ in 0..count {
+        let frn = *octets.get(length).ok_or(FaultKind::ItemPastEnd)?;
+        let item = uap::find(items, frn).ok_or(FaultKind::ReservedFrn)?;
+        length += 1 + item.length.measure(&octets[length + 1..])?;
+    }
+    Ok(length)
+}
