@@ -37,7 +37,7 @@
 //! Reading:
 //!
 //! ```
-//! use asterix::{DataSource, Record, blocks, cat048};
+//! use utm_asterix::{DataSource, Record, blocks, cat048};
 //!
 //! let datagram = [0x30, 0x00, 0x0a, 0x90, 0x19, 0x07, 0x01, 0x00, 0x40, 0x00];
 //! for block in blocks(&datagram) {
@@ -52,14 +52,14 @@
 //!         assert_eq!((position.range_m(), position.azimuth_deg()), (1852.0, 90.0));
 //!     }
 //! }
-//! # Ok::<(), asterix::Fault>(())
+//! # Ok::<(), utm_asterix::Fault>(())
 //! ```
 //!
 //! Writing:
 //!
 //! ```
-//! use asterix::cat048::{DetectionType, PolarPosition, Record, TargetReport, TrackNumber};
-//! use asterix::{BuildError, DataSource, TimeOfDay, encode_block};
+//! use utm_asterix::cat048::{DetectionType, PolarPosition, Record, TargetReport, TrackNumber};
+//! use utm_asterix::{BuildError, DataSource, TimeOfDay, encode_block};
 //!
 //! let radar = DataSource { sac: 25, sic: 7 };
 //! let noon = TimeOfDay::from_seconds(43_200.0);

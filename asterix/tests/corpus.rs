@@ -1,11 +1,22 @@
-//! What fuzzing found worth keeping (`fuzz/corpus`), read again as the fuzz targets read it.
+//! What fuzzing found worth keeping (`fuzz/corpus`), read again as the fuzz targets read it. The corpus is the repository's, so
+//! this file is not in the published package.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
+
+// What the fuzz targets call it.
+extern crate utm_asterix as asterix;
 
 use std::path::Path;
 
 use asterix::{cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 
+#[cfg(feature = "all")]
+#[path = "../../fuzz/src/all.rs"]
+mod all;
+#[cfg(feature = "all")]
+#[allow(dead_code, reason = "its generator is used here")]
+#[path = "common/damage.rs"]
+mod damaging;
 #[path = "../../fuzz/src/records.rs"]
 mod records;
 
@@ -61,4 +72,15 @@ fn cat065() {
 #[test]
 fn cat129() {
     replay("cat129", records::exercise::<cat129::Record>);
+}
+
+#[cfg(feature = "all")]
+#[test]
+fn all() {
+    replay("all", all::exercise);
+    let mut random = damaging::Random(0x6675_7a7a_6675_7a7a);
+    for _ in 0..100_000 {
+        let octets: Vec<u8> = (0..random.below(50)).map(|_| random.octet()).collect();
+        all::exercise(&octets);
+    }
 }

@@ -4,9 +4,9 @@
 
 use std::collections::BTreeSet;
 
-use asterix::cat021::Edition;
-use asterix::{Contents, Field, Kind, Layout, Quantity, Subfield, octets_of, profile};
 use proptest::prelude::*;
+use utm_asterix::cat021::Edition;
+use utm_asterix::{Contents, Field, Kind, Layout, Quantity, Subfield, octets_of, profile};
 
 /// Fields that stand together, and where.
 struct Together {
