@@ -1,5 +1,7 @@
 //! The field specification (FSPEC): which items a record holds.
 
+use alloc::vec::Vec;
+
 use crate::fault::FaultKind;
 
 /// The FSPEC of one record.

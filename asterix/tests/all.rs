@@ -103,7 +103,7 @@ fn lists(layout: Layout, found: &mut Vec<(&'static [Field], usize)>) {
             let (last, others) = parts.split_last().unwrap();
             found.extend(others.iter().map(|&fields| (fields, 7)));
             let bits: u16 = last.iter().map(|field| field.bits).sum();
-            found.push((last, if bits.is_multiple_of(8) { 0 } else { 7 }));
+            found.push((last, if bits % 8 == 0 { 0 } else { 7 }));
         }
         Layout::Chained(fields) => found.push((fields, 7)),
         Layout::Compound(subfields) | Layout::Explicit(Contents::Expansion(subfields)) => {
