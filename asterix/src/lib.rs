@@ -15,6 +15,7 @@
 //! | CAT063, sensor status reports | part 10, edition 1.7 | [13](cat063::Record) | [`cat063`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
 //! | CAT065, service status reports | part 15, edition 1.6 | [9](cat065::Record) | [`cat065`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
 //! | CAT129, UAS identification and target reports | part 29, edition 1.2 | [15](cat129::Record) | [`cat129`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
+//! | whichever of these a block holds | | | [`AnyRecord`], [`Block::any_records`] |
 //! | every category that has a public definition, with the feature `all` | 28, in 69 editions | | `all` |
 //! | what can be wrong | | | [`Fault`], [`FaultKind`], [`BuildError`] |
 //!
@@ -80,6 +81,7 @@
 
 extern crate alloc;
 
+mod any;
 mod bits;
 mod block;
 mod fault;
@@ -106,6 +108,7 @@ pub mod cat063;
 pub mod cat065;
 pub mod cat129;
 
+pub use any::{AnyRecord, AnyRecords};
 pub use block::{Block, BlockTooLong, Blocks, Located, Records, blocks, encode_block};
 pub use fault::{Fault, FaultKind};
 pub use fspec::Fspec;

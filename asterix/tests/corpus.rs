@@ -8,11 +8,14 @@ extern crate utm_asterix as asterix;
 
 use std::path::Path;
 
-use asterix::{cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
+use asterix::cat021::Edition;
+use asterix::{AnyRecord, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 
 #[cfg(feature = "all")]
 #[path = "../../fuzz/src/all.rs"]
 mod all;
+#[path = "common/any.rs"]
+mod any;
 #[cfg(feature = "all")]
 #[allow(dead_code, reason = "its generator is used here")]
 #[path = "common/damage.rs"]
@@ -32,6 +35,32 @@ fn replay(target: &str, exercise: impl Fn(&[u8])) {
         count += 1;
     }
     assert!(count > 0, "{} is empty", folder.display());
+}
+
+/// Every block of this category in the folder of that name, read as of whichever category.
+fn any<R>(target: &str, edition: R::Edition)
+where
+    R: Record + Into<AnyRecord> + std::fmt::Debug,
+{
+    let count = std::cell::Cell::new(0);
+    replay(target, |octets| {
+        for block in blocks(octets).flatten().filter(|block| block.category == R::CATEGORY) {
+            count.set(count.get() + any::compare::<R>(&block, edition, Edition::default()));
+        }
+    });
+    assert!(count.get() > 0, "{target} has no record");
+}
+
+#[test]
+fn of_whichever_category() {
+    any::<cat015::Record>("cat015", ());
+    any::<cat021::Record>("cat021", Edition::default());
+    any::<cat034::Record>("cat034", ());
+    any::<cat048::Record>("cat048", ());
+    any::<cat062::Record>("cat062", ());
+    any::<cat063::Record>("cat063", ());
+    any::<cat065::Record>("cat065", ());
+    any::<cat129::Record>("cat129", ());
 }
 
 #[test]
