@@ -13,8 +13,8 @@ macro_rules! categories {
     ([$edition:ident] $($name:ident $category:ident $given:expr;)*) => {
         /// A record of any category that has types, from [`Block::any_records`].
         ///
-        /// For programs that handle several categories alike. Whoever wants one category asks the block for records of that
-        /// type, which are a fraction of this one's size.
+        /// For programs that handle several categories alike. It is as large as the largest of them: whoever wants one category
+        /// asks the block for records of that type.
         #[derive(Clone, Debug, PartialEq)]
         #[non_exhaustive]
         #[expect(clippy::large_enum_variant, reason = "a record is read without an allocation")]
