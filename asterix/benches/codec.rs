@@ -9,10 +9,10 @@
 use std::hint::black_box;
 use std::path::Path;
 
-use asterix::cat129::{self, Altitude, GnssAccuracy, HorizontalVelocity, Position, VerticalVelocity};
-use asterix::{DataSource, Profile, Record, TimeOfDay, blocks, cat048, encode_block};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
+use utm_asterix::cat129::{self, Altitude, GnssAccuracy, HorizontalVelocity, Position, VerticalVelocity};
+use utm_asterix::{DataSource, Profile, Record, TimeOfDay, blocks, cat048, encode_block};
 
 #[path = "../tests/common/mod.rs"]
 mod common;

@@ -64,7 +64,7 @@ pub(crate) const fn signed(word: u64, width: usize) -> i64 {
 
 /// The whole number nearest to `value`, halves away from zero; `None` outside `min` to `max` and for what is no number.
 pub(crate) fn nearest(value: f64, min: i64, max: i64) -> Option<i64> {
-    let rounded = value.round();
+    let rounded = libm::round(value);
     (rounded >= min as f64 && rounded <= max as f64).then_some(rounded as i64)
 }
 
@@ -73,6 +73,12 @@ pub(crate) fn nearest_count(value: f64, width: usize, signed: bool) -> Option<u6
     let range = 1_i64 << width;
     let low = if signed { -range / 2 } else { 0 };
     nearest(value, low, low + range - 1).map(|count| count as u64)
+}
+
+/// The angle as 0 to 360 degrees: `f64::rem_euclid`, which needs the standard library.
+pub(crate) fn turned(angle_deg: f64) -> f64 {
+    let rest = angle_deg % 360.0;
+    if rest < 0.0 { rest + 360.0 } else { rest }
 }
 
 /// Ones in the low `width` bits.

@@ -1,5 +1,7 @@
 //! Data blocks and the records in them.
 
+use alloc::vec::Vec;
+
 use crate::DataSource;
 use crate::fault::{Fault, FaultKind};
 use crate::record::Record;
@@ -57,7 +59,7 @@ impl<'a> Iterator for Blocks<'a> {
     }
 }
 
-impl std::iter::FusedIterator for Blocks<'_> {}
+impl core::iter::FusedIterator for Blocks<'_> {}
 
 /// A data block: CAT, LEN and records of that category.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,7 +157,7 @@ impl<R: Record> Iterator for Records<'_, R> {
     }
 }
 
-impl<R: Record> std::iter::FusedIterator for Records<'_, R> {}
+impl<R: Record> core::iter::FusedIterator for Records<'_, R> {}
 
 /// The records do not fit into one block: LEN has 16 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

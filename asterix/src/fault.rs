@@ -1,6 +1,6 @@
 //! What can be wrong with octets that came from outside.
 
-use std::fmt;
+use core::fmt;
 
 /// A part of a datagram that could not be read, and why. A value, not a panic: the records before it stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -118,4 +118,4 @@ impl fmt::Display for Fault {
     }
 }
 
-impl std::error::Error for Fault {}
+impl core::error::Error for Fault {}

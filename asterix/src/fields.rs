@@ -92,27 +92,13 @@ macro_rules! accessor {
     (count_from $field:tt $doc:tt [$get:ident] [$type:ty] [$first:expr]) => {
         $crate::fields::accessor!(@get $field $doc $get: $type, count => count as $type + $first);
     };
-    (populated [$name:ident $store:ident $bits:literal $key:literal] [$($doc:tt)*] [$get:ident] [$type:ty] []) => {
-        $($doc)*
-        pub const fn $get(self) -> Option<$type> {
-            const AT: usize = <$name as $crate::Describe>::LAYOUT.place($key);
-            if $crate::$store::get(&self.0, AT - 1, 1) == 1 {
-                Some($crate::$store::get(&self.0, AT, $bits) as $type)
-            } else {
-                None
-            }
-        }
+    (populated $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [$type:ty] []) => {
+        $crate::fields::accessor!(@get_populated $field $doc $get: $type, count => count as $type);
+        $($crate::fields::accessor!(@whole_populated $field $get $set: $type);)?
     };
-    (populated_flag [$name:ident $store:ident $bits:literal $key:literal] [$($doc:tt)*] [$get:ident] [] []) => {
-        $($doc)*
-        pub const fn $get(self) -> Option<bool> {
-            const AT: usize = <$name as $crate::Describe>::LAYOUT.place($key);
-            if $crate::$store::get(&self.0, AT - 1, 1) == 1 {
-                Some($crate::$store::get(&self.0, AT, 1) == 1)
-            } else {
-                None
-            }
-        }
+    (populated_flag $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [] []) => {
+        $crate::fields::accessor!(@get_populated $field $doc $get: bool, count => count == 1);
+        $($crate::fields::accessor!(@set_populated $field $get $set);)?
     };
     (unsigned $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [] [$lsb:expr]) => {
         $crate::fields::accessor!(@get $field $doc $get: f64, count => count as f64 * ($lsb));
@@ -121,7 +107,7 @@ macro_rules! accessor {
     (angle $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [] [$lsb:expr]) => {
         $crate::fields::accessor!(@get $field $doc $get: f64, count => count as f64 * ($lsb));
         // The count of a whole turn, which one bit more holds, is that of none.
-        $($crate::fields::accessor!(@nearest $field $get $set(value) value.rem_euclid(360.0) / ($lsb), 1, false);)?
+        $($crate::fields::accessor!(@nearest $field $get $set(value) $crate::bits::turned(value) / ($lsb), 1, false);)?
     };
     (signed $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [] [$lsb:expr]) => {
         $crate::fields::accessor!(@signed $field $doc $get, count => count as f64 * ($lsb));
@@ -144,6 +130,54 @@ macro_rules! accessor {
             const AT: usize = <$name as $crate::Describe>::LAYOUT.place($key);
             let $count = $crate::$store::get(&self.0, AT, $bits);
             $value
+        }
+    };
+    // The bit in front of the value says whether it is populated.
+    (@get_populated [$name:ident $store:ident $bits:literal $key:literal] [$($doc:tt)*]
+        $get:ident: $type:ty, $count:ident => $value:expr) => {
+        $($doc)*
+        pub const fn $get(self) -> Option<$type> {
+            const AT: usize = <$name as $crate::Describe>::LAYOUT.place($key);
+            if $crate::$store::get(&self.0, AT - 1, 1) == 1 {
+                let $count = $crate::$store::get(&self.0, AT, $bits);
+                Some($value)
+            } else {
+                None
+            }
+        }
+    };
+    (@set_populated [$name:ident $store:ident $bits:literal $key:literal] $get:ident $set:ident) => {
+        #[doc = concat!("The same with [`", stringify!($get), "`](Self::", stringify!($get), "); `None` is not populated.")]
+        #[must_use]
+        pub const fn $set(self, flag: Option<bool>) -> Self {
+            const AT: usize = <$name as $crate::Describe>::LAYOUT.place($key);
+            let bits = match flag {
+                Some(flag) => 0b10 | flag as u64,
+                None => 0,
+            };
+            // An absent extension says already that it is not.
+            if bits == $crate::$store::get(&self.0, AT - 1, 2) {
+                self
+            } else {
+                Self($crate::$store::set(self.0, AT - 1, 2, bits))
+            }
+        }
+    };
+    (@whole_populated [$name:ident $store:ident $bits:literal $key:literal] $get:ident $set:ident: $type:ty) => {
+        #[doc = concat!("The same with [`", stringify!($get), "`](Self::", stringify!($get), "), of which `None` is not populated; `None` where ", stringify!($bits), " bits do not hold it.")]
+        pub const fn $set(self, number: Option<$type>) -> Option<Self> {
+            const AT: usize = <$name as $crate::Describe>::LAYOUT.place($key);
+            let bits = match number {
+                Some(number) if number as u64 > $crate::bits::mask($bits) => return None,
+                Some(number) => 1 << $bits | number as u64,
+                None => 0,
+            };
+            // An absent extension says already that it is not.
+            Some(if bits == $crate::$store::get(&self.0, AT - 1, $bits + 1) {
+                self
+            } else {
+                Self($crate::$store::set(self.0, AT - 1, $bits + 1, bits))
+            })
         }
     };
     (@signed [$name:ident $store:ident $bits:literal $key:literal] $doc:tt

@@ -1,5 +1,7 @@
 //! The field specification (FSPEC): which items a record holds.
 
+use alloc::vec::Vec;
+
 use crate::fault::FaultKind;
 
 /// The FSPEC of one record.
@@ -142,7 +144,7 @@ impl Frns {
     #[inline]
     pub fn iter(self) -> impl Iterator<Item = u8> {
         let Self(mut left) = self;
-        std::iter::from_fn(move || {
+        core::iter::from_fn(move || {
             let bit = left.leading_zeros();
             left &= !(1_u64 << 63).checked_shr(bit)?;
             Some((bit - bit / 8 + 1) as u8)
@@ -190,7 +192,7 @@ mod tests {
         ] {
             let fspec = Fspec::read(octets).unwrap();
             assert_eq!((fspec.length(), fspec.padding()), (length, padding), "{octets:02x?}");
-            let present = std::array::from_fn::<bool, 56, _>(|index| fspec.has(index as u8 + 1));
+            let present = core::array::from_fn::<bool, 56, _>(|index| fspec.has(index as u8 + 1));
             let mut out = Vec::new();
             Fspec::of(present, fspec.padding()).encode_into(&mut out);
             assert_eq!(out, octets);

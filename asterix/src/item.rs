@@ -27,7 +27,7 @@
 //! | `count …: u16`, `octal`, `hex`, `address` | a number | that type; the setter gives `None` where the bits do not hold it |
 //! | `count_from …: u8 = first` | a number whose count 0 stands for `first` | the same |
 //! | `count_or …: u16 = unknown` | a number of which one count means "unknown" | the same, the count |
-//! | `populated …: u8`, `populated_flag` | a value behind the bit that says whether there is one | `Option` of it |
+//! | `populated …: u8`, `populated_flag` | a value behind the bit that says whether there is one | `Option` of it; a setter of a number gives `None` where the bits do not hold it |
 //! | `unsigned … = lsb, decimals`, `signed` | a physical value | `f64` in the unit of the key; the setter takes the nearest count, `None` out of range |
 //! | `signed_per … = counts, decimals` | the same, so many counts to a unit | the same |
 //! | `angle … = lsb, decimals` | degrees | the same; the setter brings any finite angle into one turn |
@@ -35,8 +35,7 @@
 //! | `ascii`, `icao` | characters of 8 or 6 bits | – |
 //! | `constant … = value` | a number that marks the layout | – |
 
-use std::io::{Read, Seek};
-
+use deku::no_std_io::{Read, Seek};
 use deku::reader::Reader;
 use deku::{DekuError, ctx::Order};
 
@@ -112,8 +111,8 @@ macro_rules! item {
             }
         }
 
-        impl std::fmt::Debug for $name {
-            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        impl core::fmt::Debug for $name {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
                 $crate::layout::debug(f, stringify!($name), Self::FIELDS, &self.0)
             }
         }
@@ -130,7 +129,7 @@ macro_rules! in_place {
     ($name:ident ($($context:ident: $type:ty),*) $reader:ident => $read:expr, $self:ident $writer:ident => $write:expr) => {
         impl deku::DekuReader<'_, ($($type,)*)> for $name {
             #[inline(always)]
-            fn from_reader_with_ctx<R: std::io::Read + std::io::Seek>(
+            fn from_reader_with_ctx<R: deku::no_std_io::Read + deku::no_std_io::Seek>(
                 $reader: &mut deku::reader::Reader<R>,
                 ($($context,)*): ($($type,)*),
             ) -> Result<Self, deku::DekuError> {
@@ -140,7 +139,7 @@ macro_rules! in_place {
 
         impl deku::DekuWriter for $name {
             #[inline]
-            fn to_writer<W: std::io::Write + std::io::Seek>(
+            fn to_writer<W: deku::no_std_io::Write + deku::no_std_io::Seek>(
                 &$self,
                 $writer: &mut deku::writer::Writer<W>,
                 (): (),

@@ -3,7 +3,7 @@
 //! The typed items are made from these descriptions (`item.rs`), profiles list them, and whoever prints or builds records
 //! without knowing their category walks them.
 
-use std::fmt;
+use core::fmt;
 
 use crate::bits;
 use crate::fault::FaultKind;
@@ -196,7 +196,7 @@ impl Field {
 /// Octets that `fields` take together.
 pub const fn octets_of(fields: &[Field]) -> usize {
     let bits = bits_of(fields);
-    assert!(bits.is_multiple_of(8), "the fields are whole octets");
+    assert!(bits % 8 == 0, "the fields are whole octets");
     bits / 8
 }
 

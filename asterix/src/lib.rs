@@ -15,6 +15,7 @@
 //! | CAT063, sensor status reports | part 10, edition 1.7 | [13](cat063::Record) | [`cat063`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
 //! | CAT065, service status reports | part 15, edition 1.6 | [9](cat065::Record) | [`cat065`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
 //! | CAT129, UAS identification and target reports | part 29, edition 1.2 | [15](cat129::Record) | [`cat129`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
+//! | whichever of these a block holds | | | [`AnyRecord`], [`Block::any_records`] |
 //! | every category that has a public definition, with the feature `all` | 28, in 69 editions | | `all` |
 //! | what can be wrong | | | [`Fault`], [`FaultKind`], [`BuildError`] |
 //!
@@ -37,7 +38,7 @@
 //! Reading:
 //!
 //! ```
-//! use asterix::{DataSource, Record, blocks, cat048};
+//! use utm_asterix::{DataSource, Record, blocks, cat048};
 //!
 //! let datagram = [0x30, 0x00, 0x0a, 0x90, 0x19, 0x07, 0x01, 0x00, 0x40, 0x00];
 //! for block in blocks(&datagram) {
@@ -52,14 +53,14 @@
 //!         assert_eq!((position.range_m(), position.azimuth_deg()), (1852.0, 90.0));
 //!     }
 //! }
-//! # Ok::<(), asterix::Fault>(())
+//! # Ok::<(), utm_asterix::Fault>(())
 //! ```
 //!
 //! Writing:
 //!
 //! ```
-//! use asterix::cat048::{DetectionType, PolarPosition, Record, TargetReport, TrackNumber};
-//! use asterix::{BuildError, DataSource, TimeOfDay, encode_block};
+//! use utm_asterix::cat048::{DetectionType, PolarPosition, Record, TargetReport, TrackNumber};
+//! use utm_asterix::{BuildError, DataSource, TimeOfDay, encode_block};
 //!
 //! let radar = DataSource { sac: 25, sic: 7 };
 //! let noon = TimeOfDay::from_seconds(43_200.0);
@@ -76,6 +77,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#![cfg_attr(not(any(feature = "std", test)), no_std)]
+
+extern crate alloc;
+
+mod any;
 mod bits;
 mod block;
 mod fault;
@@ -104,6 +110,7 @@ pub mod cat063;
 pub mod cat065;
 pub mod cat129;
 
+pub use any::{AnyRecord, AnyRecords};
 pub use block::{Block, BlockTooLong, Blocks, Located, Records, blocks, encode_block};
 pub use fault::{Fault, FaultKind};
 pub use fspec::Fspec;

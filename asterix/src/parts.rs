@@ -1,8 +1,8 @@
 //! Items of parts that are not all of seven bits. Their octets are kept as they were read.
 
-use std::fmt;
-use std::io::{Read, Seek, Write};
+use core::fmt;
 
+use deku::no_std_io::{Read, Seek, Write};
 use deku::reader::Reader;
 use deku::writer::Writer;
 use deku::{DekuError, DekuReader, DekuWriter};

@@ -1,8 +1,9 @@
 //! Records: one declaration of a category's items makes the record, its builder and its profile.
 
-use std::io::{self, Read, Seek, SeekFrom, Write};
-use std::marker::PhantomData;
+use alloc::vec::Vec;
+use core::marker::PhantomData;
 
+use deku::no_std_io::{self, Read, Seek, SeekFrom, Write};
 use deku::reader::Reader;
 use deku::writer::Writer;
 use deku::{DekuError, DekuReader, DekuWriter};
@@ -160,7 +161,7 @@ macro_rules! record {
                 $crate::record::given!([$($decode)?] $crate::record::decode)(octets, edition)
             }
 
-            fn encode_into(&self, out: &mut Vec<u8>) {
+            fn encode_into(&self, out: &mut alloc::vec::Vec<u8>) {
                 $crate::record::encode(self, out);
             }
         }
@@ -316,7 +317,10 @@ pub(crate) fn encode<R: Record + DekuWriter>(record: &R, out: &mut Vec<u8>) {
 
 /// Appends an item or the items of a record to a vector, or fills octets with them.
 #[inline]
-pub(crate) fn append(items: &impl DekuWriter, out: impl Write) {
+pub(crate) fn append<W>(items: &impl DekuWriter, out: W)
+where
+    Forward<W>: Write + Seek,
+{
     items.to_writer(&mut Writer::new(Forward(out)), ()).expect("writing whole octets to memory cannot fail");
 }
 
@@ -326,36 +330,49 @@ pub(crate) struct Forward<T>(pub T);
 
 impl<T: Read> Read for Forward<T> {
     #[inline(always)]
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+    fn read(&mut self, buffer: &mut [u8]) -> no_std_io::Result<usize> {
         self.0.read(buffer)
     }
 
     #[inline(always)]
-    fn read_exact(&mut self, buffer: &mut [u8]) -> io::Result<()> {
+    fn read_exact(&mut self, buffer: &mut [u8]) -> no_std_io::Result<()> {
         self.0.read_exact(buffer)
     }
 }
 
-impl<T: Write> Write for Forward<T> {
+impl Write for Forward<&mut [u8]> {
     #[inline(always)]
-    fn write(&mut self, octets: &[u8]) -> io::Result<usize> {
+    fn write(&mut self, octets: &[u8]) -> no_std_io::Result<usize> {
         self.0.write(octets)
     }
 
+    fn flush(&mut self) -> no_std_io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Write for Forward<&mut Vec<u8>> {
     #[inline(always)]
-    fn write_all(&mut self, octets: &[u8]) -> io::Result<()> {
-        self.0.write_all(octets)
+    fn write(&mut self, octets: &[u8]) -> no_std_io::Result<usize> {
+        self.0.extend_from_slice(octets);
+        Ok(octets.len())
     }
 
-    fn flush(&mut self) -> io::Result<()> {
-        self.0.flush()
+    #[inline(always)]
+    fn write_all(&mut self, octets: &[u8]) -> no_std_io::Result<()> {
+        self.0.extend_from_slice(octets);
+        Ok(())
+    }
+
+    fn flush(&mut self) -> no_std_io::Result<()> {
+        Ok(())
     }
 }
 
 impl<T> Seek for Forward<T> {
     /// Nothing here goes back.
-    fn seek(&mut self, _: SeekFrom) -> io::Result<u64> {
-        Err(io::ErrorKind::Unsupported.into())
+    fn seek(&mut self, _: SeekFrom) -> no_std_io::Result<u64> {
+        Err(no_std_io::ErrorKind::Unsupported.into())
     }
 }
 

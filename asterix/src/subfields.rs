@@ -1,7 +1,6 @@
 //! What announces the subfields of an item, and parts that repeat.
 
-use std::io::{Read, Seek, Write};
-
+use deku::no_std_io::{Read, Seek, Write};
 use deku::reader::Reader;
 use deku::writer::Writer;
 use deku::{DekuError, DekuReader, DekuWriter};
@@ -120,7 +119,7 @@ impl<T: for<'a> DekuReader<'a>> Repeated<T> {
     }
 }
 
-impl<T> std::ops::Deref for Repeated<T> {
+impl<T> core::ops::Deref for Repeated<T> {
     type Target = [T];
 
     fn deref(&self) -> &[T] {

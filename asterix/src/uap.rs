@@ -1,6 +1,6 @@
 //! User application profiles: the order of a category's items and how long each is.
 
-use std::ops::Deref;
+use core::ops::Deref;
 
 use crate::fault::{Fault, FaultKind};
 use crate::fspec::{Frns, Fspec};
@@ -79,7 +79,7 @@ impl Deref for Profile {
 
 impl IntoIterator for &Profile {
     type Item = &'static UapItem;
-    type IntoIter = std::slice::Iter<'static, UapItem>;
+    type IntoIter = core::slice::Iter<'static, UapItem>;
 
     fn into_iter(self) -> Self::IntoIter {
         self.items.iter()

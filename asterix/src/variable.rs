@@ -1,8 +1,8 @@
 //! Items without a fixed length. Their octets are kept inline as they were read, so that encoding gives them back.
 
-use std::fmt;
-use std::io::{ErrorKind, Read, Seek, Write};
+use core::fmt;
 
+use deku::no_std_io::{ErrorKind, Read, Seek, Write};
 use deku::reader::Reader;
 use deku::writer::Writer;
 use deku::{DekuError, DekuReader, DekuWriter, ctx::Order};
@@ -217,7 +217,7 @@ macro_rules! expansion_field {
 
             /// The field that says this; `None` when it is longer than 254 octets.
             pub fn to_field(&self) -> Option<$crate::Explicit> {
-                let mut contents = Vec::new();
+                let mut contents = alloc::vec::Vec::new();
                 $crate::record::append(self, &mut contents);
                 $crate::Explicit::new(&contents)
             }

@@ -4,15 +4,15 @@
 
 mod common;
 
-use asterix::cat048::{self, TargetReport, TrackStatus};
-use asterix::cat129::{
-    self, FusionReport,
-    fusion_report::{Flags, Source},
-};
-use asterix::{Chain, Explicit, Field, Fspec, Kind, Layout, Record};
 use common::{block, read};
 use proptest::collection::vec;
 use proptest::prelude::*;
+use utm_asterix::cat048::{self, TargetReport, TrackStatus};
+use utm_asterix::cat129::{
+    self, FusionReport,
+    fusion_report::{Flags, Source},
+};
+use utm_asterix::{Chain, Explicit, Field, Fspec, Kind, Layout, Record};
 
 /// The value of the field with this key: a physical value, or the count.
 fn value(fields: &[Field], octets: &[u8], key: &str) -> f64 {
@@ -35,7 +35,7 @@ fn value(fields: &[Field], octets: &[u8], key: &str) -> f64 {
 fn with_item<R: Record<Edition: Default>>(number: &str, octets: &[u8]) -> (R, impl Fn(&str) -> f64) {
     let item = R::UAP.iter().find(|item| item.item == number).unwrap();
     let (Layout::Fields(fields) | Layout::OneOrThree(fields)) = item.layout else { panic!() };
-    let octets = octets[..asterix::octets_of(fields)].to_vec();
+    let octets = octets[..utm_asterix::octets_of(fields)].to_vec();
     let mut present = [false; 7 * Fspec::MAX_OCTETS];
     present[usize::from(item.frn) - 1] = true;
     let mut contents = Vec::new();

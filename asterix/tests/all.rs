@@ -5,23 +5,20 @@
 mod common;
 #[path = "common/damage.rs"]
 mod damaging;
-#[path = "../../fuzz/src/all.rs"]
-mod fuzz;
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
-use asterix::all::{Category, Definition, categories, category};
-use asterix::cat021::{self, Edition};
-use asterix::{
-    Block, Contents, DataSource, Fault, FaultKind, Field, Kind, Layout, Record, TimeOfDay, blocks, cat015,
-    cat034, cat048, cat062, cat063, cat065, cat129,
-};
 use common::strategies::record_octets;
 use common::{block, hex};
 use damaging::{Random, damage};
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
+use utm_asterix::all::{Category, Definition, categories, category};
+use utm_asterix::cat021::{self, Edition};
+use utm_asterix::{
+    Block, Contents, DataSource, Fault, FaultKind, Field, Kind, Layout, Record, TimeOfDay, blocks, cat015,
+    cat034, cat048, cat062, cat063, cat065, cat129,
+};
 
 /// Random records of each edition.
 const RECORDS: usize = 300;
@@ -106,7 +103,7 @@ fn lists(layout: Layout, found: &mut Vec<(&'static [Field], usize)>) {
             let (last, others) = parts.split_last().unwrap();
             found.extend(others.iter().map(|&fields| (fields, 7)));
             let bits: u16 = last.iter().map(|field| field.bits).sum();
-            found.push((last, if bits.is_multiple_of(8) { 0 } else { 7 }));
+            found.push((last, if bits % 8 == 0 { 0 } else { 7 }));
         }
         Layout::Chained(fields) => found.push((fields, 7)),
         Layout::Compound(subfields) | Layout::Explicit(Contents::Expansion(subfields)) => {
@@ -205,7 +202,7 @@ fn random_records_of_every_edition_are_read() {
             for (located, octets) in read.iter().zip(chunk) {
                 let record = &located.record;
                 assert_eq!((located.length, record.octets()), (octets.len(), octets.as_slice()));
-                let fspec = asterix::Fspec::read(octets).unwrap().length();
+                let fspec = utm_asterix::Fspec::read(octets).unwrap().length();
                 let of_items: Vec<u8> = record.items().flat_map(|(_, octets)| octets).copied().collect();
                 assert_eq!(of_items, octets[fspec..], "{} {}", category, definition.name());
                 seen.extend(record.items().map(|(item, _)| item.item));
@@ -235,7 +232,7 @@ fn check(definition: &'static Definition, octets: &[u8]) -> Result<Vec<usize>, F
         };
         assert_eq!(located.offset, next);
         next += located.length;
-        let fspec = asterix::Fspec::read(located.record.octets()).unwrap().length();
+        let fspec = utm_asterix::Fspec::read(located.record.octets()).unwrap().length();
         let of_items: usize = located.record.items().map(|(_, octets)| octets.len()).sum();
         assert_eq!(fspec + of_items, located.length);
         let _ = (located.record.data_source(), located.record.time_of_day());
@@ -317,7 +314,7 @@ fn typed_records_have_the_same_items() {
         [(15, cat015::UAP), (34, cat034::UAP), (48, cat048::UAP), (62, cat062::UAP), (63, cat063::UAP)]
     {
         let numbers =
-            |uap: &[asterix::UapItem]| uap.iter().map(|item| (item.frn, item.item)).collect::<Vec<_>>();
+            |uap: &[utm_asterix::UapItem]| uap.iter().map(|item| (item.frn, item.item)).collect::<Vec<_>>();
         assert_eq!(numbers(newest(number).items()), numbers(uap), "{number}");
     }
 }
@@ -369,7 +366,7 @@ fn fspec_of(frn: u8) -> String {
     let mut present = [false; 56];
     present[usize::from(frn) - 1] = true;
     let mut octets = Vec::new();
-    asterix::Fspec::of(present, 0).encode_into(&mut octets);
+    utm_asterix::Fspec::of(present, 0).encode_into(&mut octets);
     octets.iter().map(|octet| format!("{octet:02x}")).collect()
 }
 
@@ -406,24 +403,4 @@ fn a_record_that_does_not_say_its_profile_is_none() {
     // Random field sequencing: two items, the second of which the category does not define.
     assert_eq!(refused(2, "8102 1907 02 02 01 0d"), (Some("RFS"), 4, FaultKind::ItemPastEnd));
     assert_eq!(refused(2, "8102 1907 02 02 01 0c 00"), (Some("RFS"), 4, FaultKind::ReservedFrn));
-}
-
-/// What fuzzing found worth keeping (`fuzz/corpus`), and random octets, read as the fuzz target reads them.
-#[test]
-fn fuzzed() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/all");
-    let mut count = 0;
-    for file in folder.read_dir().unwrap() {
-        let path = file.unwrap().path();
-        // Seen only when the test fails, in its last line.
-        println!("{}", path.display());
-        fuzz::exercise(&std::fs::read(&path).unwrap());
-        count += 1;
-    }
-    assert!(count > 0, "{} is empty", folder.display());
-    let mut random = Random(0x6675_7a7a_6675_7a7a);
-    for _ in 0..100_000 {
-        let octets: Vec<u8> = (0..random.below(50)).map(|_| random.octet()).collect();
-        fuzz::exercise(&octets);
-    }
 }

@@ -5,17 +5,20 @@
 mod common;
 
 use allocation_counter::measure;
-use asterix::cat048::BdsRegister;
-use asterix::{
+use common::{EXPANSION, VECTORS, encode, hex};
+use utm_asterix::cat048::BdsRegister;
+use utm_asterix::{
     Explicit, Record, Repeated, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129,
     encode_block,
 };
-use common::{EXPANSION, VECTORS, encode, hex};
 
 /// Allocations while the records of the blocks in these octets are read, how many those are, and how many allocations
 /// there are while each record that was read is written into a vector that has room.
 fn count(octets: &[u8]) -> (u64, usize, u64) {
-    fn of<R: Record<Edition: Default>>(block: &asterix::Block<'_>, out: &mut Vec<u8>) -> (u64, usize, u64) {
+    fn of<R: Record<Edition: Default>>(
+        block: &utm_asterix::Block<'_>,
+        out: &mut Vec<u8>,
+    ) -> (u64, usize, u64) {
         let (mut read, mut records, mut written) = (0, 0, 0);
         let mut walk = block.records_in::<R>(R::Edition::default());
         loop {

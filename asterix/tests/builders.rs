@@ -2,11 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
-use asterix::cat034::{self, MessageKind, MessageType, SectorNumber};
-use asterix::cat048::{self, DetectionType, Height3D, PolarPosition, TargetReport, TrackNumber};
-use asterix::cat065::{self, OperationalStatus, SystemStatus};
-use asterix::cat129::{self, Altitude, Position};
-use asterix::{BuildError, DataSource, Explicit, Record as _, TimeOfDay};
+use utm_asterix::cat034::{self, MessageKind, MessageType, SectorNumber};
+use utm_asterix::cat048::{self, DetectionType, Height3D, PolarPosition, TargetReport, TrackNumber};
+use utm_asterix::cat065::{self, OperationalStatus, SystemStatus};
+use utm_asterix::cat129::{self, Altitude, Position};
+use utm_asterix::{BuildError, DataSource, Explicit, Record as _, TimeOfDay};
 
 const SOURCE: DataSource = DataSource { sac: 25, sic: 7 };
 

@@ -1,11 +1,25 @@
-//! What fuzzing found worth keeping (`fuzz/corpus`), read again as the fuzz targets read it.
+//! What fuzzing found worth keeping (`fuzz/corpus`), read again as the fuzz targets read it. The corpus is the repository's, so
+//! this file is not in the published package.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
+// What the fuzz targets call it.
+extern crate utm_asterix as asterix;
+
 use std::path::Path;
 
-use asterix::{cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
+use asterix::cat021::Edition;
+use asterix::{AnyRecord, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 
+#[cfg(feature = "all")]
+#[path = "../../fuzz/src/all.rs"]
+mod all;
+#[path = "common/any.rs"]
+mod any;
+#[cfg(feature = "all")]
+#[allow(dead_code, reason = "its generator is used here")]
+#[path = "common/damage.rs"]
+mod damaging;
 #[path = "../../fuzz/src/records.rs"]
 mod records;
 
@@ -21,6 +35,32 @@ fn replay(target: &str, exercise: impl Fn(&[u8])) {
         count += 1;
     }
     assert!(count > 0, "{} is empty", folder.display());
+}
+
+/// Every block of this category in the folder of that name, read as of whichever category.
+fn any<R>(target: &str, edition: R::Edition)
+where
+    R: Record + Into<AnyRecord> + std::fmt::Debug,
+{
+    let count = std::cell::Cell::new(0);
+    replay(target, |octets| {
+        for block in blocks(octets).flatten().filter(|block| block.category == R::CATEGORY) {
+            count.set(count.get() + any::compare::<R>(&block, edition, Edition::default()));
+        }
+    });
+    assert!(count.get() > 0, "{target} has no record");
+}
+
+#[test]
+fn of_whichever_category() {
+    any::<cat015::Record>("cat015", ());
+    any::<cat021::Record>("cat021", Edition::default());
+    any::<cat034::Record>("cat034", ());
+    any::<cat048::Record>("cat048", ());
+    any::<cat062::Record>("cat062", ());
+    any::<cat063::Record>("cat063", ());
+    any::<cat065::Record>("cat065", ());
+    any::<cat129::Record>("cat129", ());
 }
 
 #[test]
@@ -61,4 +101,15 @@ fn cat065() {
 #[test]
 fn cat129() {
     replay("cat129", records::exercise::<cat129::Record>);
+}
+
+#[cfg(feature = "all")]
+#[test]
+fn all() {
+    replay("all", all::exercise);
+    let mut random = damaging::Random(0x6675_7a7a_6675_7a7a);
+    for _ in 0..100_000 {
+        let octets: Vec<u8> = (0..random.below(50)).map(|_| random.octet()).collect();
+        all::exercise(&octets);
+    }
 }

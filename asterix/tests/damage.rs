@@ -4,13 +4,13 @@
 
 mod common;
 
-use asterix::cat048::ReservedExpansion;
-use asterix::{Explicit, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 use common::{VECTORS, block, encode, hex, read};
+use utm_asterix::cat048::ReservedExpansion;
+use utm_asterix::{Explicit, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 
 /// Reads everything that can be read; what a block yields without a fault must encode to the block.
 fn survey(datagram: &[u8]) -> usize {
-    fn records<R: Record<Edition: Default>>(block: &asterix::Block<'_>) -> usize {
+    fn records<R: Record<Edition: Default>>(block: &utm_asterix::Block<'_>) -> usize {
         let (records, fault) = common::read_block::<R>(block);
         let encoded: Vec<u8> = records.iter().flat_map(encode).collect();
         assert!(block.contents().starts_with(&encoded));

@@ -9,13 +9,17 @@ mod definition;
 #[allow(dead_code, reason = "the definitions lie beside the recordings")]
 mod recordings;
 
-use asterix::cat021::{self, Edition};
-use asterix::cat034::{self, Channels, CounterKind, Filter};
-use asterix::cat048::expansion::{DataLinkOrigin, DataLinkState, ExtendedMode4, ReplyType, TrackAcquisition};
-use asterix::cat048::{self, Communications, DetectionType, FlightStatus, Height3D, warning_name};
-use asterix::{Contents, Describe, Field, Kind, Layout, Quantity, Subfield, UapItem, cat015, cat062, cat063};
 use definition::{Complaints, category, compare, expansion, table};
 use serde_json::{Value, json};
+use utm_asterix::cat021::{self, Edition};
+use utm_asterix::cat034::{self, Channels, CounterKind, Filter};
+use utm_asterix::cat048::expansion::{
+    DataLinkOrigin, DataLinkState, ExtendedMode4, ReplyType, TrackAcquisition,
+};
+use utm_asterix::cat048::{self, Communications, DetectionType, FlightStatus, Height3D, warning_name};
+use utm_asterix::{
+    Contents, Describe, Field, Kind, Layout, Quantity, Subfield, UapItem, cat015, cat062, cat063,
+};
 
 /// A definition, or `None` (and a word about it) where it is not at hand.
 fn definition(file: &str) -> Option<Value> {

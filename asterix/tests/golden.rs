@@ -4,7 +4,8 @@
 
 mod common;
 
-use asterix::cat048::{
+use common::{DRONE_PLOT, EVERY_ITEM, check, hex, read};
+use utm_asterix::cat048::{
     self, AcasAdvisory, AircraftAddress, AircraftIdentification, Amplitude, AzimuthDifference, BdsRegister,
     CalculatedDoppler, Capability, CartesianPosition, ClimbMode, Communications, DetectionType, FlightLevel,
     FlightStatus, Height3D, Mode1, Mode1Confidence, Mode2, Mode2Confidence, Mode3A, Mode3AConfidence, ModeC,
@@ -12,10 +13,9 @@ use asterix::cat048::{
     ReservedExpansion, RunLength, TargetReport, TrackNumber, TrackQuality, TrackSensor, TrackStatus,
     TrackVelocity, Warnings,
 };
-use asterix::{
+use utm_asterix::{
     DataSource, Explicit, Layout, Repeated, TimeOfDay, cat034, cat065, cat129, encode_block, items, profile,
 };
-use common::{DRONE_PLOT, EVERY_ITEM, check, hex, read};
 
 #[test]
 fn drone_plot() {

@@ -4,13 +4,13 @@
 
 mod common;
 
-use asterix::cat129::{
+use common::{FULL_UAS, FUSED_POINT, MINIMAL_UAS, block, check, hex, read};
+use utm_asterix::cat129::{
     self, Altitude, CertificationCategory, DataDestination, FusionReport, GnssAccuracy, HorizontalVelocity,
     OperationalRisk, Position, RiskCategories, VerticalVelocity,
     fusion_report::{Deviation, Flags, Source, UavProbability},
 };
-use asterix::{DataSource, Explicit, TimeOfDay};
-use common::{FULL_UAS, FUSED_POINT, MINIMAL_UAS, block, check, hex, read};
+use utm_asterix::{DataSource, Explicit, TimeOfDay};
 
 #[test]
 fn minimal_uas() {

@@ -4,7 +4,8 @@
 
 mod common;
 
-use asterix::cat048::expansion::{
+use common::{EXPANSION, check, hex};
+use utm_asterix::cat048::expansion::{
     AdjacentSensor, AdsbLink, AlternativeCode, AlternativeFlightLevel, Common, CrossSection,
     CrossSectionArea, DataLink, DataLinkOrigin, DataLinkState, Date, ExtendedMode1, ExtendedMode4,
     ExtendedRange, ExtrapolationSource, FigureOfMerit, General, IdentityRequest, Lockout, Mode5,
@@ -13,8 +14,7 @@ use asterix::cat048::expansion::{
     Score, SignalToClutter, TimeOffset, TrackAcquisition, TrackCharacteristics, TrackLife, TransitionCode,
     TurnState, XPulses,
 };
-use asterix::{DataSource, Explicit, Repeated, cat048};
-use common::{EXPANSION, check, hex};
+use utm_asterix::{DataSource, Explicit, Repeated, cat048};
 
 fn position(latitude_deg: f64, longitude_deg: f64) -> Option<Mode5Position> {
     Mode5Position::default().with_latitude_deg(latitude_deg)?.with_longitude_deg(longitude_deg)

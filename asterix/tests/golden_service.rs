@@ -4,17 +4,17 @@
 
 mod common;
 
-use asterix::cat034::{
+use common::{SERVICE_MESSAGE, SERVICE_STATUS, block, check, hex, read};
+use utm_asterix::cat034::{
     self, Channels, CollimationError, CommonMode, CommonStatus, CounterKind, DataFilter, Filter,
     MessageCount, MessageKind, MessageType, ModeSMode, ModeSStatus, PolarWindow, PsrMode, RotationPeriod,
     SectorNumber, SensorStatus, SourcePosition, SsrMode, SystemMode, SystemStatus,
 };
-use asterix::cat065::{
+use utm_asterix::cat065::{
     self, BatchNumber, OperationalStatus, ProcessingSystem, ServiceEvent, ServiceIdentification,
     ServiceStatus,
 };
-use asterix::{DataSource, Explicit, FaultKind, Repeated, TimeOfDay, blocks};
-use common::{SERVICE_MESSAGE, SERVICE_STATUS, block, check, hex, read};
+use utm_asterix::{DataSource, Explicit, FaultKind, Repeated, TimeOfDay, blocks};
 
 #[test]
 fn every_item_of_cat034() {

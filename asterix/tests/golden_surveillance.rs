@@ -4,22 +4,22 @@
 
 mod common;
 
-use asterix::cat015::{
+use common::{BEARING, LIGHT_AIRCRAFT, SENSOR, SYSTEM_TRACK, hex, read, read_in};
+use utm_asterix::cat015::{
     self, Angle, AngleDeviation, AzimuthInformation, ElevationInformation, MessageKind, MessageType,
     ReportNumber, ReportStatus, ScanDirection, SignedAngle, TargetReport, TargetTaxonomy, Warnings,
 };
-use asterix::cat021::{
+use utm_asterix::cat021::{
     self, AddressType, AircraftAddress, AircraftIdentification, BarometricLevel, CoarsePosition, Edition,
     Emitter, EmitterCategory, GeometricHeight, GroundVector, MopsVersion, QualityIndicators, Standard,
     Surface, SurfaceCharacteristics, SurfaceCharacteristics21, VerticalRate,
 };
-use asterix::cat062::{
+use utm_asterix::cat062::{
     self, Age, CartesianPosition, ComposedTrackNumber, Covariance, EstimatedAccuracies, HeightSource,
     PositionAccuracy, TrackNumber, TrackStatus, UnitTrack, UpdateAges, Velocity,
 };
-use asterix::cat063::{self, Connection, SensorStatus};
-use asterix::{BuildError, DataSource, FaultKind, Record, TimeOfDay, encode_block};
-use common::{BEARING, LIGHT_AIRCRAFT, SENSOR, SYSTEM_TRACK, hex, read, read_in};
+use utm_asterix::cat063::{self, Connection, SensorStatus};
+use utm_asterix::{BuildError, DataSource, FaultKind, Record, TimeOfDay, encode_block};
 
 const STATION: DataSource = DataSource { sac: 25, sic: 7 };
 

@@ -4,9 +4,9 @@
 
 use std::collections::BTreeSet;
 
-use asterix::cat021::Edition;
-use asterix::{Contents, Field, Kind, Layout, Quantity, Subfield, octets_of, profile};
 use proptest::prelude::*;
+use utm_asterix::cat021::Edition;
+use utm_asterix::{Contents, Field, Kind, Layout, Quantity, Subfield, octets_of, profile};
 
 /// Fields that stand together, and where.
 struct Together {
@@ -116,7 +116,7 @@ fn the_walk_reaches_every_depth() {
 fn fields_are_whole_octets() {
     for Together { place, fields, unit } in everything().0 {
         let bits: usize = fields.iter().map(|field| usize::from(field.bits)).sum();
-        assert!(bits > 0 && bits.is_multiple_of(unit), "{place}: {bits} bits");
+        assert!(bits > 0 && bits % unit == 0, "{place}: {bits} bits");
         // Seven of eight: the eighth is FX.
         assert!(unit != 7 || bits == 7, "{place}: {bits} bits");
         assert!(unit != FX || bits % 8 == 7, "{place}: {bits} bits");

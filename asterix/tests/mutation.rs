@@ -10,11 +10,11 @@ mod slice;
 
 use std::path::Path;
 
-use asterix::{Record, blocks, cat048};
 use common::recordings::datagrams;
 use common::{DRONE_PLOT, EVERY_ITEM, VECTORS, block, hex};
 use damaging::{Random, damage};
 use slice::Malformed;
+use utm_asterix::{Record, blocks, cat048};
 
 /// Blocks to damage.
 const BLOCKS: usize = 100_000;
@@ -53,7 +53,7 @@ fn sound_blocks() -> Vec<Vec<u8>> {
 /// The values that both name are the same ones. What only the parser by hand spells out is compared by encoding.
 fn assert_same(record: &cat048::Record, by_hand: &slice::Record<'_>) {
     assert_eq!(record.data_source.map(|at| (at.sac, at.sic)), by_hand.i010.map(|at| (at.sac, at.sic)));
-    assert_eq!(record.time_of_day.map(asterix::TimeOfDay::count), by_hand.i140);
+    assert_eq!(record.time_of_day.map(utm_asterix::TimeOfDay::count), by_hand.i140);
     assert_eq!(record.target_report.as_ref().map(|report| report.chain().octets()), by_hand.i020);
     let two_words = |first: u16, second: u16| [first.to_be_bytes(), second.to_be_bytes()].concat();
     assert_eq!(
@@ -84,11 +84,11 @@ fn assert_same(record: &cat048::Record, by_hand: &slice::Record<'_>) {
         record.height_3d.map(cat048::Height3D::height_ft),
         by_hand.i110.map(|count| f64::from(count) * 25.0)
     );
-    assert_eq!(record.special_purpose.as_ref().map(asterix::Explicit::octets), by_hand.sp);
+    assert_eq!(record.special_purpose.as_ref().map(utm_asterix::Explicit::octets), by_hand.sp);
 }
 
 /// Reads a block both ways. Says how many records there were, and whether the last one was refused.
-fn compare(block: &asterix::Block<'_>) -> (usize, bool) {
+fn compare(block: &utm_asterix::Block<'_>) -> (usize, bool) {
     let mut rest = block.contents();
     let mut records = block.records::<cat048::Record>();
     let mut count = 0;

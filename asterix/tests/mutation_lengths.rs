@@ -10,8 +10,6 @@ mod damaging;
 #[rustfmt::skip]
 mod lengths;
 
-use asterix::cat021::Edition;
-use asterix::{Block, Record, blocks, cat015, cat021, cat062, cat063};
 use common::recordings::shared_data;
 use common::strategies::record_octets;
 use common::{block, encode};
@@ -19,6 +17,8 @@ use damaging::{Random, damage};
 use lengths::{CAT015, CAT021, CAT062, CAT063, Length, SURFACE_2_1};
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
+use utm_asterix::cat021::Edition;
+use utm_asterix::{Block, Record, blocks, cat015, cat021, cat062, cat063};
 
 /// Sound blocks: of random records, and of real ones where there are any.
 fn sound_blocks<R: Record>(edition: R::Edition) -> Vec<Vec<u8>> {

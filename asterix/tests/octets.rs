@@ -4,13 +4,13 @@
 
 mod common;
 
-use asterix::cat021::Edition;
-use asterix::{Explicit, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 use common::strategies::{expansion_octets, record_octets};
 use common::{block, encode, read_in};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
+use utm_asterix::cat021::Edition;
+use utm_asterix::{Explicit, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 
 /// The octets are one whole record, and it encodes to the same octets.
 fn comes_back<R: Record>(edition: R::Edition, contents: &[u8]) {

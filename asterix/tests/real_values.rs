@@ -4,9 +4,9 @@
 
 mod common;
 
-use asterix::cat048::{self, Height3D};
-use asterix::{Chain, Fault, cat034, cat065, cat129};
 use common::{block, encode, hex, read};
+use utm_asterix::cat048::{self, Height3D};
+use utm_asterix::{Chain, Fault, cat034, cat065, cat129};
 
 fn plot(contents: &str) -> (Vec<cat048::Record>, Option<Fault>) {
     read(&block(48, &hex(contents)))

@@ -4,9 +4,9 @@
 
 mod common;
 
-use asterix::cat048::{self, RadialDoppler};
-use asterix::{Explicit, Fault, FaultKind, blocks, cat034, cat065, cat129};
 use common::{DRONE_PLOT, MINIMAL_UAS, block, encode, hex, read, read_block};
+use utm_asterix::cat048::{self, RadialDoppler};
+use utm_asterix::{Explicit, Fault, FaultKind, blocks, cat034, cat065, cat129};
 
 fn plot(contents: &str) -> (Vec<cat048::Record>, Option<Fault>) {
     read(&block(48, &hex(contents)))

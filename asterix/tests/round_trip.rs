@@ -4,23 +4,23 @@
 
 mod common;
 
-use asterix::cat048::{
+use common::{block, encode, read};
+use proptest::collection::vec;
+use proptest::option::of;
+use proptest::prelude::*;
+use utm_asterix::cat048::{
     self, AcasAdvisory, AircraftAddress, AircraftIdentification, Amplitude, AzimuthDifference, BdsRegister,
     CalculatedDoppler, Capability, CartesianPosition, FlightLevel, Height3D, Mode1, Mode1Confidence, Mode2,
     Mode2Confidence, Mode3A, Mode3AConfidence, ModeC, PlotCharacteristics, PolarPosition, RadialDoppler,
     RangeDifference, RawDoppler, Replies, RunLength, TargetReport, TrackNumber, TrackQuality, TrackStatus,
     TrackVelocity, Warnings,
 };
-use asterix::cat129::{
+use utm_asterix::cat129::{
     self, Altitude, DataDestination, FusionReport, GnssAccuracy, HorizontalVelocity, OperationalRisk,
     Position, RiskCategories, VerticalVelocity,
     fusion_report::{Deviation, Flags, Source, UavProbability},
 };
-use asterix::{Chain, DataSource, Explicit, Repeated, TimeOfDay};
-use common::{block, encode, read};
-use proptest::collection::vec;
-use proptest::option::of;
-use proptest::prelude::*;
+use utm_asterix::{Chain, DataSource, Explicit, Repeated, TimeOfDay};
 
 fn data_source() -> impl Strategy<Value = DataSource> {
     any::<(u8, u8)>().prop_map(|(sac, sic)| DataSource { sac, sic })

@@ -7,9 +7,9 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use asterix::{Field, Kind, Layout, Quantity, blocks, items, profile};
 use common::hex;
 use common::recordings::{datagrams, shared_data};
+use utm_asterix::{Field, Kind, Layout, Quantity, blocks, items, profile};
 
 /// The counts of these fields, spare ones left out.
 fn field_counts(fields: &[Field], octets: &[u8]) -> Vec<i64> {

@@ -9,14 +9,14 @@ use std::ffi::OsStr;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-use asterix::cat021::Edition;
-use asterix::cat048::{self, BdsRegister, Capability, PlotCharacteristics};
-use asterix::{
+use common::recordings::{datagrams, shared_data};
+use serde_json::{Value, json};
+use utm_asterix::cat021::Edition;
+use utm_asterix::cat048::{self, BdsRegister, Capability, PlotCharacteristics};
+use utm_asterix::{
     Block, Fault, FaultKind, Record, blocks, cat015, cat021, cat034, cat062, cat063, cat065, cat129,
     encode_block,
 };
-use common::recordings::{datagrams, shared_data};
-use serde_json::{Value, json};
 
 /// A code as the independent decode gives it.
 fn bit(flag: bool) -> u8 {

@@ -56,3 +56,8 @@ pub use point::{Emission, Point, Source};
 pub use report::{Fix, Identity, Left, Plot, RadarTrackKey, Report, SensorIndex};
 pub use settings::{Profile, Settings};
 pub use time::Time;
+
+/// The example of the crate's README, which is compiled and run with the others.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

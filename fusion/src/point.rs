@@ -11,7 +11,7 @@ use crate::slots::Slot;
 use crate::time::Time;
 
 /// Everything published for one slot.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Emission {
     /// The slot.
     pub slot: Slot,
@@ -30,7 +30,7 @@ pub struct Emission {
 }
 
 /// Where aircraft are predicted to be in the slot that opens with a deadline, by everything that was received before.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NowPicture {
     /// The slot.
     pub slot: Slot,

@@ -88,6 +88,7 @@ impl Fix {
 /// assert_eq!(Identity::of_address(0x4B_1A_2C).name(), b"4B1A2C");
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(try_from = "Written")]
 pub struct Identity {
     // The space, the name, then the country from `COUNTRY` on: each filled with NULs behind, which keeps the order of the
     // octets. Three words altogether, so that a comparison takes no more than three: identities are looked for in every slot.
@@ -183,6 +184,29 @@ impl Identity {
     fn words(&self) -> [u64; 3] {
         let (words, _) = self.octets.as_chunks::<8>();
         [words[0], words[1], words[2]].map(u64::from_be_bytes)
+    }
+}
+
+/// An identity as it is read; who wrote it may have written anything.
+#[derive(Deserialize)]
+struct Written {
+    octets: [u8; 24],
+}
+
+impl TryFrom<Written> for Identity {
+    type Error = &'static str;
+
+    fn try_from(Written { octets }: Written) -> Result<Self, Self::Error> {
+        let read = Self { octets };
+        let same = || {
+            let space = *Space::ALL.get(usize::from(octets[0]))?;
+            let mut made = Self::of_name(space, read.name())?;
+            made.octets[COUNTRY].copy_from_slice(&octets[COUNTRY]);
+            let country = trimmed(read.country()) == read.country()
+                && (space == Space::Serial || read.country().is_empty());
+            (country && made == read).then_some(made)
+        };
+        same().ok_or("the octets are no identity")
     }
 }
 
@@ -361,7 +385,7 @@ pub struct Bearing {
 }
 
 /// A plot, a fix or a bearing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Report {
     /// From a radar.
     Plot(Plot),
@@ -415,6 +439,26 @@ mod tests {
         assert!(all.iter().zip(Space::ALL).all(|(identity, space)| identity.space() == space));
         assert_eq!(all.map(|identity| identity.serial().is_some()), [true, false, false, false, false]);
         assert_eq!(Identity::of_name(Space::Session, &[b'A'; 21]), None);
+    }
+
+    #[test]
+    fn only_what_is_an_identity_is_read_as_one() {
+        let of =
+            |octets: [u8; 24]| serde_json::from_value::<Identity>(serde_json::json!({ "octets": octets }));
+        let names = Space::ALL.map(|space| Identity::of_name(space, b"A12").unwrap());
+        let abroad = Identity::new(b"A12", Some(b"NO")).unwrap();
+        for identity in names.into_iter().chain([abroad, Identity::of_address(0x4B_1A_2C)]) {
+            assert_eq!(of(identity.octets).unwrap(), identity);
+        }
+        // An unknown space; no name; a blank in front; a country of a session; something behind everything.
+        for (place, octet) in [(0, 5), (1, 0), (1, b' '), (21, b' '), (23, 1)] {
+            let mut octets = Identity::new(b"A", None).unwrap().octets;
+            octets[place] = octet;
+            assert!(of(octets).is_err(), "{octets:?}");
+        }
+        let mut octets = names[4].octets;
+        octets[21] = b'N';
+        assert!(of(octets).is_err());
     }
 
     #[test]

@@ -1,6 +1,9 @@
 //! The commands `decode` and `encode`: hand-made records, its options, and the recordings of the project.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+// What the tests of the codec call it, some of which are used here.
+extern crate asterix as utm_asterix;
+
 mod all;
 mod corpus;
 mod editions;

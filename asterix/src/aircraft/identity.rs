@@ -1,6 +1,6 @@
 //! Who an aircraft says it is.
 
-use std::fmt;
+use core::fmt;
 
 use crate::bits;
 use crate::item::items;
@@ -52,7 +52,7 @@ impl AircraftIdentification {
 
     /// The eight characters in ASCII, trailing spaces included; `?` for a code that stands for no character.
     pub fn characters(self) -> [u8; 8] {
-        std::array::from_fn(|index| match bits::get(&self.0, 6 * index, 6) as u8 {
+        core::array::from_fn(|index| match bits::get(&self.0, 6 * index, 6) as u8 {
             letter @ 1..=26 => letter - 1 + b'A',
             other @ (32 | 48..=57) => other,
             _ => b'?',
@@ -64,7 +64,7 @@ impl fmt::Display for AircraftIdentification {
     /// Without trailing spaces.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let characters = self.characters();
-        f.write_str(std::str::from_utf8(&characters).unwrap_or_default().trim_end())
+        f.write_str(core::str::from_utf8(&characters).unwrap_or_default().trim_end())
     }
 }
 

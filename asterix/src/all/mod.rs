@@ -12,7 +12,7 @@
 //! there are more than 32 of them or they are an aircraft address. Codes stay the numbers of their tables.
 //!
 //! ```
-//! use asterix::{DataSource, all, blocks};
+//! use utm_asterix::{DataSource, all, blocks};
 //!
 //! let datagram = [10, 0, 10, 0xd0, 25, 7, 1, 0x54, 0x60, 0x40];
 //! let surface = all::category(10).expect("CAT010 is defined").newest();
@@ -24,7 +24,7 @@
 //!         assert_eq!(numbers, ["010", "000", "140"]);
 //!     }
 //! }
-//! # Ok::<(), asterix::Fault>(())
+//! # Ok::<(), utm_asterix::Fault>(())
 //! ```
 //!
 //! The tables are text, which is read when an edition is first asked for: a fifth of a millisecond and 100 kB at most, kept as

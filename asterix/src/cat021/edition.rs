@@ -1,7 +1,8 @@
 //! Which edition a sender follows.
 
-use std::fmt;
-use std::str::FromStr;
+use alloc::string::String;
+use core::fmt;
+use core::str::FromStr;
 
 use super::{
     QualityIndicators, Record, Standard, Surface, SurfaceCharacteristics21, TargetReport, TargetStatus, UAP,
@@ -109,6 +110,6 @@ impl FromStr for Edition {
 
     fn from_str(text: &str) -> Result<Self, UnknownEdition> {
         let named = Self::ALL.into_iter().find(|edition| edition.name() == text);
-        named.ok_or_else(|| UnknownEdition(text.to_owned()))
+        named.ok_or_else(|| UnknownEdition(text.into()))
     }
 }

@@ -1,6 +1,6 @@
 //! Who and what the target is, and who reports: I021/008, 015, 016, 020, 070, 132, 161, 200, 210, 400.
 
-use std::fmt;
+use core::fmt;
 
 use crate::item::items;
 

@@ -1,6 +1,6 @@
 //! What the transponder says it is: I048/070. Address and identification are in [`aircraft`](crate::aircraft).
 
-use std::fmt;
+use core::fmt;
 
 use crate::item::items;
 

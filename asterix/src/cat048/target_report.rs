@@ -71,42 +71,42 @@ items! {
         extension {
             count 1 "adsb_ep";
             /// ADSB: on-site ADS-B information is available.
-            populated_flag 1 "adsb" on_site_adsb;
+            populated_flag 1 "adsb" on_site_adsb / with_on_site_adsb;
             count 1 "scn_ep";
             /// SCN: surveillance cluster network information is available.
-            populated_flag 1 "scn" surveillance_cluster;
+            populated_flag 1 "scn" surveillance_cluster / with_surveillance_cluster;
             count 1 "pai_ep";
             /// PAI: passive acquisition interface information is available.
-            populated_flag 1 "pai" passive_acquisition;
+            populated_flag 1 "pai" passive_acquisition / with_passive_acquisition;
             spare 1 "spare_3";
         }
         extension {
             count 1 "acasxv_ep";
             /// ACASXV: 0 not an extended version, 1 ACAS Xa version 1, 2 ACAS Xu version 1.
-            populated 4 "acasxv" acas_version: u8;
+            populated 4 "acasxv" acas_version / with_acas_version: u8;
             count 1 "poxpr_ep";
             /// POXPR: the transponder supports phase overlay.
-            populated_flag 1 "poxpr" phase_overlay_supported;
+            populated_flag 1 "poxpr" phase_overlay_supported / with_phase_overlay_supported;
         }
         extension {
             count 1 "poact_ep";
             /// POACT: phase overlay is active in this plot.
-            populated_flag 1 "poact" phase_overlay_active;
+            populated_flag 1 "poact" phase_overlay_active / with_phase_overlay_active;
             count 1 "dtfxpr_ep";
             /// DTFXPR: the transponder supports basic dataflash.
-            populated_flag 1 "dtfxpr" dataflash_supported;
+            populated_flag 1 "dtfxpr" dataflash_supported / with_dataflash_supported;
             count 1 "dtfact_ep";
             /// DTFACT: basic dataflash is active in this plot.
-            populated_flag 1 "dtfact" dataflash_active;
+            populated_flag 1 "dtfact" dataflash_active / with_dataflash_active;
             spare 1 "spare_5";
         }
         extension {
             count 1 "irmxpr_ep";
             /// IRMXPR: the transponder is capable of interrogation and reply monitoring.
-            populated_flag 1 "irmxpr" reply_monitoring_supported;
+            populated_flag 1 "irmxpr" reply_monitoring_supported / with_reply_monitoring_supported;
             count 1 "irmact_ep";
             /// IRMACT: interrogation and reply monitoring is active.
-            populated_flag 1 "irmact" reply_monitoring_active;
+            populated_flag 1 "irmact" reply_monitoring_active / with_reply_monitoring_active;
             spare 3 "spare_6";
         }
     }
@@ -166,5 +166,29 @@ mod tests {
         assert_eq!(report.dataflash_active(), Some(false));
         assert_eq!(report.reply_monitoring_supported(), Some(false));
         assert_eq!(report.reply_monitoring_active(), Some(false));
+    }
+
+    #[test]
+    fn a_setter_populates_and_empties() {
+        let report = TargetReport::new(DetectionType::Primary);
+        assert_eq!(report.with_on_site_adsb(None), report);
+        assert_eq!(report.with_acas_version(None), Some(report));
+        assert_eq!(report.with_acas_version(Some(16)), None);
+        let report = report.with_acas_version(Some(2)).unwrap().with_phase_overlay_supported(Some(true));
+        assert_eq!(report.chain().octets(), [0x21, 0x01, 0x01, 0x96]);
+        let report = report.with_on_site_adsb(Some(false)).with_phase_overlay_supported(None);
+        assert_eq!(report.chain().octets(), [0x21, 0x01, 0x81, 0x90]);
+        let report = report.with_acas_version(None).unwrap().with_on_site_adsb(None);
+        assert_eq!(report.chain().octets(), [0x21, 0x01, 0x01, 0x00]);
+
+        let report = TargetReport::new(DetectionType::NoDetection)
+            .with_surveillance_cluster(Some(true))
+            .with_passive_acquisition(Some(false))
+            .with_phase_overlay_active(Some(true))
+            .with_dataflash_supported(Some(false))
+            .with_dataflash_active(Some(true))
+            .with_reply_monitoring_supported(Some(true))
+            .with_reply_monitoring_active(Some(false));
+        assert_eq!(report.chain().octets(), [0x01, 0x01, 0x39, 0x01, 0xed, 0xe0]);
     }
 }

@@ -45,7 +45,7 @@ items! {
 impl Covariance {
     /// The nearest item for a covariance in square metres: the root of its size, with its sign. `None` beyond the range.
     pub fn from_square_metres(covariance_m2: f64) -> Option<Self> {
-        Self::default().with_metres(covariance_m2.abs().sqrt().copysign(covariance_m2))
+        Self::default().with_metres(libm::sqrt(covariance_m2.abs()).copysign(covariance_m2))
     }
 
     /// The covariance in square metres.

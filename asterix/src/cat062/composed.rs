@@ -1,8 +1,7 @@
 //! Which tracks of which units this one is: I062/510.
 
-use std::io::{Read, Seek};
-
 use deku::DekuError;
+use deku::no_std_io::{Read, Seek};
 use deku::reader::Reader;
 use smallvec::SmallVec;
 

@@ -1,6 +1,6 @@
 //! Which track it is and where: I062/015, 040, 060, 100, 105, 120, 135, 245, 270, 300.
 
-use std::fmt;
+use core::fmt;
 
 use crate::aircraft::AircraftIdentification;
 use crate::bits;

@@ -1,7 +1,7 @@
 //! Compares machine-readable definitions in the form of the asterix-specs project with layouts.
 
-use asterix::{Contents, Field, Kind, Layout, Subfield, UapItem};
 use serde_json::Value;
+use utm_asterix::{Contents, Field, Kind, Layout, Subfield, UapItem};
 
 /// What differs, each with the place.
 pub type Complaints = Vec<String>;

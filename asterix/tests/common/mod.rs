@@ -4,7 +4,7 @@
 pub mod recordings;
 pub mod strategies;
 
-use asterix::{Block, Fault, Record, blocks, cat034, cat048, encode_block};
+use utm_asterix::{Block, Fault, Record, blocks, cat034, cat048, encode_block};
 
 /// The octets of a hexadecimal text; spaces and line ends are for the reader.
 pub fn hex(text: &str) -> Vec<u8> {

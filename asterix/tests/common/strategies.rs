@@ -1,9 +1,9 @@
 //! Octets of items and records that are arbitrary where their layout leaves them free.
 
-use asterix::{Chain, Contents, Field, Fspec, Kind, Layout, Subfield, UapItem, octets_of};
 use proptest::collection::vec;
 use proptest::option::of;
 use proptest::prelude::*;
+use utm_asterix::{Chain, Contents, Field, Fspec, Kind, Layout, Subfield, UapItem, octets_of};
 
 /// Octets of these fields; only what is constant is fixed.
 fn field_octets(fields: &'static [Field]) -> impl Strategy<Value = Vec<u8>> {
