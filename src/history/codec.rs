@@ -45,31 +45,89 @@ impl SavedTrack {
     }
 }
 
+/// A track without its id, in whole units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Units {
+    /// Its place in [`SOURCES`].
+    source: u8,
+    pub(super) number: u32,
+    /// 1e-7 degrees.
+    pub(super) latitude: i32,
+    /// 1e-7 degrees.
+    pub(super) longitude: i32,
+    /// Centimetres above mean sea level.
+    pub(super) height: Option<i32>,
+}
+
+impl Units {
+    /// Source, and whether there is a height, as one number.
+    pub(super) const fn kind(self) -> u8 {
+        self.source << 1 | self.height.is_some() as u8
+    }
+
+    /// The inverse of that and the rest; `height` is asked for where there is one. `None`: numbers of something else.
+    pub(super) fn of(
+        kind: u8,
+        number: u32,
+        latitude: i64,
+        longitude: i64,
+        height: impl FnOnce() -> Option<i64>,
+    ) -> Option<Self> {
+        let height = if kind & 1 == 1 { Some(i32::try_from(height()?).ok()?) } else { None };
+        let (latitude, longitude) = (i32::try_from(latitude).ok()?, i32::try_from(longitude).ok()?);
+        Some(Self { source: kind >> 1, number, latitude, longitude, height })
+    }
+}
+
+/// What is kept of a track besides its id.
+pub(super) fn units(track: &SavedTrack) -> Units {
+    let degrees = |degrees: f64| (degrees * 1e7).round() as i32;
+    Units {
+        source: SOURCES.iter().position(|&source| source == track.source).unwrap_or(0) as u8,
+        number: track.number,
+        latitude: degrees(track.latitude_deg),
+        longitude: degrees(track.longitude_deg),
+        // The least number stands for none.
+        height: track.altitude_amsl_m.map(|metres| ((metres * 100.0).round() as i32).max(NO_HEIGHT + 1)),
+    }
+}
+
+/// The inverse; `None` for a source that there is not.
+pub(super) fn track(id: &str, units: Units) -> Option<SavedTrack> {
+    Some(SavedTrack {
+        id: id.to_owned(),
+        source: SOURCES.get(usize::from(units.source)).copied()?,
+        number: units.number,
+        latitude_deg: f64::from(units.latitude) * 1e-7,
+        longitude_deg: f64::from(units.longitude) * 1e-7,
+        altitude_amsl_m: units.height.map(|height| f64::from(height) * 0.01),
+    })
+}
+
 /// Source, number, latitude, longitude, height.
-pub(super) fn place(track: &SavedTrack) -> [u8; PLACE] {
+fn place(track: &SavedTrack) -> [u8; PLACE] {
+    let units = units(track);
     let mut octets = [0; PLACE];
-    octets[0] = SOURCES.iter().position(|&source| source == track.source).unwrap_or(0) as u8;
-    octets[1..5].copy_from_slice(&track.number.to_le_bytes());
-    let degrees = |degrees: f64| ((degrees * 1e7).round() as i32).to_le_bytes();
-    octets[5..9].copy_from_slice(&degrees(track.latitude_deg));
-    octets[9..13].copy_from_slice(&degrees(track.longitude_deg));
-    let height = track.altitude_amsl_m.map_or(NO_HEIGHT, |metres| (metres * 100.0).round() as i32);
-    octets[13..].copy_from_slice(&height.to_le_bytes());
+    octets[0] = units.source;
+    octets[1..5].copy_from_slice(&units.number.to_le_bytes());
+    octets[5..9].copy_from_slice(&units.latitude.to_le_bytes());
+    octets[9..13].copy_from_slice(&units.longitude.to_le_bytes());
+    octets[13..].copy_from_slice(&units.height.unwrap_or(NO_HEIGHT).to_le_bytes());
     octets
 }
 
 /// The inverse; `None` for octets of something else.
-pub(super) fn track(id: &str, place: &[u8]) -> Option<SavedTrack> {
+fn placed(id: &str, place: &[u8]) -> Option<SavedTrack> {
     let word = |at: usize| Some(i32::from_le_bytes(place.get(at..at + 4)?.try_into().ok()?));
     let height = word(13)?;
-    Some(SavedTrack {
-        id: id.to_owned(),
-        source: SOURCES.get(usize::from(*place.first()?)).copied()?,
+    let units = Units {
+        source: *place.first()?,
         number: word(1)? as u32,
-        latitude_deg: f64::from(word(5)?) * 1e-7,
-        longitude_deg: f64::from(word(9)?) * 1e-7,
-        altitude_amsl_m: (height != NO_HEIGHT).then(|| f64::from(height) * 0.01),
-    })
+        latitude: word(5)?,
+        longitude: word(9)?,
+        height: (height != NO_HEIGHT).then_some(height),
+    };
+    track(id, units)
 }
 
 /// Of each track: the length of its id, the id, the place.
@@ -90,7 +148,7 @@ pub(super) fn tracks(mut octets: &[u8]) -> Option<Vec<SavedTrack>> {
     while let Some((&length, rest)) = octets.split_first() {
         let (id, rest) = rest.split_at_checked(usize::from(length))?;
         let (place, rest) = rest.split_at_checked(PLACE)?;
-        tracks.push(track(str::from_utf8(id).ok()?, place)?);
+        tracks.push(placed(str::from_utf8(id).ok()?, place)?);
         octets = rest;
     }
     Some(tracks)

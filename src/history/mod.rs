@@ -1,9 +1,14 @@
 //! History: a picture per second, in an embedded database that is bounded by age and by size.
 //!
+//! A picture is kept as it is until its minute is over; then the minute is kept track by track ([`minute`]), in a tenth
+//! of the room.
+//!
 //! One writer, on a thread of its own behind a bounded queue ([`Historian`]); readers at any time ([`Store`]).
 
 mod codec;
+mod folds;
 mod historian;
+mod minute;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -17,26 +22,30 @@ pub use historian::Historian;
 
 use crate::config::Persistence;
 use crate::current::Current;
-use fusion::time::Time;
+use fusion::time::{SECOND, Time};
 
-/// Pictures by time, nanoseconds since the epoch.
+/// Pictures of minutes that are not over, by time, nanoseconds since the epoch. Up to version 0.6 all pictures were here.
 const PICTURES: TableDefinition<'_, i64, &[u8]> = TableDefinition::new("pictures");
-/// Places by track id and time.
-const TRAILS: TableDefinition<'_, (&str, i64), &[u8]> = TableDefinition::new("trails");
+/// Minutes that are over: since the epoch, and a track's id. Under no id the times of the pictures, nanoseconds.
+const MINUTES: TableDefinition<'_, (i64, &str), &[u8]> = TableDefinition::new("minutes");
 /// Octets of both, under 0.
 const SIZES: TableDefinition<'_, u8, u64> = TableDefinition::new("sizes");
+/// Places by track id and time, up to version 0.6.
+const TRAILS: TableDefinition<'_, (&str, i64), &[u8]> = TableDefinition::new("trails");
 
-/// Cost of a place in a trail besides its octets: its key's time, and the database's own bookkeeping.
+/// What an entry takes in the file besides key and value, about.
 const OVERHEAD: u64 = 24;
 /// Cache of the database, octets: the system caches the file as well. By default it takes up to a gigabyte.
 const CACHE: usize = 4 << 20;
-/// Pictures removed in one transaction.
+/// Minutes that are folded in one transaction, and entries of either kind that are removed.
+const FOLDED: usize = 4;
 const BATCH: usize = 256;
+const MINUTE: i64 = 60 * SECOND;
 
 /// How much is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Pictures older than this are removed.
+    /// Pictures older than this are removed, a minute at a time.
     pub age: SignedDuration,
     /// The oldest are removed while there is more than this, octets.
     pub octets: u64,
@@ -122,11 +131,15 @@ impl Store {
             path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
             let database = Database::builder().set_cache_size(CACHE).create(path)?;
             // A full disk would not take the tables once more.
-            if database.begin_read()?.open_table(SIZES).is_err() {
+            if database.begin_read()?.open_table(MINUTES).is_err() {
                 let writing = database.begin_write()?;
-                writing.open_table(PICTURES)?;
-                writing.open_table(TRAILS)?;
-                writing.open_table(SIZES)?;
+                writing.delete_table(TRAILS)?;
+                let mut octets = 0;
+                for picture in writing.open_table(PICTURES)?.iter()? {
+                    octets += cost("", picture?.1.value());
+                }
+                writing.open_table(MINUTES)?;
+                writing.open_table(SIZES)?.insert(0, octets)?;
                 writing.commit()?;
             }
             Ok(database)
@@ -172,36 +185,30 @@ impl Store {
         let database = self.0.database.read().unwrap_or_else(PoisonError::into_inner);
         let writing = database.as_ref().ok_or(redb::Error::DatabaseClosed)?.begin_write()?;
         {
-            let mut by_time = writing.open_table(PICTURES)?;
-            let mut trails = writing.open_table(TRAILS)?;
+            let mut recent = writing.open_table(PICTURES)?;
+            let mut minutes = writing.open_table(MINUTES)?;
             let mut sizes = writing.open_table(SIZES)?;
             let mut octets = sizes.get(0)?.map_or(0, |octets| octets.value());
             for picture in pictures {
-                let time = picture.time.nanos();
                 let whole = codec::picture(&picture.tracks);
-                octets += cost(&picture.tracks, whole.len());
-                by_time.insert(time, whole.as_slice())?;
-                for track in &picture.tracks {
-                    trails.insert((track.id.as_str(), time), codec::place(track).as_slice())?;
+                octets += cost("", &whole);
+                if let Some(before) = recent.insert(picture.time.nanos(), whole.as_slice())? {
+                    octets = octets.saturating_sub(cost("", before.value()));
                 }
             }
-            let newest = by_time.last()?.map_or(i64::MIN, |(time, _)| time.value());
+            let newest = recent.last()?.map_or(i64::MIN, |(time, _)| time.value());
+            for _ in 0..FOLDED {
+                let first = recent.first()?.map(|(time, _)| time.value().div_euclid(MINUTE));
+                let Some(over) = first.filter(|minute| *minute < newest.div_euclid(MINUTE)) else { break };
+                octets = octets.saturating_add_signed(folds::fold(over, &mut recent, &mut minutes)?);
+            }
             let oldest = newest.saturating_sub(limits.age.as_nanos() as i64);
             for _ in 0..BATCH {
-                let Some((time, whole)) =
-                    by_time.first()?.map(|(time, whole)| (time.value(), whole.value().to_vec()))
-                else {
+                let is_too_much = octets > limits.octets;
+                let Some(removed) = folds::forget(oldest, is_too_much, &mut recent, &mut minutes)? else {
                     break;
                 };
-                if time >= oldest && octets <= limits.octets {
-                    break;
-                }
-                let tracks = codec::tracks(&whole).unwrap_or_default();
-                octets = octets.saturating_sub(cost(&tracks, whole.len()));
-                for track in &tracks {
-                    trails.remove((track.id.as_str(), time))?;
-                }
-                by_time.remove(time)?;
+                octets = octets.saturating_sub(removed);
             }
             sizes.insert(0, octets)?;
         }
@@ -215,12 +222,14 @@ impl Store {
     /// The file cannot be read.
     pub fn snapshot(&self, at: Time, within: SignedDuration) -> Result<Option<Snapshot>, redb::Error> {
         self.read(|reading| {
-            let table = reading.open_table(PICTURES)?;
             let from = at.nanos().saturating_sub(within.as_nanos() as i64);
-            let Some(last) = table.range(from..=at.nanos())?.next_back() else { return Ok(None) };
-            let (time, whole) = last?;
-            let tracks = codec::tracks(whole.value()).unwrap_or_default();
-            Ok(Some(Snapshot { time: Time::from_nanos(time.value()), tracks }))
+            let recent = reading.open_table(PICTURES)?;
+            let last = recent.range(from..=at.nanos())?.next_back().transpose()?;
+            let last =
+                last.map(|(time, whole)| (time.value(), codec::tracks(whole.value()).unwrap_or_default()));
+            let folded = folds::picture(&reading.open_table(MINUTES)?, from, at.nanos())?;
+            let latest = [last, folded].into_iter().flatten().max_by_key(|(time, _)| *time);
+            Ok(latest.map(|(time, tracks)| Snapshot { time: Time::from_nanos(time), tracks }))
         })
     }
 
@@ -236,14 +245,16 @@ impl Store {
         limit: usize,
     ) -> Result<Vec<(Time, SavedTrack)>, redb::Error> {
         self.read(|reading| {
-            let table = reading.open_table(TRAILS)?;
-            let mut places = Vec::new();
-            for entry in table.range((id, since.nanos())..=(id, until.nanos()))?.rev().take(limit) {
-                let (key, place) = entry?;
-                let track = codec::track(id, place.value());
-                places.extend(track.map(|track| (Time::from_nanos(key.value().1), track)));
+            let span = since.nanos()..=until.nanos();
+            let mut places = folds::trail(&reading.open_table(MINUTES)?, id, &span, limit)?;
+            for entry in reading.open_table(PICTURES)?.range(span)? {
+                let (time, whole) = entry?;
+                let track = codec::tracks(whole.value()).into_iter().flatten().find(|track| track.id == id);
+                places.extend(track.map(|track| (Time::from_nanos(time.value()), track)));
             }
-            places.reverse();
+            // A clock that was set back writes into minutes that are over.
+            places.sort_by_key(|(time, _)| *time);
+            places.drain(..places.len().saturating_sub(limit));
             Ok(places)
         })
     }
@@ -254,10 +265,12 @@ impl Store {
     /// The file cannot be read.
     pub fn span(&self) -> Result<Option<(Time, Time)>, redb::Error> {
         self.read(|reading| {
-            let table = reading.open_table(PICTURES)?;
-            let first = table.first()?.map(|(time, _)| Time::from_nanos(time.value()));
-            let last = table.last()?.map(|(time, _)| Time::from_nanos(time.value()));
-            Ok(first.zip(last))
+            let recent = reading.open_table(PICTURES)?;
+            let ends = [recent.first()?, recent.last()?].into_iter().flatten();
+            let mut times: Vec<i64> = ends.map(|(time, _)| time.value()).collect();
+            times.extend(folds::ends(&reading.open_table(MINUTES)?)?);
+            let span = times.iter().min().zip(times.iter().max());
+            Ok(span.map(|(first, last)| (Time::from_nanos(*first), Time::from_nanos(*last))))
         })
     }
 
@@ -270,10 +283,9 @@ impl Store {
     }
 }
 
-fn cost(tracks: &[SavedTrack], whole: usize) -> u64 {
-    let places: u64 =
-        tracks.iter().map(|track| (codec::place(track).len() + track.id.len()) as u64 + OVERHEAD).sum();
-    places + whole as u64 + OVERHEAD
+/// What an entry takes in the file, octets, about; `id` is of its key. Where keys come in order pages are half full.
+fn cost(id: &str, value: &[u8]) -> u64 {
+    2 * ((id.len() + value.len()) as u64 + OVERHEAD)
 }
 
 #[cfg(test)]

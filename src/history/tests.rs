@@ -61,8 +61,9 @@ fn what_is_too_old_or_too_much_is_forgotten() {
     for start in (0..200).step_by(5) {
         store.keep(&pictures(start..start + 5)).unwrap();
     }
-    assert_eq!(store.span().unwrap(), Some((at(169), at(199))));
-    assert_eq!(store.trail("R-2", at(0), at(300), 1000).unwrap().len(), 31);
+    // Of a minute that is over nothing goes before all of it is too old.
+    assert_eq!(store.span().unwrap(), Some((at(149), at(199))));
+    assert_eq!(store.trail("R-2", at(0), at(300), 1000).unwrap().len(), 51);
     let before = store.octets().unwrap();
     drop(store);
     let store = Store::open(&path, Limits { octets: before / 2, ..limits }).unwrap();
@@ -81,6 +82,121 @@ fn other_limits_hold_from_then_on() {
     store.clone().limit(Limits { age: SignedDuration::from_secs(10), ..limits });
     store.keep(&pictures(100..101)).unwrap();
     assert_eq!(store.span().unwrap(), Some((at(90), at(100))));
+    store.clone().limit(Limits { octets: 1, ..limits });
+    store.keep(&pictures(101..102)).unwrap();
+    assert_eq!(store.span().unwrap(), Some((at(101), at(101))), "the newest one stays");
+    let _ = std::fs::remove_file(&path);
+}
+
+/// Whatever the times, and whether a clock was set back, each picture is there as it was kept last.
+#[test]
+fn pictures_are_the_same_before_and_after_their_minute_is_over() {
+    let path = scratch("folded");
+    let limits = Limits { age: SignedDuration::from_hours(1), octets: 1 << 30 };
+    let store = Store::open(&path, limits).unwrap();
+    let moment = |second: i64| at(second) + SignedDuration::from_millis(125 + second % 7);
+    // Some come and go, change their source, and have a height at times.
+    let picture = |second: i64, shift: i64| {
+        let of = |index: i64| {
+            let mut track = track(&format!("T-{index}"), second + index + shift);
+            track.source = if (second / 20 + index) % 2 == 0 { "fused" } else { "transponder" };
+            track.number = 10_000 * index as u32;
+            track.altitude_amsl_m = (second % 11 != index).then_some(-3.5 * second as f64);
+            track
+        };
+        let mut tracks: Vec<_> = (1..6).filter(|index| (second / 13) % 5 != *index).map(of).collect();
+        tracks.sort_by_key(|track| (track.source != "fused", track.number));
+        Snapshot { time: moment(second), tracks }
+    };
+    let mut kept = std::collections::BTreeMap::new();
+    let mut keep = |seconds: std::ops::Range<i64>, shift| {
+        for second in seconds {
+            let picture = picture(second, shift);
+            store.keep(std::slice::from_ref(&picture)).unwrap();
+            kept.insert(picture.time, picture);
+        }
+    };
+    keep(10..200, 0);
+    keep(80..95, 9);
+    keep(95..230, 0);
+    for (time, picture) in &kept {
+        let back = store.snapshot(*time, SignedDuration::ZERO).unwrap().unwrap();
+        assert_eq!(back.tracks.len(), picture.tracks.len(), "{time}");
+        for (a, b) in back.tracks.iter().zip(&picture.tracks) {
+            assert_eq!((&a.id, a.source, a.number), (&b.id, b.source, b.number));
+            assert!((a.latitude_deg - b.latitude_deg).abs() < 1e-7, "{time}");
+            assert_eq!(a.altitude_amsl_m.is_some(), b.altitude_amsl_m.is_some());
+        }
+    }
+    let trail = store.trail("T-3", moment(50), moment(215), 1000).unwrap();
+    let expected: Vec<Time> = kept
+        .range(moment(50)..=moment(215))
+        .filter(|(_, picture)| picture.tracks.iter().any(|track| track.id == "T-3"))
+        .map(|(time, _)| *time)
+        .collect();
+    assert_eq!(trail.iter().map(|place| place.0).collect::<Vec<_>>(), expected);
+    let latest = store.trail("T-3", moment(0), moment(215), 100).unwrap();
+    assert_eq!(latest, trail[trail.len() - 100..]);
+    assert_eq!(store.span().unwrap(), Some((moment(10), moment(229))));
+    let _ = std::fs::remove_file(&path);
+}
+
+/// A file of version 0.6 goes on.
+#[test]
+fn pictures_of_an_earlier_version_are_folded_in_turn() {
+    let path = scratch("earlier");
+    let database = Database::create(&path).unwrap();
+    let writing = database.begin_write().unwrap();
+    for picture in pictures(0..900) {
+        let whole = codec::picture(&picture.tracks);
+        writing.open_table(PICTURES).unwrap().insert(picture.time.nanos(), whole.as_slice()).unwrap();
+    }
+    writing.open_table(TRAILS).unwrap().insert(("F-1", 0), [0; 17].as_slice()).unwrap();
+    writing.open_table(SIZES).unwrap().insert(0, 1 << 40).unwrap();
+    writing.commit().unwrap();
+    drop(database);
+    let limits = Limits { age: SignedDuration::from_hours(1), octets: 1 << 30 };
+    let store = Store::open(&path, limits).unwrap();
+    let trail = |store: &Store| store.trail("F-1", at(0), at(1000), 1000).unwrap();
+    assert_eq!(trail(&store).len(), 900);
+    let before = store.octets().unwrap();
+    for second in 900..905 {
+        store.keep(&pictures(second..second + 1)).unwrap();
+    }
+    assert_eq!((trail(&store).len(), store.span().unwrap()), (905, Some((at(0), at(904)))));
+    let after = store.octets().unwrap();
+    assert!(after * 2 < before, "{after} of {before} octets");
+    let _ = std::fs::remove_file(&path);
+}
+
+/// What is said to be kept is what the file takes, and little for what flies evenly.
+#[test]
+fn a_minute_takes_little_and_the_file_no_more_than_that() {
+    let path = scratch("size");
+    let limits = Limits { age: SignedDuration::from_hours(9), octets: 1 << 30 };
+    let store = Store::open(&path, limits).unwrap();
+    let (tracks, seconds) = (300, 7200);
+    for start in (0..seconds).step_by(5) {
+        let picture = |second: i64| {
+            let of = |index: i64| {
+                let turn = (second + 17 * index) as f64 * 0.05;
+                SavedTrack {
+                    latitude_deg: 52.0 + index as f64 * 1e-3 + 1e-3 * turn.sin(),
+                    longitude_deg: -0.5 + 1e-3 * turn.cos(),
+                    altitude_amsl_m: Some(100.0 + 10.0 * turn.sin()),
+                    ..track(&format!("F-{index:05}"), 0)
+                }
+            };
+            Snapshot { time: at(second), tracks: (0..tracks).map(of).collect() }
+        };
+        store.keep(&(start..start + 5).map(picture).collect::<Vec<_>>()).unwrap();
+    }
+    let kept = store.octets().unwrap() as f64;
+    drop(store);
+    let file = std::fs::metadata(&path).unwrap().len() as f64;
+    let each = file / (tracks * seconds) as f64;
+    println!("{kept} octets are kept, the file has {file}: {each:.1} a place");
+    assert!(each < 12.0 && file < 1.3 * kept, "{kept} octets are kept, the file has {file}: {each} a place");
     let _ = std::fs::remove_file(&path);
 }
 
@@ -95,6 +211,17 @@ fn a_file_of_something_else_is_told() {
 }
 
 proptest! {
+    #[test]
+    fn numbers_come_back_from_their_bends(numbers in prop::collection::vec(any::<i64>(), 0..40)) {
+        let bends = minute::bends(numbers.iter().copied());
+        prop_assert_eq!(minute::straightened(&bends).collect::<Vec<_>>(), numbers);
+    }
+
+    #[test]
+    fn octets_of_anything_are_no_minute_or_one(octets in prop::collection::vec(any::<u8>(), 0..200)) {
+        let _ = minute::rows("X", &octets);
+    }
+
     #[test]
     fn pictures_survive_their_octets(
         tracks in prop::collection::vec(("[A-Za-z0-9.-]{1,40}", 0_usize..3, any::<u32>(), -90.0..90.0, -180.0..180.0,
