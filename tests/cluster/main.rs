@@ -13,6 +13,7 @@ mod cells;
 mod clocks;
 mod contract;
 mod outages;
+mod overload;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "of the program, other tests of this target make use")]
 mod program;

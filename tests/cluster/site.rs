@@ -85,6 +85,8 @@ pub struct Setup {
     pub through: Vec<(&'static str, String)>,
     /// Gateways whose clocks can be shifted, by this library of libfaketime.
     pub shifted: Option<(&'static str, PathBuf)>,
+    /// Whether so many fly that a node has something to do.
+    pub is_crowded: bool,
 }
 
 impl Default for Setup {
@@ -96,6 +98,7 @@ impl Default for Setup {
             is_divided: false,
             through: Vec::new(),
             shifted: None,
+            is_crowded: false,
         }
     }
 }
@@ -139,8 +142,17 @@ impl Site {
         let start = Time::from_nanos((now().nanos() / SECOND + 2) * SECOND);
         // Where cells meet they fly over the radar.
         let corner = "east_m = 0\nnorth_m = 0\nradius_m = 400";
-        let scenario = if setup.is_divided { &SCENARIO.replace("radius_m = 400", corner) } else { SCENARIO };
-        let simulation = simulate(&Scenario::parse(scenario, "trial.toml").unwrap(), 1, Some(start)).unwrap();
+        let mut scenario = SCENARIO.to_owned();
+        if setup.is_divided {
+            scenario = scenario.replace("radius_m = 400", corner);
+        }
+        if setup.is_crowded {
+            scenario = scenario.replace("radius_m = 400", "radius_m = 4500");
+            scenario = scenario.replace("multirotors = 4\nequipped = 3", "multirotors = 120\nequipped = 60");
+            scenario = scenario.replace("count = 2", "count = 150");
+        }
+        let simulation =
+            simulate(&Scenario::parse(&scenario, "trial.toml").unwrap(), 1, Some(start)).unwrap();
         let cluster = Cluster {
             servers: servers.urls(),
             credentials: None,
@@ -298,6 +310,20 @@ impl Site {
         let running = self.process(name);
         let sent = Command::new("kill").args([signal, &running.child.id().to_string()]).status().unwrap();
         assert!(sent.success(), "kill {signal} {name}");
+    }
+
+    /// How much of a core a process takes while that goes on, of so long a time.
+    pub async fn share(&self, name: &str, lasts: Duration, meanwhile: impl AsyncFnOnce(Duration)) -> f64 {
+        let id = self.process(name).child.id();
+        // Ticks of 10 ms in user and system mode, behind the name in parentheses (proc_pid_stat(5)).
+        let ticks = || -> u64 {
+            let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap();
+            let fields = stat.rsplit_once(')').unwrap().1.split_whitespace().skip(11).take(2);
+            fields.map(|field| field.parse::<u64>().unwrap()).sum()
+        };
+        let (before, began) = (ticks(), Instant::now());
+        meanwhile(lasts).await;
+        (ticks() - before) as f64 * 0.01 / began.elapsed().as_secs_f64()
     }
 
     fn process(&self, name: &str) -> &Running {

@@ -61,6 +61,8 @@ pub struct Summary {
     pub slots: usize,
     /// The numbers of the leases, in order.
     pub epochs: Vec<u64>,
+    /// What was left out, step by step.
+    pub steps: Vec<u8>,
     /// The longest time in which nothing came, and the latest slot after it was due, seconds.
     pub silence_s: f64,
     pub latest_s: f64,
@@ -177,6 +179,8 @@ impl Watcher {
         assert!(seen.inputs.iter().any(|input| is_heard(&input.message)), "no sensor was heard");
         let mut epochs: Vec<u64> = outputs.iter().map(|output| output.message.epoch).collect();
         epochs.dedup();
+        let mut steps: Vec<u8> = outputs.iter().map(|output| output.message.step.0).collect();
+        steps.dedup();
         // The last one of before counts, too: silence begins with it.
         let live: Vec<_> = outputs.iter().filter(|output| output.sequence >= self.before).collect();
         let silence = live.windows(2).map(|pair| pair[1].at - pair[0].at).max().unwrap_or(Duration::ZERO);
@@ -202,6 +206,7 @@ impl Watcher {
         Summary {
             slots: outputs.len(),
             epochs,
+            steps,
             silence_s: silence.as_secs_f64(),
             latest_s: latest.as_secs_f64(),
             numbers,
