@@ -219,7 +219,7 @@ fn parts_of(parts: &[&[Field]], octets: &[u8]) -> Result<usize, FaultKind> {
         let bits = bits_of(part);
         length += bits.div_ceil(8);
         let last = octets.get(length - 1).ok_or(FaultKind::ItemPastEnd)?;
-        if bits.is_multiple_of(8) || last & 1 == 0 {
+        if bits % 8 == 0 || last & 1 == 0 {
             return Ok(length);
         }
     }

@@ -33,7 +33,7 @@ enum Kind<'a> {
 pub(super) fn emptied<'a>(mut nodes: Vec<Node<'_>>) -> Vec<Node<'a>> {
     nodes.clear();
     // The standard library collects into the vector that it takes from.
-    nodes.into_iter().filter_map(|_| None).collect()
+    nodes.into_iter().map_while(|_| None).collect()
 }
 
 /// A value in the list.

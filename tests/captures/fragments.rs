@@ -44,7 +44,7 @@ fn capture(packets: &[(u32, Vec<u8>)]) -> Vec<u8> {
 /// What is read of it, and how many fragments were left.
 fn of(packets: &[(u32, Vec<u8>)]) -> (Vec<Datagram>, u64) {
     let octets = capture(packets);
-    let mut capture = open(&octets).unwrap();
+    let mut capture = open(&octets).expect("a capture");
     let (datagrams, error) = read(&octets, &mut capture);
     assert!(error.is_none());
     assert_eq!(capture.skipped().total(), capture.skipped().count(SkipReason::Fragment));

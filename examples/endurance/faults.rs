@@ -1,0 +1,304 @@
+//! Flights in which things fail, and what must hold all the same.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::error::Error;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+use fusion::Identity;
+use fusion::time::Time;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use utm_fusion::config::{Config, Profile};
+use utm_fusion::simulate::{Scenario, simulate};
+
+use crate::book::Broken;
+use crate::plan::{Fault, Kind, WELL_S, draw, seconds};
+use crate::service::Service;
+
+/// Two drones with transponders, one without, birds, and a network that is never perfect.
+const SCENARIO: &str = "name = \"faults\"\nduration_s = 130\n[drones]\nmultirotors = 3\nequipped = 2\n[birds]\ncount = 3\n\
+                        [network]\nlost = 0.01\nreordered = 0.05\nduplicated = 0.02\n";
+/// Flights that schedules share.
+const FLIGHTS: u64 = 16;
+/// From the end of the last fault on until the picture must be that of an undisturbed service, seconds: the window, the latency,
+/// and what the clock was ahead.
+const RECOVERS_S: f64 = 25.0 + 6.25 + 15.0;
+/// That is looked at up to the end of the flight but this, seconds.
+const END_S: f64 = 122.0;
+/// The program is told the time so often at least, seconds.
+const TICK_S: f64 = 1.0;
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// How many.
+    #[arg(long, default_value_t = 1000)]
+    schedules: u64,
+    /// The first seed.
+    #[arg(long, default_value_t = 1)]
+    from: u64,
+    /// How many at a time.
+    #[arg(long, default_value_t = 2)]
+    threads: usize,
+}
+
+/// What arrives at a socket.
+struct Arrival {
+    at_s: f64,
+    line: usize,
+    payload: Vec<u8>,
+}
+
+/// A flight, and who is shown when nothing fails.
+struct Flight {
+    config: Arc<Config>,
+    start: Time,
+    arrivals: Vec<Arrival>,
+    undisturbed: BTreeMap<Time, BTreeSet<Identity>>,
+}
+
+/// What came of schedules.
+#[derive(Debug, Default)]
+struct Sums {
+    faults: u64,
+    starts: u64,
+    warm: u64,
+    slots: u64,
+    replayed: u64,
+    compared: u64,
+}
+
+impl Flight {
+    fn new(
+        seed: u64,
+        profile: Profile,
+        directory: &std::path::Path,
+    ) -> Result<Self, Box<dyn Error + Send + Sync>> {
+        let scenario = Scenario::parse(SCENARIO, "faults.toml").map_err(|error| error.to_string())?;
+        let simulation = simulate(&scenario, seed, None)?;
+        let mut config = simulation.config;
+        config.fusion.profile = profile;
+        config.state.checkpoint_s = 5.0;
+        let start = scenario.start;
+        let radar = config.sensors[0].inputs[0].port;
+        let arrivals = simulation.datagrams.into_iter().map(|datagram| Arrival {
+            at_s: (datagram.received - start).as_secs_f64(),
+            line: usize::from(datagram.flow.port != radar),
+            payload: datagram.payload,
+        });
+        let mut flight = Self {
+            config: Arc::new(config),
+            start,
+            arrivals: arrivals.collect(),
+            undisturbed: BTreeMap::new(),
+        };
+        let random = &mut ChaCha8Rng::seed_from_u64(0);
+        let service = flight.fly(&[], random, directory).map_err(|Broken(what)| what)?;
+        flight.undisturbed = service.book.shown;
+        Ok(flight)
+    }
+
+    /// Flies it with these faults.
+    fn fly(
+        &self,
+        faults: &[Fault],
+        random: &mut ChaCha8Rng,
+        directory: &std::path::Path,
+    ) -> Result<Service, Broken> {
+        let mut service = Service::new(self.config.clone(), directory);
+        let arrivals = disturbed(&self.arrivals, faults, random);
+        // What begins or ends, in order.
+        let edges =
+            faults.iter().flat_map(|fault| [(fault.from_s, fault, true), (fault.until_s, fault, false)]);
+        let mut edges: Vec<_> = edges.collect();
+        edges.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut edges = edges.into_iter().peekable();
+        let mut arrivals = arrivals.into_iter().peekable();
+        let mut now_s = 0.0;
+        let mut ahead_s = 0.0;
+        let wall = |at_s: f64, ahead_s: f64| self.start + seconds(at_s + ahead_s);
+        service.start(wall(0.0, 0.0));
+        let mut told_s = 0.0;
+        loop {
+            let edge_s = edges.peek().map_or(f64::MAX, |edge| edge.0);
+            let arrival_s = arrivals.peek().map_or(f64::MAX, |arrival| arrival.at_s);
+            let due_s = service.next_made().map_or(f64::MAX, |made| {
+                (made - wall(0.0, ahead_s)).as_secs_f64() + random.random_range(0.0..0.004)
+            });
+            let tick_s = awake(faults, due_s.min(told_s + TICK_S).max(now_s));
+            if edge_s == f64::MAX && arrival_s == f64::MAX {
+                break;
+            }
+            if edge_s <= arrival_s && edge_s <= tick_s {
+                let Some((at_s, fault, begins)) = edges.next() else { break };
+                now_s = at_s;
+                match fault.kind {
+                    Kind::Clock(by_s) => {
+                        let by_s = if begins { by_s } else { -by_s };
+                        ahead_s += by_s;
+                        if by_s < 0.0 {
+                            service.book.set_back();
+                        }
+                    }
+                    Kind::Disk => service.disk(!begins),
+                    Kind::Stop if begins => service.stop(wall(now_s, ahead_s))?,
+                    Kind::Kill { damaged } if begins => service.kill(damaged.then_some(&mut *random))?,
+                    Kind::Stop | Kind::Kill { .. } => {
+                        // Another fault may keep it down.
+                        let is_down = faults.iter().any(|fault| fault.is_down() && fault.holds(now_s));
+                        if !is_down && !service.runs() {
+                            service.start(wall(now_s, ahead_s));
+                        }
+                    }
+                    _ => {}
+                }
+            } else if arrival_s <= tick_s {
+                let Some(arrival) = arrivals.next() else { break };
+                now_s = now_s.max(arrival.at_s);
+                service.receive(arrival.line, wall(arrival.at_s, ahead_s), &arrival.payload)?;
+            } else {
+                now_s = tick_s;
+                told_s = now_s;
+                service.tick(wall(now_s, ahead_s))?;
+            }
+        }
+        service.stop(wall(now_s, ahead_s))?;
+        Ok(service)
+    }
+}
+
+/// When the program runs again that is to do something at that time.
+fn awake(faults: &[Fault], at_s: f64) -> f64 {
+    let pauses = || faults.iter().filter(|fault| fault.kind == Kind::Pause);
+    let mut at_s = at_s;
+    // One pause may follow another.
+    while let Some(pause) = pauses().find(|pause| pause.holds(at_s)) {
+        at_s = pause.until_s;
+    }
+    at_s
+}
+
+/// What arrives of these.
+fn disturbed(arrivals: &[Arrival], faults: &[Fault], random: &mut ChaCha8Rng) -> Vec<Arrival> {
+    let mut arrived = Vec::new();
+    for arrival in arrivals {
+        let Arrival { mut at_s, line, ref payload } = *arrival;
+        let mut payload = payload.clone();
+        let (mut is_lost, mut copies) = (false, 1);
+        for fault in faults.iter().filter(|fault| fault.holds(arrival.at_s)) {
+            match fault.kind {
+                Kind::Lost(share) => is_lost |= random.random_bool(share),
+                Kind::Late(by_s) => at_s += random.random_range(0.0..by_s),
+                Kind::Twice => copies = 2,
+                Kind::Torn(share) if random.random_bool(share) && !payload.is_empty() => {
+                    let place = random.random_range(0..payload.len());
+                    if random.random_bool(0.5) {
+                        payload.truncate(place);
+                    } else {
+                        payload[place] = random.random_range(0..=255);
+                    }
+                }
+                _ => {}
+            }
+        }
+        if !is_lost {
+            arrived.extend((0..copies).map(|_| Arrival { at_s, line, payload: payload.clone() }));
+        }
+    }
+    for fault in faults {
+        let Kind::Noise(a_second) = fault.kind else { continue };
+        let count = (a_second * (fault.until_s - fault.from_s)) as usize;
+        arrived.extend((0..count).map(|_| Arrival {
+            at_s: random.random_range(fault.from_s..fault.until_s),
+            line: random.random_range(0..2),
+            payload: (0..random.random_range(0..200)).map(|_| random.random_range(0..=255)).collect(),
+        }));
+    }
+    // While it stands still its sockets keep what comes.
+    arrived.iter_mut().for_each(|arrival| arrival.at_s = awake(faults, arrival.at_s));
+    arrived.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
+    arrived
+}
+
+/// A schedule, whole.
+fn schedule(seed: u64, flights: &[Flight], directory: &std::path::Path) -> Result<Sums, Broken> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let flight = &flights[(seed % flights.len() as u64) as usize];
+    let faults = draw(&mut random);
+    let service = flight.fly(&faults, &mut random, directory)?;
+    let [from, until] = [WELL_S + RECOVERS_S, END_S].map(|at_s| flight.start + seconds(at_s) - seconds(6.25));
+    let mut compared = 0;
+    for (time, shown) in flight.undisturbed.range(from..until) {
+        match service.book.shown.get(time) {
+            None => return Err(Broken(format!("slot {time} is missing, long after the last fault"))),
+            Some(now) if now != shown => {
+                return Err(Broken(format!("slot {time} shows {now:?}, and would show {shown:?}")));
+            }
+            Some(_) => compared += 1,
+        }
+    }
+    if compared == 0 {
+        return Err(Broken("nothing was compared".to_owned()));
+    }
+    Ok(Sums {
+        faults: faults.len() as u64,
+        starts: service.starts.0,
+        warm: service.starts.1,
+        slots: service.book.slots,
+        replayed: service.replayed,
+        compared,
+    })
+}
+
+/// Flies all of them; whether everything held.
+pub fn fly(args: &Args) -> Result<bool, Box<dyn Error + Send + Sync>> {
+    let began = Instant::now();
+    let directory = std::env::temp_dir().join(format!("utm-fusion-endurance-{}", std::process::id()));
+    let profiles = [Profile::Operational, Profile::Reference];
+    let flights =
+        (0..FLIGHTS).map(|seed| Flight::new(seed, profiles[usize::from(seed % 8 == 7)], &directory));
+    let flights = flights.collect::<Result<Vec<_>, _>>()?;
+    let next = AtomicU64::new(args.from);
+    let end = args.from + args.schedules;
+    let (sums, failed) = (Mutex::new(Sums::default()), AtomicU64::new(0));
+    std::thread::scope(|scope| {
+        for thread in 0..args.threads {
+            let directory: PathBuf = directory.join(thread.to_string());
+            let (next, sums, failed, flights) = (&next, &sums, &failed, &flights);
+            scope.spawn(move || {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seed >= end {
+                        break;
+                    }
+                    match schedule(seed, flights, &directory) {
+                        Ok(of) => {
+                            let Ok(mut sums) = sums.lock() else { break };
+                            sums.faults += of.faults;
+                            sums.starts += of.starts;
+                            sums.warm += of.warm;
+                            sums.slots += of.slots;
+                            sums.replayed += of.replayed;
+                            sums.compared += of.compared;
+                        }
+                        Err(Broken(what)) => {
+                            failed.fetch_add(1, Ordering::Relaxed);
+                            println!("seed {seed}: {what}");
+                        }
+                    }
+                }
+            });
+        }
+    });
+    let _ = std::fs::remove_dir_all(&directory);
+    let failed = failed.into_inner();
+    println!(
+        "{} schedules, {failed} failed: {:?}, {:.0} s",
+        args.schedules,
+        sums.into_inner()?,
+        began.elapsed().as_secs_f64()
+    );
+    Ok(failed == 0)
+}
