@@ -48,7 +48,7 @@ pub fn write(args: &Args) -> Result<()> {
     // By some seeds there are too many too near each other.
     let mut flights =
         (0..10).map(|other| simulate(&scenario, args.number + 1 + 1_000_000 * other, Some(start)));
-    let simulation = flights.find_map(|flight| flight.ok()).ok_or("too crowded, by ten seeds")?;
+    let simulation = flights.find_map(std::result::Result::ok).ok_or("too crowded, by ten seeds")?;
     let ports: Vec<u16> = simulation.config.sensors.iter().map(|sensor| sensor.inputs[0].port).collect();
     let mut out = BufWriter::new(io::stdout().lock());
     for datagram in simulation.datagrams {
