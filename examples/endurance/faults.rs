@@ -286,6 +286,9 @@ pub fn fly(args: &Args) -> Result<bool, Box<dyn Error + Send + Sync>> {
                         Err(Broken(what)) => {
                             failed.fetch_add(1, Ordering::Relaxed);
                             println!("seed {seed}: {what}");
+                            for fault in draw(&mut ChaCha8Rng::seed_from_u64(seed)) {
+                                println!("    {fault}");
+                            }
                         }
                     }
                 }

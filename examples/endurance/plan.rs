@@ -1,5 +1,7 @@
 //! What fails, when, and for how long: drawn from a seed.
 
+use std::fmt;
+
 use jiff::SignedDuration;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -56,6 +58,13 @@ impl Fault {
     /// Whether the program does not run while it holds.
     pub fn is_down(&self) -> bool {
         matches!(self.kind, Kind::Stop | Kind::Kill { .. })
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { kind, from_s, until_s } = self;
+        write!(f, "{from_s:5.2} to {until_s:5.2} s: {kind:?}")
     }
 }
 

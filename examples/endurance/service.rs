@@ -224,8 +224,10 @@ impl Service {
             self.hand_out()?;
         }
         let Some(life) = &mut self.life else { return Ok(()) };
-        if let (Some(latest), Some((queue, _))) = (life.driver.latest(), &life.disk) {
-            queue.end(Frame::Published(latest));
+        match (life.driver.latest(), &life.disk) {
+            (Some(latest), Some((queue, _))) => queue.end(Frame::Published(latest)),
+            // What was published ahead is known to nobody then, and comes again: docs/LOAD.md.
+            _ => self.book.set_back(),
         }
         self.end()
     }

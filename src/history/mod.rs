@@ -1,6 +1,6 @@
 //! History: a picture per second, in an embedded database that is bounded by age and by size.
 //!
-//! A picture is kept as it is until its minute is over; then the minute is kept track by track ([`minute`]), in a tenth
+//! A picture is kept as it is until its minute is over; then the minute is kept track by track (`minute.rs`), in a tenth
 //! of the room.
 //!
 //! One writer, on a thread of its own behind a bounded queue ([`Historian`]); readers at any time ([`Store`]).
