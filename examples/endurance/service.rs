@@ -237,6 +237,9 @@ impl Service {
     /// # Errors
     /// Something had not held.
     pub fn kill(&mut self, damage: Option<&mut ChaCha8Rng>) -> Result<()> {
+        if !self.runs() {
+            return Ok(());
+        }
         self.end()?;
         let file = self.directory.join(WARM);
         let (Some(random), Ok(mut octets)) = (damage, fs::read(&file)) else { return Ok(()) };
