@@ -165,6 +165,16 @@ impl<'a> Frame<'a> {
         let known = [HEARTBEAT, GLOBAL_POSITION_INT].into_iter().find(|(number, _)| *number == self.message);
         known.map(|(_, seed)| calculate_crc(self.summed, seed) == self.checksum)
     }
+
+    /// Whether a sound frame begins within this one, the first of `octets`, and goes on behind its contents: then this one's length
+    /// is damaged. A frame that lies within the contents as a whole is what a system has sent on, and no neighbour.
+    fn is_reached_into(&self, octets: &[u8]) -> bool {
+        let contents_end = 1 + self.summed.len();
+        (1..self.length).any(|place| {
+            Frame::new(&octets[place..])
+                .is_ok_and(|inner| place + inner.length > contents_end && inner.is_sound() == Some(true))
+        })
+    }
 }
 
 impl Translator {
@@ -193,11 +203,11 @@ impl Translator {
             };
             let behind = &octets[frame.length..];
             let is_sound = frame.is_sound();
-            // What cannot be verified is believed to be a frame where another one, or nothing, follows.
+            // What cannot be verified is believed to be a frame where another one, or nothing, follows, and none reaches into it.
             let is_followed = matches!(behind.first(), None | Some(&(VERSION_1 | VERSION_2)));
             match is_sound {
                 Some(true) => {}
-                None if is_followed => {}
+                None if is_followed && !frame.is_reached_into(octets) => {}
                 Some(false) | None => {
                     self.drop(Reason::Checksum);
                     octets = self.next(octets);
@@ -395,6 +405,25 @@ mod tests {
         }
         let expected = "1 cut, 1 checksum, 1 incompatible, 1 other_message, 1 unknown_system, 1 no_position, 1 out_of_range";
         assert_eq!(translator.counts().dropped.to_string(), expected);
+    }
+
+    /// What has no known checksum may claim its neighbours as contents, up to the end or to what looks like another frame.
+    #[test]
+    fn a_damaged_length_swallows_no_neighbour_and_contents_are_no_frames() {
+        let good = frame(1, 0, 7, 33, &position(500_000_000, 80_000_000));
+        let unknown = frame(1, 0, 7, 30, &[0; 28]);
+        for neighbours in 1..=2 {
+            let mut damaged = unknown.clone();
+            damaged[1] += (neighbours * good.len()) as u8;
+            let octets = [damaged, good.repeat(neighbours)].concat();
+            let mut translator = translator();
+            assert_eq!(records(&mut translator, &octets).len(), neighbours);
+            assert_eq!(translator.counts().dropped.to_string(), "1 checksum");
+            assert_eq!(translator.counts().outside, unknown.len() as u64);
+        }
+        let mut translator = translator();
+        assert!(records(&mut translator, &frame(1, 0, 7, 30, &good)).is_empty());
+        assert_eq!(translator.counts().dropped.to_string(), "1 other_message");
     }
 
     #[test]
