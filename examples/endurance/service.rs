@@ -37,6 +37,8 @@ struct Life {
     encoders: Encoders,
     disk: Option<(WarmQueue, WarmKeeper)>,
     next_checkpoint: Time,
+    /// Whether the file is its own, and not the one that it went on from.
+    has_a_file: bool,
     /// Datagrams that it was handed, and those that it had counted before.
     offered: u64,
     counted: u64,
@@ -90,7 +92,12 @@ impl Service {
         let warm = warm.filter(|warm| driver.go_on(&self.config, Masks::default(), warm, now).is_ok());
         match &warm {
             Some(warm) => _ = encoders.go_on(&warm.encoders),
-            None => _ = driver.remember(&mut self.numbers.values().copied().collect()),
+            None => {
+                driver.remember(&mut self.numbers.values().copied().collect());
+                if Warm::is_there(&self.directory) || !self.numbers.is_empty() {
+                    driver.publish_after(now);
+                }
+            }
         }
         self.starts.0 += 1;
         self.starts.1 += u64::from(warm.is_some());
@@ -101,6 +108,7 @@ impl Service {
             encoders,
             disk: WarmKeeper::start(&self.directory).ok(),
             next_checkpoint: Time::default(),
+            has_a_file: false,
             offered: 0,
             handled: Vec::new(),
             sent: Sent::new(),
@@ -167,9 +175,10 @@ impl Service {
             return;
         }
         let engine = life.driver.checkpoint(&self.config);
-        let checkpoint = Frame::Checkpoint { at: now, engine, encoders: life.encoders.checkpoint() };
-        if queue.begin(checkpoint) {
+        let (encoders, published) = (life.encoders.checkpoint(), life.driver.published());
+        if queue.begin(Frame::Checkpoint { at: now, engine, encoders, published }) {
             life.next_checkpoint = now + period;
+            life.has_a_file = true;
         }
     }
 
@@ -208,6 +217,7 @@ impl Service {
         } else if let Some((queue, keeper)) = life.disk.take() {
             drop(queue);
             keeper.join();
+            life.has_a_file = false;
             let _ = fs::remove_file(self.directory.join(WARM));
         }
     }
@@ -224,22 +234,19 @@ impl Service {
             self.hand_out()?;
         }
         let Some(life) = &mut self.life else { return Ok(()) };
-        match (life.driver.latest(), &life.disk) {
-            (Some(latest), Some((queue, _))) => queue.end(Frame::Published(latest)),
-            // What was published ahead is known to nobody then, and comes again: docs/LOAD.md.
-            _ => self.book.set_back(),
+        if let (Some(until), Some((queue, _))) = (life.driver.published(), &life.disk) {
+            queue.end(Frame::Published(until));
         }
         self.end()
     }
 
-    /// Kills it; the end of its file may be damaged then.
+    /// Kills it; what it has written itself may be damaged then.
     ///
     /// # Errors
     /// Something had not held.
     pub fn kill(&mut self, damage: Option<&mut ChaCha8Rng>) -> Result<()> {
-        if !self.runs() {
-            return Ok(());
-        }
+        let Some(life) = &self.life else { return Ok(()) };
+        let damage = damage.filter(|_| life.has_a_file);
         self.end()?;
         let file = self.directory.join(WARM);
         let (Some(random), Ok(mut octets)) = (damage, fs::read(&file)) else { return Ok(()) };

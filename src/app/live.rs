@@ -150,6 +150,11 @@ impl LiveBuilder {
         let (numbers, kept, words) = if is_warm { self.known() } else { self.recalled() };
         let Self { config, driver, started, .. } = &mut self;
         let (directory, now) = (&config.state.dir, *started);
+        if !is_warm && (Warm::is_there(directory) || !numbers.is_empty()) {
+            // What an earlier service has published, ahead perhaps when it was stopped, is not known.
+            driver.publish_after(now);
+            info!("an earlier service was here: slots of before this start are not published");
+        }
         let registrations = Registrations::of(config, driver.pipeline().engine());
         if !registrations.is_empty() {
             info!(radars = registrations.len(), "registration goes on");

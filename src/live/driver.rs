@@ -25,6 +25,9 @@ use fusion::time::Time;
 /// An arrival that waited in the queue while a slot was made is handled this much later than that.
 const AFTER_MAKING: SignedDuration = SignedDuration::from_micros(1);
 
+/// By less than this a clock that is set costs slots after a start, and no more than so many.
+const CLOCK_SET: SignedDuration = SignedDuration::from_secs(1);
+
 /// Output of the driver.
 #[derive(Debug)]
 pub enum Made {
@@ -51,7 +54,7 @@ pub struct Driver {
     made_at: Option<Time>,
     /// The latest slot's centre.
     latest: Option<Time>,
-    /// Slots up to this centre were published before a restart.
+    /// Slots up to this centre were an earlier service's to publish.
     published: Option<Time>,
     seq: u64,
     /// Copies by line.
@@ -93,13 +96,23 @@ impl Driver {
         now: Time,
     ) -> Result<(), NotRestored> {
         self.restore(config, masks, &warm.engine)?;
-        self.published = warm.published;
         warm.inputs.iter().for_each(|input| self.receive(input));
         // Slots that were due meanwhile are nobody's any more.
         self.tick(now);
         self.made.clear();
+        self.published = warm.published;
         self.seq = 0;
         Ok(())
+    }
+
+    /// Leaves slots up to this centre to an earlier service, of which nobody knows what it has published.
+    pub fn publish_after(&mut self, centre: Time) {
+        self.published = Some(centre);
+    }
+
+    /// The centre up to which slots are published or an earlier service's: those of the state may end before.
+    pub fn published(&self) -> Option<Time> {
+        self.latest.max(self.published)
     }
 
     /// Is from now on as the driver was that wrote this state.
@@ -180,6 +193,13 @@ impl Driver {
         self.made.iter().any(|made| matches!(made, Made::Event(Event::Restarted)))
     }
 
+    /// Whether a slot was an earlier service's. Of one that is older than any that is still to be made when a service starts the
+    /// clock has been set back since: what it said at the start counts no more.
+    fn is_left(&mut self, centre: Time) -> bool {
+        self.published = self.published.filter(|&until| until - centre <= self.due_after + CLOCK_SET);
+        self.published.is_some_and(|until| centre <= until)
+    }
+
     /// Takes the pipeline's outputs of an input at `at`, which came on `line` where it was received.
     fn gather(&mut self, at: Time, line: Option<usize>) {
         self.made.clear();
@@ -198,7 +218,7 @@ impl Driver {
                     self.latest = Some(picture.time);
                     let due = picture.time + self.due_after;
                     self.made_at = Some(due + -self.lead());
-                    if self.published.is_none_or(|until| picture.time > until) {
+                    if !self.is_left(picture.time) {
                         self.seq += 1;
                         self.made.push_back(Made::Slot(PublishedPicture {
                             seq: self.seq,

@@ -36,6 +36,8 @@ pub enum Frame {
         engine: Vec<u8>,
         /// Of the encoders.
         encoders: Vec<u8>,
+        /// Slots up to this centre are published, or an earlier service's.
+        published: Option<Time>,
     },
     /// A datagram that was handled since, without its trailer.
     Input {
@@ -91,10 +93,15 @@ impl Warm {
         Some(warm)
     }
 
+    /// Whether an earlier service has left a state in `directory`, of use or not.
+    pub fn is_there(directory: &Path) -> bool {
+        directory.join(NAME).exists()
+    }
+
     fn of(octets: &[u8]) -> Option<Self> {
         let mut frames = Frames(octets);
-        let Some(Frame::Checkpoint { at, engine, encoders }) = frames.next() else { return None };
-        let mut warm = Self { engine, encoders, inputs: Vec::new(), published: None, until: at };
+        let Some(Frame::Checkpoint { at, engine, encoders, published }) = frames.next() else { return None };
+        let mut warm = Self { engine, encoders, inputs: Vec::new(), published, until: at };
         for frame in frames {
             match frame {
                 Frame::Input { received, line, from, payload } => {
@@ -192,7 +199,7 @@ impl WarmKeeper {
     /// No thread could be started.
     pub fn start(directory: &Path) -> io::Result<(WarmQueue, Self)> {
         let (sender, frames) = mpsc::sync_channel(QUEUE);
-        let writer = Writer { directory: directory.to_owned(), file: None, failed: false };
+        let writer = Writer { directory: directory.to_owned(), file: None, failed: false, is_ahead: false };
         let thread = std::thread::Builder::new()
             .name("engine state".to_owned())
             .spawn(move || writer.follow(&frames))?;
@@ -212,6 +219,8 @@ struct Writer {
     /// `None`: nothing is of use until the next checkpoint.
     file: Option<BufWriter<File>>,
     failed: bool,
+    /// The last frame says what was published ahead.
+    is_ahead: bool,
 }
 
 impl Writer {
@@ -233,6 +242,10 @@ impl Writer {
         }
         let synced = self.file.as_ref().map_or(Ok(()), |file| file.get_ref().sync_all());
         self.note(synced);
+        if self.is_ahead && self.file.is_none() {
+            // Whoever went on from what is there would publish again what it does not know of.
+            let _ = fs::remove_file(self.directory.join(NAME));
+        }
     }
 
     fn take(&mut self, frame: &Frame) {
@@ -241,6 +254,7 @@ impl Writer {
             _ => self.file.as_mut().map_or(Ok(()), |file| write_frame(file, frame)),
         };
         self.note(written);
+        self.is_ahead = matches!(frame, Frame::Published(_));
     }
 
     /// Begins the file anew: until the checkpoint is on the disk the one before stays.
@@ -281,7 +295,12 @@ mod tests {
     }
 
     fn checkpoint(second: i64) -> Frame {
-        Frame::Checkpoint { at: at(second), engine: vec![second as u8; 9], encoders: vec![7] }
+        Frame::Checkpoint {
+            at: at(second),
+            engine: vec![second as u8; 9],
+            encoders: vec![7],
+            published: Some(at(second - 6)),
+        }
     }
 
     fn input(second: i64) -> Frame {
@@ -316,6 +335,27 @@ mod tests {
         fs::remove_dir_all(&directory).unwrap();
     }
 
+    /// A disk that is full when the service stops must not leave a state that knows nothing of what was published ahead.
+    #[test]
+    fn what_was_published_ahead_is_known_or_nobody_goes_on() {
+        let directory = std::env::temp_dir().join(format!("utm-fusion-warm-full-{}", std::process::id()));
+        let (mut queue, keeper) = WarmKeeper::start(&directory).unwrap();
+        assert!(queue.begin(checkpoint(0)));
+        queue.offer(|| input(1));
+        drop(queue);
+        keeper.join();
+        assert!(Warm::load(&directory, at(2), OLDEST).is_some());
+        // A directory of the part's name: no checkpoint can be written, the earlier state stays.
+        fs::create_dir(directory.join(PART)).unwrap();
+        let (queue, keeper) = WarmKeeper::start(&directory).unwrap();
+        queue.end(checkpoint(3));
+        queue.end(Frame::Published(at(4)));
+        drop(queue);
+        keeper.join();
+        assert!(!Warm::is_there(&directory));
+        fs::remove_dir_all(&directory).unwrap();
+    }
+
     /// Whatever a crash has left: what is whole in front counts, and nothing else.
     #[test]
     fn a_file_may_end_anywhere() {
@@ -326,7 +366,9 @@ mod tests {
             ends.push(octets.len());
         }
         for cut in 0..=octets.len() {
-            let inputs = Warm::of(&octets[..cut]).map(|warm| warm.inputs.len());
+            let warm = Warm::of(&octets[..cut]);
+            assert!(warm.as_ref().is_none_or(|warm| warm.published == Some(at(-6))));
+            let inputs = warm.map(|warm| warm.inputs.len());
             let whole = ends.iter().filter(|&&end| end <= cut).count();
             assert_eq!(inputs, whole.checked_sub(1), "{cut}");
         }

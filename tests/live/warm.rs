@@ -10,7 +10,7 @@ use serde_json::Value;
 use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Profile};
-use utm_fusion::live::{Driver, Made, PublishedPicture};
+use utm_fusion::live::{Driver, Made, PublishedPicture, now};
 use utm_fusion::simulate::Simulation;
 use utm_fusion::state::Warm;
 
@@ -123,6 +123,45 @@ fn soon(service: &Running) -> BTreeMap<String, Value> {
         }
         std::thread::sleep(Duration::from_millis(50));
     }
+}
+
+/// The centre of the first slot that it shows.
+fn first_shown(port: u16) -> Time {
+    let asked = Instant::now();
+    loop {
+        let picture = ask(port, "GET", "/api/v1/tracks").1;
+        if let Some(time) = picture["time"].as_str() {
+            let time: jiff::Timestamp = time.parse().unwrap();
+            return Time::from_nanos(time.as_nanosecond() as i64);
+        }
+        assert!(asked.elapsed() < Duration::from_secs(12), "no slot");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// Stopped in order, a service publishes ahead what it holds. Where the next one does not know up to where, it publishes nothing
+/// that could have been published; where nobody was before it begins at once.
+#[test]
+fn whoever_does_not_know_what_was_published_repeats_nothing() {
+    let scenario = "name = \"live\"\nduration_s = 30\n[drones]\nmultirotors = 2\nequipped = 2\n";
+    let stage = Stage::new(scenario, 24_900, |_, _| {});
+    let shown = |log: &str, from_s: f64, until_s: f64| {
+        let started = now();
+        let service = stage.run(log);
+        let shown = std::thread::scope(|scope| {
+            let shown = scope.spawn(|| first_shown(service.http_port()));
+            stage.send(from_s, until_s);
+            shown.join().unwrap()
+        });
+        let (code, log) = service.stop();
+        assert_eq!(code, Some(0), "{log}");
+        (started, shown, log)
+    };
+    let (started, first, log) = shown("first.log", 0.0, 8.0);
+    assert!(first < started && !log.contains("an earlier service was here"), "{first} {started} {log}");
+    std::fs::remove_file(stage.config.state.dir.join("engine.warm")).unwrap();
+    let (started, first, log) = shown("second.log", 10.0, 20.0);
+    assert!(first > started && log.contains("an earlier service was here"), "{first} {started} {log}");
 }
 
 /// Killed, and stopped as systemd does: the aircraft are there again with the next slot, each as the one it was.

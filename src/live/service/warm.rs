@@ -57,13 +57,14 @@ impl Engine {
 
     /// What was published ahead is not to be published again.
     pub(super) fn end_published(&mut self) {
-        if let (Some(latest), Some(warm)) = (self.driver.latest(), self.warm()) {
-            warm.end(Frame::Published(latest));
+        if let (Some(until), Some(warm)) = (self.driver.published(), self.warm()) {
+            warm.end(Frame::Published(until));
         }
     }
 
     fn checkpoint(&self, at: Time, engine: Vec<u8>) -> Frame {
-        Frame::Checkpoint { at, engine, encoders: self.publisher.outlets.encoders.checkpoint() }
+        let encoders = self.publisher.outlets.encoders.checkpoint();
+        Frame::Checkpoint { at, engine, encoders, published: self.driver.published() }
     }
 
     fn warm(&mut self) -> Option<&mut WarmQueue> {
