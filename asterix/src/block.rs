@@ -142,18 +142,23 @@ impl<R: Record> Iterator for Records<'_, R> {
         if self.rest.is_empty() {
             return None;
         }
+        // A record is put where it is returned before it is read: to move it takes as long as to read some items.
         let offset = self.offset;
-        match R::decode(self.rest, self.edition) {
-            Ok((record, length)) => {
-                self.rest = &self.rest[length..];
-                self.offset += length;
-                Some(Ok(Located { offset, length, record }))
-            }
-            Err(fault) => {
-                self.rest = &[];
-                Some(Err(Fault { offset: offset + fault.offset, ..fault }))
+        let mut next = Some(Ok(Located { offset, length: 0, record: R::default() }));
+        if let Some(Ok(located)) = &mut next {
+            match located.record.decode_into(self.rest, self.edition) {
+                Ok(length) => {
+                    self.rest = &self.rest[length..];
+                    self.offset += length;
+                    located.length = length;
+                }
+                Err(fault) => {
+                    self.rest = &[];
+                    next = Some(Err(Fault { offset: offset + fault.offset, ..fault }));
+                }
             }
         }
+        next
     }
 }
 

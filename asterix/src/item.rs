@@ -35,9 +35,12 @@
 //! | `ascii`, `icao` | characters of 8 or 6 bits | – |
 //! | `constant … = value` | a number that marks the layout | – |
 
-use deku::no_std_io::{Read, Seek};
-use deku::reader::Reader;
-use deku::{DekuError, ctx::Order};
+use deku::DekuError;
+use deku::error::NeedSize;
+use deku::no_std_io::{self, ErrorKind, Read, Seek};
+use deku::reader::{Leftover, Reader};
+
+use crate::variable::REFUSED;
 
 /// Descriptions one after the other, see the [module](self).
 macro_rules! items {
@@ -156,8 +159,36 @@ pub(crate) fn read_octets<const N: usize, R: Read + Seek>(
     reader: &mut Reader<R>,
 ) -> Result<[u8; N], DekuError> {
     let mut octets = [0; N];
-    reader.read_bytes_const_into::<N>(&mut octets, Order::Msb0)?;
+    fill(reader, &mut octets)?;
     Ok(octets)
+}
+
+/// Fills these octets: as [`Reader::read_bytes`], which the compiler does not inline where a record has many items. A reader
+/// that no call is given the address of is kept in registers.
+#[inline(always)]
+pub(crate) fn fill<R: Read + Seek>(reader: &mut Reader<R>, octets: &mut [u8]) -> Result<(), DekuError> {
+    let ahead = match (&reader.leftover, &mut *octets) {
+        (None, _) => 0,
+        // An octet that deku looked at before, in a type of somebody else that holds this one.
+        (Some(Leftover::Byte(octet)), [first, ..]) => {
+            *first = *octet;
+            1
+        }
+        _ => return Err(REFUSED),
+    };
+    reader.leftover = None;
+    let bits = 8 * octets.len();
+    reader.as_mut().read_exact(&mut octets[ahead..]).map_err(|error| incomplete(&error, bits))?;
+    reader.bits_read += bits;
+    Ok(())
+}
+
+#[cold]
+fn incomplete(error: &no_std_io::Error, bits: usize) -> DekuError {
+    match error.kind() {
+        ErrorKind::UnexpectedEof => DekuError::Incomplete(NeedSize::new(bits)),
+        kind => DekuError::Io(kind),
+    }
 }
 
 /// See the [module](self).
@@ -173,12 +204,42 @@ macro_rules! extended {
     };
 }
 
+/// What [`words!`] is made of: a number or octets.
+pub(crate) trait Word<const N: usize> {
+    fn from_octets(octets: [u8; N]) -> Self;
+}
+
+impl<const N: usize> Word<N> for [u8; N] {
+    #[inline(always)]
+    fn from_octets(octets: [u8; N]) -> Self {
+        octets
+    }
+}
+
+macro_rules! numbers {
+    ($($type:ty: $octets:literal),*) => {
+        $(impl Word<$octets> for $type {
+            #[inline(always)]
+            fn from_octets(octets: [u8; $octets]) -> Self {
+                Self::from_be_bytes(octets)
+            }
+        })*
+    };
+}
+
+numbers!(u8: 1, u16: 2, u32: 4);
+
 /// A type that holds a [`Chain`].
 macro_rules! chain {
     ($(#[$meta:meta])* pub struct $name:ident = $layout:expr;) => {
         $(#[$meta])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, deku::DekuRead, deku::DekuWrite)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub struct $name($crate::Chain);
+
+        $crate::item::in_place! {
+            $name () reader => deku::DekuReader::from_reader_with_ctx(reader, ()).map(Self),
+            self writer => deku::DekuWriter::to_writer(&self.0, writer, ())
+        }
 
         impl $name {
             /// The octets as they stand.
@@ -213,12 +274,19 @@ macro_rules! words {
         $($(#[$doc:meta])* $word:ident: $type:ty { $($fields:tt)* })*
     }) => {
         $(#[$meta])*
-        #[derive(
-            Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, deku::DekuRead, deku::DekuWrite,
-        )]
-        #[deku(endian = "big")]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         $vis struct $name {
             $($(#[$doc])* $vis $word: $type,)*
+        }
+
+        $crate::item::in_place! {
+            $name () reader => Ok(Self {
+                $($word: $crate::item::read_octets(reader).map($crate::item::Word::from_octets)?,)*
+            }),
+            self writer => {
+                $(deku::DekuWriter::to_writer(&self.$word, writer, deku::ctx::Endian::Big)?;)*
+                Ok(())
+            }
         }
 
         impl $name {
@@ -354,3 +422,33 @@ macro_rules! expansion {
 }
 
 pub(crate) use {chain, compound, expansion, extended, in_place, item, items, padded, parts, words};
+
+#[cfg(test)]
+mod tests {
+    use alloc::vec::Vec;
+    use std::io::Cursor;
+
+    use deku::DekuReader;
+
+    use super::*;
+    use crate::TimeOfDay;
+
+    /// Reads a time of day where deku has looked at `ahead` already.
+    fn read(ahead: Option<u8>, octets: &[u8]) -> (Result<[u8; 3], DekuError>, Vec<u8>) {
+        let mut reader = Reader::new(Cursor::new(octets));
+        reader.leftover = ahead.map(Leftover::Byte);
+        let time = TimeOfDay::from_reader_with_ctx(&mut reader, ());
+        let mut rest = Vec::new();
+        reader.into_inner().read_to_end(&mut rest).unwrap();
+        (time.map(TimeOfDay::octets), rest)
+    }
+
+    #[test]
+    fn reads_what_deku_looked_at_first() {
+        assert_eq!(read(None, &[1, 2, 3, 4]), (Ok([1, 2, 3]), [4].into()));
+        assert_eq!(read(Some(9), &[1, 2, 3]), (Ok([9, 1, 2]), [3].into()));
+        let incomplete = || Err(DekuError::Incomplete(NeedSize::new(24)));
+        assert_eq!(read(None, &[1, 2]).0, incomplete());
+        assert_eq!(read(Some(9), &[1]).0, incomplete());
+    }
+}

@@ -6,7 +6,7 @@ use core::marker::PhantomData;
 use deku::no_std_io::{self, Read, Seek, SeekFrom, Write};
 use deku::reader::Reader;
 use deku::writer::Writer;
-use deku::{DekuError, DekuReader, DekuWriter};
+use deku::{DekuError, DekuWriter};
 
 use crate::fault::{Fault, FaultKind};
 use crate::fspec::{Frns, Fspec};
@@ -14,7 +14,9 @@ use crate::items::{DataSource, TimeOfDay};
 use crate::uap::{Profile, walk};
 
 /// A category's record: decoded from the octets of a block and encoded back to the same octets.
-pub trait Record: Sized {
+///
+/// The default record is the empty one, which has no item.
+pub trait Record: Default {
     /// The category, as in the first octet of its blocks.
     const CATEGORY: u8;
     /// The items of the category, in the order of the record.
@@ -36,7 +38,15 @@ pub trait Record: Sized {
 
     /// Decodes the record at the front of `octets`, which begin with its FSPEC and go to the end of the block, and says
     /// how many octets it took. Offsets in the fault count from the FSPEC.
-    fn decode(octets: &[u8], edition: Self::Edition) -> Result<(Self, usize), Fault>;
+    fn decode(octets: &[u8], edition: Self::Edition) -> Result<(Self, usize), Fault> {
+        let mut record = Self::default();
+        let length = record.decode_into(octets, edition)?;
+        Ok((record, length))
+    }
+
+    /// The same into `self`, which is empty, as [`Default`] makes it: a record that is returned is moved, this one is not. Items
+    /// that `self` has and these octets have not would stay; after a fault it has those that were read before.
+    fn decode_into(&mut self, octets: &[u8], edition: Self::Edition) -> Result<usize, Fault>;
 
     /// Appends the record: its FSPEC and its items.
     fn encode_into(&self, out: &mut Vec<u8>);
@@ -116,18 +126,31 @@ macro_rules! record {
             pub fspec_padding: u8,
         }
 
-        $crate::item::in_place! {
-            Record (fspec: $crate::Fspec $(, $context: $context_type)?) reader => {
-                $(let $item = if fspec.has($frn) {
-                    Some($crate::record::given!([$($read)?] |reader| {
+        impl $crate::record::ReadItems<($crate::Fspec, $($context_type)?)> for Record {
+            #[inline(always)]
+            fn read_items<R: deku::no_std_io::Read + deku::no_std_io::Seek>(
+                &mut self,
+                reader: &mut deku::reader::Reader<R>,
+                (fspec, $($context)?): ($crate::Fspec, $($context_type)?),
+            ) -> Result<(), deku::DekuError> {
+                $(if fspec.has($frn) {
+                    self.$item = Some($crate::record::given!(
+                        [$(($read)(&mut *reader))?]
                         <$type as deku::DekuReader<'_>>::from_reader_with_ctx(reader, ())
-                    })(&mut *reader)?)
-                } else {
-                    None
-                };)*
-                Ok(Self { $($item,)* fspec_padding: fspec.padding() })
-            },
-            self writer => {
+                    )?);
+                })*
+                self.fspec_padding = fspec.padding();
+                Ok(())
+            }
+        }
+
+        impl deku::DekuWriter for Record {
+            #[inline]
+            fn to_writer<W: deku::no_std_io::Write + deku::no_std_io::Seek>(
+                &self,
+                writer: &mut deku::writer::Writer<W>,
+                (): (),
+            ) -> Result<(), deku::DekuError> {
                 $(if let Some(item) = &self.$item {
                     deku::DekuWriter::to_writer(item, writer, ())?;
                 })*
@@ -157,8 +180,10 @@ macro_rules! record {
                 $crate::Fspec::announcing(frns, self.fspec_padding)
             }
 
-            fn decode(octets: &[u8], edition: Self::Edition) -> Result<(Self, usize), $crate::Fault> {
-                $crate::record::given!([$($decode)?] $crate::record::decode)(octets, edition)
+            // Inlined into its caller it is slower: the compiler then gathers the items elsewhere first.
+            #[inline(never)]
+            fn decode_into(&mut self, octets: &[u8], edition: Self::Edition) -> Result<usize, $crate::Fault> {
+                $crate::record::given!([$($decode)?] $crate::record::decode)(self, octets, edition)
             }
 
             fn encode_into(&self, out: &mut alloc::vec::Vec<u8>) {
@@ -287,25 +312,35 @@ pub(crate) fn read_fspec<R: Record>(octets: &[u8], edition: R::Edition) -> Resul
     }
 }
 
-/// Reads the items behind this FSPEC, which is at the front of `octets`. Says how many octets the record takes.
-#[inline(always)]
-pub(crate) fn read<R, C>(octets: &[u8], fspec: Fspec, context: C) -> Result<(R, usize), DekuError>
-where
-    R: for<'a> DekuReader<'a, C>,
-{
-    let mut items = Forward(&octets[fspec.length()..]);
-    let record = R::from_reader_with_ctx(&mut Reader::new(&mut items), context)?;
-    Ok((record, octets.len() - items.0.len()))
+/// A record that takes its items from a reader, which stands behind the FSPEC.
+pub(crate) trait ReadItems<C> {
+    /// Each item is put where it stays as soon as it is read. Were they collected in a record that is returned, all of them
+    /// would be fetched from the stack again, many by loads that wait for several narrower stores.
+    fn read_items<R: Read + Seek>(&mut self, reader: &mut Reader<R>, context: C) -> Result<(), DekuError>;
 }
 
-/// Decodes the record at the front of `octets`, see [`Record::decode`].
+/// Reads the items behind this FSPEC, which is at the front of `octets`. Says how many octets the record takes.
 #[inline(always)]
-pub(crate) fn decode<R>(octets: &[u8], (): ()) -> Result<(R, usize), Fault>
+pub(crate) fn read<C>(
+    record: &mut impl ReadItems<C>,
+    octets: &[u8],
+    fspec: Fspec,
+    context: C,
+) -> Result<usize, DekuError> {
+    let mut reader = Reader::new(Forward(&octets[fspec.length()..]));
+    record.read_items(&mut reader, context)?;
+    let Forward(rest) = reader.into_inner();
+    Ok(octets.len() - rest.len())
+}
+
+/// Decodes the record at the front of `octets`, see [`Record::decode_into`].
+#[inline(always)]
+pub(crate) fn decode<R>(record: &mut R, octets: &[u8], (): ()) -> Result<usize, Fault>
 where
-    R: Record<Edition = ()> + for<'a> DekuReader<'a, (Fspec,)>,
+    R: Record<Edition = ()> + ReadItems<(Fspec,)>,
 {
     let fspec = read_fspec::<R>(octets, ())?;
-    read(octets, fspec, (fspec,)).map_err(|_| explain::<R>(octets, ()))
+    read(record, octets, fspec, (fspec,)).map_err(|_| explain::<R>(octets, ()))
 }
 
 /// Appends a record, see [`Record::encode_into`].

@@ -106,7 +106,7 @@ impl<T: Clone> Repeated<T> {
 }
 
 impl<T: for<'a> DekuReader<'a>> Repeated<T> {
-    #[inline(never)]
+    #[inline(always)]
     fn read<R: Read + Seek>(&mut self, reader: &mut Reader<R>) -> Result<(), DekuError> {
         let count = read_octet(reader)?;
         if count > 4 {

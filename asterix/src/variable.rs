@@ -5,10 +5,11 @@ use core::fmt;
 use deku::no_std_io::{ErrorKind, Read, Seek, Write};
 use deku::reader::Reader;
 use deku::writer::Writer;
-use deku::{DekuError, DekuReader, DekuWriter, ctx::Order};
+use deku::{DekuError, DekuReader, DekuWriter};
 use smallvec::SmallVec;
 
 use crate::bits;
+use crate::item::{fill, read_octets};
 
 /// What the readers of this module return when an item contradicts itself. It never leaves the crate: the fault that does
 /// is found by a second walk over the record.
@@ -18,6 +19,7 @@ pub(crate) const REFUSED: DekuError = DekuError::Io(ErrorKind::InvalidData);
 const INLINE: usize = 24;
 
 /// Appends the next `more` octets to `octets`.
+#[inline(always)]
 fn read_more<R: Read + Seek>(
     reader: &mut Reader<R>,
     octets: &mut SmallVec<[u8; INLINE]>,
@@ -27,7 +29,7 @@ fn read_more<R: Read + Seek>(
     let mut buffer = [0; INLINE];
     while more > 0 {
         let part = more.min(INLINE);
-        reader.read_bytes(part, &mut buffer, Order::Msb0)?;
+        fill(reader, &mut buffer[..part])?;
         octets.extend_from_slice(&buffer[..part]);
         more -= part;
     }
@@ -36,9 +38,7 @@ fn read_more<R: Read + Seek>(
 
 #[inline(always)]
 pub(crate) fn read_octet<R: Read + Seek>(reader: &mut Reader<R>) -> Result<u8, DekuError> {
-    let mut octet = [0];
-    reader.read_bytes_const_into::<1>(&mut octet, Order::Msb0)?;
-    Ok(octet[0])
+    read_octets(reader).map(u8::from_be_bytes)
 }
 
 /// An extended item: octets of seven bits, the lowest bit (FX) of all but the last set.
@@ -99,21 +99,6 @@ impl Chain {
         }
         self
     }
-
-    /// The octets of a chain that goes on behind its first one, as one number; 0, which no such chain is, where it does not
-    /// end in time.
-    #[inline(never)]
-    fn read_extensions<R: Read + Seek>(first: u8, reader: &mut Reader<R>) -> u128 {
-        let mut word = u128::from(first) << 120;
-        for index in 1..Self::MAX_OCTETS {
-            let Ok(octet) = read_octet(reader) else { return 0 };
-            word |= u128::from(octet) << (120 - 8 * index);
-            if octet & 1 == 0 {
-                return word;
-            }
-        }
-        0
-    }
 }
 
 /// As [`crate::bits::get`]; what an absent extension would say is 0.
@@ -139,14 +124,19 @@ impl DekuReader<'_> for Chain {
     // at once stalls the processor.
     #[inline(always)]
     fn from_reader_with_ctx<R: Read + Seek>(reader: &mut Reader<R>, (): ()) -> Result<Self, DekuError> {
-        let octet = read_octet(reader)?;
-        if octet & 1 == 0 {
-            return Ok(Self::new(octet));
+        let first = read_octet(reader)?;
+        if first & 1 == 0 {
+            return Ok(Self::new(first));
         }
-        match Self::read_extensions(octet, reader) {
-            0 => Err(REFUSED),
-            word => Ok(Self { octets: word.to_be_bytes() }),
+        let mut word = u128::from(first) << 120;
+        for index in 1..Self::MAX_OCTETS {
+            let octet = read_octet(reader)?;
+            word |= u128::from(octet) << (120 - 8 * index);
+            if octet & 1 == 0 {
+                return Ok(Self { octets: word.to_be_bytes() });
+            }
         }
+        Err(REFUSED)
     }
 }
 
@@ -183,6 +173,7 @@ impl Explicit {
 }
 
 impl DekuReader<'_> for Explicit {
+    #[inline(always)]
     fn from_reader_with_ctx<R: Read + Seek>(reader: &mut Reader<R>, (): ()) -> Result<Self, DekuError> {
         let length = read_octet(reader)?;
         if length == 0 {

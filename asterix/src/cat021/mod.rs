@@ -14,6 +14,8 @@ mod resolution;
 mod surface;
 mod time;
 
+use deku::DekuReader;
+
 use crate::record::{explain, read, read_fspec, record};
 use crate::{DataSource, Explicit, Fault, Repeated, TimeOfDay};
 
@@ -116,7 +118,7 @@ impl Record {
 }
 
 /// Reads a record as a sender of this edition wrote it.
-fn decode(octets: &[u8], edition: Edition) -> Result<(Record, usize), Fault> {
+fn decode(record: &mut Record, octets: &[u8], edition: Edition) -> Result<usize, Fault> {
     let fspec = read_fspec::<Record>(octets, edition)?;
-    read(octets, fspec, (fspec, edition)).map_err(|_| explain::<Record>(octets, edition))
+    read(record, octets, fspec, (fspec, edition)).map_err(|_| explain::<Record>(octets, edition))
 }

@@ -3,6 +3,8 @@
 pub mod fusion_report;
 mod items;
 
+use deku::DekuReader;
+
 use crate::item::read_octets;
 use crate::record::{explain, read, read_fspec, record};
 use crate::{DataSource, Explicit, Fault, TimeOfDay};
@@ -49,17 +51,17 @@ record! {
 }
 
 /// Reads I129/120 with the length that ends the record at the end of its block.
-fn decode(octets: &[u8], (): ()) -> Result<(Record, usize), Fault> {
+fn decode(record: &mut Record, octets: &[u8], (): ()) -> Result<usize, Fault> {
     let fspec = read_fspec::<Record>(octets, ())?;
-    let mut record = read(octets, fspec, (fspec, false));
-    let ends_the_block =
-        |read: &Result<(Record, usize), _>| matches!(read, Ok((_, length)) if *length == octets.len());
-    if fspec.has(OperationalRisk::FRN) && !ends_the_block(&record) {
+    let mut length = read(record, octets, fspec, (fspec, false));
+    let ends_the_block = |length: &Result<usize, _>| matches!(length, Ok(length) if *length == octets.len());
+    if fspec.has(OperationalRisk::FRN) && !ends_the_block(&length) {
         // The edition contradicts itself on the length of I129/120. A block holds one record, so its end tells.
-        let long = read(octets, fspec, (fspec, true));
+        let mut other = Record::default();
+        let long = read(&mut other, octets, fspec, (fspec, true));
         if ends_the_block(&long) {
-            record = long;
+            (*record, length) = (other, long);
         }
     }
-    record.map_err(|_| explain::<Record>(octets, ()))
+    length.map_err(|_| explain::<Record>(octets, ()))
 }
