@@ -154,14 +154,14 @@ where
             (None, None) => return None,
         };
         let Some(next) = next else {
-            return Some(StateEstimate::of(&here.told, &here.height, here.jumped, since_s, None));
+            return Some(StateEstimate::of(&here.told, &here.height, &here.jumps, since_s, None));
         };
         let ahead_s = next.measurement.time.seconds_since(time);
         let (plane, height) = here.bridges(&next.measurement, ahead_s, &self.models);
         let plane = here.told.smoothed(&plane.back(), &next.smoothed.0);
         let height = here.height.smoothed(&height.back(), &next.smoothed.1);
-        let next = &next.state;
-        let jumped = if next.jumped.norm() > here.jumped.norm() { next.jumped } else { here.jumped };
-        Some(StateEstimate::of(&plane, &height, jumped, since_s, until_s))
+        let (before, after) = (&here.jumps, &next.state.jumps);
+        let jumps = if after.doubt.norm() > before.doubt.norm() { after } else { before };
+        Some(StateEstimate::of(&plane, &height, jumps, since_s, until_s))
     }
 }

@@ -18,6 +18,8 @@ use crate::time::Time;
 const LEAP: f64 = 100.0;
 /// A receiver's false place is forgotten to 1/e in this time, seconds.
 const JUMP_LASTS_S: f64 = 30.0;
+/// Less than this of it is forgotten, metres.
+const JUMP_SHOWS_M: f64 = 1.0;
 /// A position, velocity or climb further off than this is given less weight (squared Mahalanobis distance).
 const FAR: f64 = 16.0;
 
@@ -50,8 +52,35 @@ pub(super) struct State<const P: usize, const M: usize, const H: usize, const S:
     /// The one Gaussian that stands for that mixture.
     pub(super) told: Gaussian<P>,
     pub(super) height: Gaussian<H>,
-    /// How far the transponder has jumped from where the motion led, metres over ground: it is wrong now, or was before.
-    pub(super) jumped: Vector2<f64>,
+    pub(super) jumps: Jumps,
+}
+
+/// How far the transponder has jumped from where the motion led, metres over ground: it is wrong now, or was before.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(super) struct Jumps {
+    /// All jumps: nothing once it is back where it was, however far it had been and however long.
+    all: Vector2<f64>,
+    /// How far off it may be by them; fades.
+    pub(super) doubt: Vector2<f64>,
+}
+
+impl Jumps {
+    fn fade(&mut self, dt: f64) {
+        self.doubt *= (-dt / JUMP_LASTS_S).exp();
+        if self.doubt.norm() < JUMP_SHOWS_M {
+            self.all = self.doubt;
+        }
+    }
+
+    /// Another one. Of what it may mean, that it is off by all of them or by what is left of the doubt, the lesser counts: a
+    /// receiver that comes back from a false place is right again.
+    fn add(&mut self, away: Vector2<f64>) {
+        self.all += away;
+        self.doubt += away;
+        if self.all.norm() < self.doubt.norm() {
+            self.doubt = self.all;
+        }
+    }
 }
 
 /// The bridges back from a later state.
@@ -71,7 +100,7 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         plane.parts.iter_mut().for_each(|part| plane::begin(part, &biases));
         let mut height = AboveGround::first(models, position.0.z, height_measured);
         height::begin(&mut height, &biases);
-        Self { held, told: plane.combined(), plane, height, jumped: Vector2::zeros() }
+        Self { held, told: plane.combined(), plane, height, jumps: Jumps::default() }
     }
 
     /// The first state.
@@ -105,7 +134,7 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         models: &impl Moves<P, M, H>,
     ) -> (Self, Bridges<P, H>) {
         let (mut state, mut bridges) = self.ahead_to(measurement, dt, models);
-        state.jumped *= (-dt / JUMP_LASTS_S).exp();
+        state.jumps.fade(dt);
         state.leap(measurement, &mut bridges.0.predicted);
         let height = state.height;
         state.observe(measurement, &bridges.0.predicted);
@@ -161,7 +190,7 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
             told: over_ground.predicted,
             height: above.predicted,
             held: self.held,
-            jumped: self.jumped,
+            jumps: self.jumps,
         };
         (state, (over_ground, above))
     }
@@ -175,7 +204,7 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
             return;
         }
         let away = place - Vector2::new(predicted.mean[0], predicted.mean[1]);
-        self.jumped += away;
+        self.jumps.add(away);
         plane::spread(predicted, away);
         self.plane.parts.iter_mut().for_each(|part| plane::spread(part, away));
     }
@@ -226,7 +255,7 @@ impl StateEstimate {
     pub(super) fn of<const P: usize, const H: usize>(
         plane: &Gaussian<P>,
         height: &Gaussian<H>,
-        jumped: Vector2<f64>,
+        jumps: &Jumps,
         since_s: Option<f64>,
         until_s: Option<f64>,
     ) -> Self {
@@ -236,7 +265,7 @@ impl StateEstimate {
         Self {
             position: Enu::new(plane.mean[0], plane.mean[1], height.mean[0]),
             velocity: Vector3::new(plane.mean[2], plane.mean[3], height.mean[1]),
-            horizontal: block(0, 0) + jumped * jumped.transpose(),
+            horizontal: block(0, 0) + jumps.doubt * jumps.doubt.transpose(),
             vertical: height.covariance.at(0, 0),
             velocity_covariance: block(2, 2),
             position_velocity: block(0, 2),

@@ -347,3 +347,38 @@ fn a_target_that_tells_how_it_moves_is_known_from_its_first_report() {
         assert_eq!(estimate(Some((f64::NAN, 0.5))), estimate(None));
     }
 }
+
+/// Flown straight, a report each 2 s, of which some are `off` their place by so much to the east; the sigma over ground at a time.
+fn sigma_with(off: impl Fn(f64) -> f64, at: f64) -> f64 {
+    let measured = |index| {
+        let at = 2.0 * f64::from(index);
+        let by = By::Transponder { horizontal_m: 2.0, vertical_m: 2.0 };
+        let position = Enu::new(off(at), 10.0 * at, 50.0);
+        Measurement { time: seconds(at), position, height_measured: true, by, velocity: None, climb: None }
+    };
+    let measurements: Vec<_> = (0..=15).map(measured).collect();
+    let [sigma_m, _] =
+        dynamics().map(|dynamics| tracked(&measurements, &dynamics).at(seconds(at)).unwrap().sigma_m());
+    sigma_m
+}
+
+/// A receiver that has jumped may be wrong as far as that, for a while; once it is back where the motion led it is right again,
+/// wherever it has been, and however far away.
+#[test]
+fn a_jump_is_a_doubt_until_it_is_undone() {
+    let sound_m = sigma_with(|_| 0.0, 29.0);
+    let stayed = |at: f64| if at > 9.0 { 300.0 } else { 0.0 };
+    assert!(sigma_with(stayed, 12.0) > 200.0, "{}", sigma_with(stayed, 12.0));
+    assert!(sigma_with(stayed, 29.0) > 100.0, "{}", sigma_with(stayed, 29.0));
+    for (first_m, second_m) in [(300.0, 300.0), (-70_000.0, -70_000.0), (-70_000.0, 20_000.0)] {
+        let back = |at: f64| {
+            [(10.0, first_m), (12.0, second_m)].iter().find(|(time, _)| *time == at).map_or(0.0, |of| of.1)
+        };
+        assert!(sigma_with(back, 10.0) > 0.9 * f64::abs(first_m));
+        assert!(
+            sigma_with(back, 29.0) < 4.0 * sound_m,
+            "{first_m}, {second_m}: {} m, {sound_m} m",
+            sigma_with(back, 29.0)
+        );
+    }
+}
