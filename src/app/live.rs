@@ -190,6 +190,7 @@ impl LiveBuilder {
             Recorded::Registered(registration_text(&registrations).into()),
             Recorded::Correlations(decisions),
         ];
+        self.before.extend(self.driver.published().map(Recorded::Published));
         if is_warm {
             // What is recorded begins where the engine is.
             self.before.push(Recorded::Checkpoint(self.driver.checkpoint(&self.config).into()));

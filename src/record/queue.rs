@@ -34,6 +34,7 @@ impl RecorderQueue {
             | Recorded::Registered(_)
             | Recorded::Decided(_)
             | Recorded::Checkpoint(_)
+            | Recorded::Published(_)
             | Recorded::Correlations(_) => None,
         };
         if let Some(until) = self.gap

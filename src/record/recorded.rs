@@ -31,6 +31,8 @@ pub enum Recorded {
     /// The state of the engine before what follows ([`EngineState`](crate::state::EngineState)): a file that begins here is
     /// replayed from it.
     Checkpoint(Arc<[u8]>),
+    /// Slots up to this centre were an earlier service's to publish: a replay has them, the output of this run has not.
+    Published(Time),
     /// A datagram that was sent.
     Output {
         /// When it was due.

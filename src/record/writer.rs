@@ -65,6 +65,8 @@ pub(super) struct Writer {
     checkpoint: Option<Arc<[u8]>>,
     /// Where there are checkpoints a full file waits for one; since when it is full.
     has_checkpoints: bool,
+    /// Slots up to this centre are not in the output: an earlier service's.
+    published: Option<Time>,
     full_since: Option<Time>,
     /// The latest reception, recorded or not, or the latest time of what did not fit the queue.
     latest: Option<Time>,
@@ -104,6 +106,7 @@ impl Writer {
             held: "".into(),
             checkpoint: None,
             has_checkpoints: false,
+            published: None,
             full_since: None,
             latest: None,
             lock: None,
@@ -190,6 +193,10 @@ impl Writer {
                 self.held = text;
                 None
             }
+            Recorded::Published(until) => {
+                self.published = Some(until);
+                None
+            }
             // A new segment says from where on a replay is exact again.
             Recorded::Gap(until) => {
                 // A state of before it is not that of what follows.
@@ -246,6 +253,9 @@ impl Writer {
                 self.grid.open(self.grid.of(whole).plus(1 + self.window_slots - self.latency_slots))
             }
         };
+        // The first slot whose centre lies behind.
+        let own = self.published.map(|until| self.grid.open(self.grid.of(until + self.grid.slot() / 2)));
+        let complete_from = own.map_or(complete_from, |own| complete_from.max(own));
         // Who has had no point for longer than that is announced again with the next. Slots lag by less than a window.
         let lag_ns = self.window_slots * self.grid.slot().as_nanos() as i64;
         let flies = Time::from_nanos(now.nanos() - lag_ns) - NOTED;
