@@ -25,7 +25,7 @@ use fusion::time::Time;
 /// An arrival that waited in the queue while a slot was made is handled this much later than that.
 const AFTER_MAKING: SignedDuration = SignedDuration::from_micros(1);
 
-/// By less than this a clock that is set costs slots after a start, and no more than so many.
+/// A clock that is set back after a start by no more than this makes the first slot later by as much.
 const CLOCK_SET: SignedDuration = SignedDuration::from_secs(1);
 
 /// Output of the driver.
@@ -110,7 +110,7 @@ impl Driver {
         self.published = Some(centre);
     }
 
-    /// The centre up to which slots are published or an earlier service's: those of the state may end before.
+    /// The centre up to which slots are published, by this service or an earlier one.
     pub fn published(&self) -> Option<Time> {
         self.latest.max(self.published)
     }
@@ -193,8 +193,8 @@ impl Driver {
         self.made.iter().any(|made| matches!(made, Made::Event(Event::Restarted)))
     }
 
-    /// Whether a slot was an earlier service's. Of one that is older than any that is still to be made when a service starts the
-    /// clock has been set back since: what it said at the start counts no more.
+    /// Whether a slot was an earlier service's. Where it is older than any that was still to be made at the start, the clock has
+    /// been set back since, and what it said then counts no more.
     fn is_left(&mut self, centre: Time) -> bool {
         self.published = self.published.filter(|&until| until - centre <= self.due_after + CLOCK_SET);
         self.published.is_some_and(|until| centre <= until)
