@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 use jiff::SignedDuration;
@@ -9,6 +11,7 @@ use serde::Serialize;
 
 use super::cell::{Cell, Lost};
 use super::cells::Cells;
+use super::engine::SiteEngine;
 use super::log::{Log, LogError};
 use super::message::{Logged, Output};
 use crate::areas::Areas;
@@ -80,7 +83,7 @@ pub async fn verify(
         let wait = SignedDuration::from_nanos((cluster.wait_s * 1e9) as i64);
         Some((Cell::new(engine, grid, wait, kept.handled, kept.published), kept.handled, kept.published))
     });
-    let (mut alone, handled, published) = match began {
+    let (alone, handled, published) = match began {
         Some((alone, handled, published)) => (Some(alone), handled, published),
         None => (None, 0, 0),
     };
@@ -89,6 +92,7 @@ pub async fn verify(
     let after = |sequence: u64| if alone.is_some() { sequence + 1 } else { 0 };
     let (mut inputs, mut outputs) = (log.inputs(after(handled)), log.outputs(cell, after(published)));
     let mut verdict = Verdict { differs: alone.as_ref().map(|_| false), ..Verdict::default() };
+    let maker = alone.map(Maker::start).transpose()?;
     let mut seen = BTreeMap::new();
     let ends = tokio::time::sleep(lasts);
     tokio::pin!(ends);
@@ -102,7 +106,7 @@ pub async fn verify(
                 if let Logged::Input(input) = &logged {
                     verdict.datagrams += input.heard.len() as u64;
                 }
-                alone.iter_mut().for_each(|alone| alone.input(sequence, logged.clone()));
+                maker.iter().for_each(|maker| maker.tell(Read::Input(sequence, logged.clone())));
             }
             output = outputs.next() => {
                 let Some((sequence, octets)) = output else { break };
@@ -118,23 +122,71 @@ pub async fn verify(
                         verdict.epochs.push(output.epoch);
                     }
                 }
-                if let Some(alone) = &mut alone {
-                    verdict.made += 1;
+                maker.iter().for_each(|maker| maker.tell(Read::Output(sequence, output.clone())));
+            }
+        }
+    }
+    if let Some(maker) = maker {
+        let (made, differs) = tokio::task::spawn_blocking(|| maker.end()).await.unwrap_or((0, None));
+        (verdict.made, verdict.differs) = (made, differs);
+    }
+    if let (Some((first, ())), Some((last, ()))) = (seen.first_key_value(), seen.last_key_value()) {
+        verdict.missing = (last.0 - first.0 + 1).unsigned_abs() - seen.len() as u64;
+    }
+    Ok(verdict)
+}
+
+/// What the log holds of a cell.
+enum Read {
+    Input(u64, Logged),
+    Output(u64, Output),
+}
+
+/// Makes the slots once more, on a thread of its own: it begins up to a checkpoint's age ago, and while it catches up what comes
+/// is to be looked at when it comes.
+struct Maker {
+    read: Sender<Read>,
+    thread: JoinHandle<(u64, Option<bool>)>,
+}
+
+impl Maker {
+    fn start(alone: Cell<SiteEngine>) -> Result<Self, LogError> {
+        let (read, reads) = channel();
+        let thread = std::thread::Builder::new()
+            .name("once more".to_owned())
+            .spawn(move || make(alone, &reads))
+            .map_err(|error| LogError::Unusable(error.to_string()))?;
+        Ok(Self { read, thread })
+    }
+
+    /// Nobody hears it any more once the slots differ.
+    fn tell(&self, read: Read) {
+        _ = self.read.send(read);
+    }
+
+    /// How many slots it made of all that was read, and whether one differs.
+    fn end(self) -> (u64, Option<bool>) {
+        drop(self.read);
+        self.thread.join().unwrap_or((0, None))
+    }
+}
+
+fn make(mut alone: Cell<SiteEngine>, reads: &Receiver<Read>) -> (u64, Option<bool>) {
+    let mut made = 0;
+    while let Ok(first) = reads.recv() {
+        for read in std::iter::once(first).chain(reads.try_iter()) {
+            match read {
+                Read::Input(sequence, logged) => alone.input(sequence, logged),
+                Read::Output(sequence, output) => {
+                    made += 1;
                     // It never owns anything: what comes is what others publish.
                     _ = alone.output(sequence, output);
                 }
             }
         }
-        if let Some(following) = &mut alone
-            && let Err(lost) = following.pump(now())
-        {
-            verdict.differs = Some(lost == Lost::Diverged);
-            alone = None;
+        if let Err(lost) = alone.pump(now()) {
+            return (made, Some(lost == Lost::Diverged));
         }
     }
-    verdict.made -= alone.as_ref().map_or(0, Cell::behind);
-    if let (Some((first, ())), Some((last, ()))) = (seen.first_key_value(), seen.last_key_value()) {
-        verdict.missing = (last.0 - first.0 + 1).unsigned_abs() - seen.len() as u64;
-    }
-    Ok(verdict)
+    (made - alone.behind(), Some(false))
 }
