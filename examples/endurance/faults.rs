@@ -28,6 +28,9 @@ const FLIGHTS: u64 = 16;
 const RECOVERS_S: f64 = 25.0 + 6.25 + 15.0;
 /// That is looked at up to the end of the flight but this, seconds.
 const END_S: f64 = 122.0;
+/// An aircraft that no sensor sees may be shown so much longer or shorter, seconds: when it is known too poorly to be shown goes by
+/// what was learnt of its transponder, too.
+const EDGE_S: f64 = 2.0;
 /// The program is told the time so often at least, seconds.
 const TICK_S: f64 = 1.0;
 
@@ -98,6 +101,15 @@ impl Flight {
         let service = flight.fly(&[], random, directory).map_err(|Broken(what)| what)?;
         flight.undisturbed = service.book.shown;
         Ok(flight)
+    }
+
+    /// Whether what is shown now is what would be, or was just before or just after.
+    fn is(&self, time: Time, shown: &BTreeSet<Identity>, now: &BTreeSet<Identity>) -> bool {
+        let about = time + seconds(-EDGE_S)..=time + seconds(EDGE_S);
+        now.symmetric_difference(shown).all(|who| {
+            let mut about = self.undisturbed.range(about.clone());
+            about.any(|(_, shown)| shown.contains(who) == now.contains(who))
+        })
     }
 
     /// Flies it with these faults.
@@ -263,7 +275,8 @@ fn schedule(seed: u64, flights: &[Flight], directory: &std::path::Path) -> Resul
     let [from, until] = [WELL_S + RECOVERS_S, END_S].map(|at_s| flight.start + seconds(at_s) - seconds(6.25));
     let slots: Vec<_> = flight.undisturbed.range(from..until).collect();
     let now = |time| service.book.shown.get(time);
-    let mut others = slots.iter().filter(|(time, shown)| now(*time) != Some(*shown));
+    let mut others =
+        slots.iter().filter(|(time, shown)| !now(time).is_some_and(|now| flight.is(**time, shown, now)));
     if let Some((time, shown)) = others.next() {
         let (now, more) = (now(*time), others.count());
         return Err(Broken(format!(

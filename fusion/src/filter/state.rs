@@ -81,6 +81,15 @@ impl Jumps {
             self.doubt = self.all;
         }
     }
+
+    /// It is off by no more than this: what is left of the jumps is what may be left of the doubt.
+    fn bound(&mut self, most_m: f64) {
+        let doubt_m = self.doubt.norm();
+        if doubt_m > most_m {
+            self.doubt *= most_m / doubt_m;
+            self.all = self.doubt;
+        }
+    }
 }
 
 /// The bridges back from a later state.
@@ -136,6 +145,7 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         let (mut state, mut bridges) = self.ahead_to(measurement, dt, models);
         state.jumps.fade(dt);
         state.leap(measurement, &mut bridges.0.predicted);
+        state.settle(measurement, &bridges.0.predicted);
         let height = state.height;
         state.observe(measurement, &bridges.0.predicted);
         state.observe_motion(measurement, &bridges.0.predicted, &height);
@@ -207,6 +217,19 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         self.jumps.add(away);
         plane::spread(predicted, away);
         self.plane.parts.iter_mut().for_each(|part| plane::spread(part, away));
+    }
+
+    /// A plot of the aircraft shows how far off a transponder that has jumped can be: as far as the plot is from where the motion
+    /// led, give or take the radar's errors.
+    fn settle(&mut self, measurement: &Measurement, predicted: &Gaussian<P>) {
+        let By::Radar { seen, errors, .. } = &measurement.by else { return };
+        let Some(along) = self.jumps.doubt.try_normalize(0.0) else { return };
+        let away = measurement.position.0.xy() - Vector2::new(predicted.mean[0], predicted.mean[1]);
+        let errors = seen.spread(
+            errors.bias_range_m.hypot(errors.noise_range_m),
+            errors.bias_azimuth.hypot(errors.noise_azimuth),
+        );
+        self.jumps.bound(away.norm().hypot(along.dot(&(errors * along)).sqrt()));
     }
 
     fn observe(&mut self, measurement: &Measurement, predicted: &Gaussian<P>) {

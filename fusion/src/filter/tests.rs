@@ -382,3 +382,24 @@ fn a_jump_is_a_doubt_until_it_is_undone() {
         }
     }
 }
+
+/// Where a radar sees the aircraft at the place that the transponder has jumped to, it is no farther off than the radar's errors
+/// are large; where it sees it at the place of before, the doubt stays, and without a radar, too.
+#[test]
+fn a_plot_tells_how_much_of_a_jump_is_left_to_doubt() {
+    for dynamics in dynamics() {
+        let sigma_m = |plots_north: Option<f64>| {
+            let report = |index: u32| (2.0, 0.0, if index < 5 { 0.0 } else { 300.0 }, 0);
+            let mut rows: Vec<_> = (0..7).map(report).collect();
+            for _ in 0..4 {
+                rows.extend(plots_north.map(|north| (1.0, 0.0, north, 1)));
+                rows.push((if plots_north.is_some() { 1.0 } else { 2.0 }, 0.0, 300.0, 0));
+            }
+            let last = 2.0 * rows.iter().filter(|row| row.3 == 0).count() as f64;
+            tracked(&measurements(&rows), &dynamics).at(seconds(last)).unwrap().sigma_m()
+        };
+        let (alone_m, with_it_m, against_it_m) = (sigma_m(None), sigma_m(Some(300.0)), sigma_m(Some(0.0)));
+        assert!(with_it_m < 60.0, "{with_it_m} m, {dynamics:?}");
+        assert!(alone_m > 130.0 && against_it_m > 130.0, "{alone_m}, {against_it_m} m, {dynamics:?}");
+    }
+}
