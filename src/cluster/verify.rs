@@ -127,8 +127,9 @@ pub async fn verify(
         }
     }
     if let Some(maker) = maker {
-        let (made, differs) = tokio::task::spawn_blocking(|| maker.end()).await.unwrap_or((0, None));
-        (verdict.made, verdict.differs) = (made, differs);
+        let ended = tokio::task::spawn_blocking(|| maker.end()).await;
+        let (made, differs) = ended.map_err(|panic| LogError::Unusable(panic.to_string()))?;
+        (verdict.made, verdict.differs) = (made, Some(differs));
     }
     if let (Some((first, ())), Some((last, ()))) = (seen.first_key_value(), seen.last_key_value()) {
         verdict.missing = (last.0 - first.0 + 1).unsigned_abs() - seen.len() as u64;
@@ -146,7 +147,7 @@ enum Read {
 /// is to be looked at when it comes.
 struct Maker {
     read: Sender<Read>,
-    thread: JoinHandle<(u64, Option<bool>)>,
+    thread: JoinHandle<(u64, bool)>,
 }
 
 impl Maker {
@@ -165,13 +166,13 @@ impl Maker {
     }
 
     /// How many slots it made of all that was read, and whether one differs.
-    fn end(self) -> (u64, Option<bool>) {
+    fn end(self) -> (u64, bool) {
         drop(self.read);
-        self.thread.join().unwrap_or((0, None))
+        self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 }
 
-fn make(mut alone: Cell<SiteEngine>, reads: &Receiver<Read>) -> (u64, Option<bool>) {
+fn make(mut alone: Cell<SiteEngine>, reads: &Receiver<Read>) -> (u64, bool) {
     let mut made = 0;
     while let Ok(first) = reads.recv() {
         for read in std::iter::once(first).chain(reads.try_iter()) {
@@ -185,8 +186,8 @@ fn make(mut alone: Cell<SiteEngine>, reads: &Receiver<Read>) -> (u64, Option<boo
             }
         }
         if let Err(lost) = alone.pump(now()) {
-            return (made, Some(lost == Lost::Diverged));
+            return (made - alone.behind(), lost == Lost::Diverged);
         }
     }
-    (made - alone.behind(), Some(false))
+    (made - alone.behind(), false)
 }
