@@ -347,3 +347,35 @@ fn tell(report: &GatewayReport, before: Option<GatewayClock>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cluster::message::Heard;
+    use fusion::slots::Slot;
+    use fusion::time::Time;
+
+    #[test]
+    fn while_the_log_is_away_the_newest_64_mib_wait_and_what_was_dropped_is_counted() {
+        let waiting = Waiting::default();
+        let address = SocketAddr::from(([127, 0, 0, 1], 8600));
+        let datagram =
+            Heard { received: Time::default(), from: address, to: address, payload: vec![0; 65_000] };
+        let input = |slot| Input {
+            sensor: DataSource { sac: 1, sic: 2 },
+            slot: Slot(slot),
+            part: 0,
+            is_last: true,
+            heard: vec![datagram.clone(); 10],
+        };
+        waiting.add((0..150).map(input));
+        let GatewayCounts { waiting: left, dropped, .. } = waiting.counts();
+        assert_eq!(dropped, 10 * (150 - left), "each is there, or is counted");
+        let inputs = waiting.inputs();
+        let octets: usize = inputs.queue.iter().map(octets).sum();
+        assert_eq!(inputs.octets, octets);
+        assert!(octets <= WAITING && octets + self::octets(&input(0)) > WAITING, "{octets}");
+        let slots: Vec<i64> = inputs.queue.iter().map(|input| input.slot.0).collect();
+        assert_eq!(slots, (150 - left as i64..150).collect::<Vec<_>>());
+    }
+}
