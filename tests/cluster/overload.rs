@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use crate::site::{Setup, Site, until};
 
-/// It is halted for the rest of each of these.
-const TURN: Duration = Duration::from_secs(1);
+/// It goes on about as often.
+const TURN_S: f64 = 1.0;
 /// Every step. By the last a node leaves a cell to another one, if it owns several, which it does not here.
 const STEPS: [u8; 7] = [0, 1, 3, 4, 5, 6, 7];
 
@@ -20,16 +20,7 @@ async fn three_times_the_load_is_shed_in_order_and_transponders_never() {
     let held = site.owner().await.unwrap();
     let needs =
         site.share(owner, Duration::from_secs(5), async |lasts| tokio::time::sleep(lasts).await).await;
-    let runs = TURN.mul_f64(needs / 3.0);
-    let starved = async |lasts: Duration| {
-        let began = tokio::time::Instant::now();
-        while began.elapsed() < lasts {
-            site.signal(owner, "-STOP");
-            tokio::time::sleep(TURN - runs).await;
-            site.signal(owner, "-CONT");
-            tokio::time::sleep(runs).await;
-        }
-    };
+    let starved = async |lasts: Duration| site.starve(owner, needs / 3.0, lasts, TURN_S).await;
     let gets = site.share(owner, Duration::from_secs(25), starved).await;
     println!("{owner} needs {:.1} % of a core, and got {:.1} %", 100.0 * needs, 100.0 * gets);
     assert!(gets < 0.7 * needs, "it was not overloaded: {gets} of {needs}");

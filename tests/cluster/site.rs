@@ -314,16 +314,37 @@ impl Site {
 
     /// How much of a core a process takes while that goes on, of so long a time.
     pub async fn share(&self, name: &str, lasts: Duration, meanwhile: impl AsyncFnOnce(Duration)) -> f64 {
-        let id = self.process(name).child.id();
-        // Ticks of 10 ms in user and system mode, behind the name in parentheses (proc_pid_stat(5)).
-        let ticks = || -> u64 {
-            let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap();
-            let fields = stat.rsplit_once(')').unwrap().1.split_whitespace().skip(11).take(2);
-            fields.map(|field| field.parse::<u64>().unwrap()).sum()
-        };
-        let (before, began) = (ticks(), Instant::now());
+        let (before, began) = (self.processor_s(name), Instant::now());
         meanwhile(lasts).await;
-        (ticks() - before) as f64 * 0.01 / began.elapsed().as_secs_f64()
+        (self.processor_s(name) - before) / began.elapsed().as_secs_f64()
+    }
+
+    /// Lets a process have no more than so much of a core for so long: it is halted most of the time, and goes on about once
+    /// in so many seconds, until it has had its share, however long that takes beside all else.
+    pub async fn starve(&self, name: &str, share: f64, lasts: Duration, turn_s: f64) {
+        let (before, began) = (self.processor_s(name), Instant::now());
+        // Processor time that it may still have; below 0 where it was halted too late.
+        let left_s = || share * began.elapsed().as_secs_f64() - (self.processor_s(name) - before);
+        while began.elapsed() < lasts {
+            self.signal(name, "-STOP");
+            while left_s() < share * turn_s {
+                tokio::time::sleep(Duration::from_millis(10)).await;
+            }
+            self.signal(name, "-CONT");
+            // It may need no more.
+            while left_s() > 0.0 && began.elapsed() < lasts {
+                tokio::time::sleep(Duration::from_millis(1)).await;
+            }
+        }
+    }
+
+    /// Processor time that a process has had, in steps of 10 ms.
+    fn processor_s(&self, name: &str) -> f64 {
+        let id = self.process(name).child.id();
+        // Ticks in user and system mode, behind the name in parentheses (proc_pid_stat(5)).
+        let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap();
+        let fields = stat.rsplit_once(')').unwrap().1.split_whitespace().skip(11).take(2);
+        fields.map(|field| field.parse::<u64>().unwrap()).sum::<u64>() as f64 * 0.01
     }
 
     fn process(&self, name: &str) -> &Running {

@@ -38,7 +38,9 @@ fn the_types_are_those_of_the_documents() {
 
 /// The lines that a program prints until one has this text.
 fn says(command: &mut Command, text: &str) -> String {
-    let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().unwrap();
+    // Node makes a pipe that it inherits one that does not block, for all that write to it.
+    let command = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut child = command.spawn().unwrap();
     let output = BufReader::new(child.stdout.take().unwrap());
     // Its end ends the reader below.
     let _process = Ending(child);
