@@ -36,6 +36,19 @@ pub(crate) const fn set<const N: usize>(
 #[inline]
 pub(crate) const fn put(octets: &mut [u8], offset: usize, width: usize, value: u64) {
     let end = offset + width;
+    if end <= offset / 8 * 8 + 8 {
+        // Most fields stand in one octet.
+        let (shift, octet) = (offset / 8 * 8 + 8 - end, &mut octets[offset / 8]);
+        let mask = mask(width) << shift;
+        *octet = *octet & !mask as u8 | (value << shift & mask) as u8;
+        return;
+    }
+    put_in_several(octets, offset, width, value);
+}
+
+/// As [`put`], of bits that stand in any number of octets.
+const fn put_in_several(octets: &mut [u8], offset: usize, width: usize, value: u64) {
+    let end = offset + width;
     if end > offset / 8 * 8 + 64 {
         return put_in_nine(octets, offset, width, value);
     }

@@ -104,6 +104,13 @@ impl Fspec {
     }
 }
 
+/// The shortest FSPEC that announces these field reference numbers (1 to 56), in any order.
+impl FromIterator<u8> for Fspec {
+    fn from_iter<I: IntoIterator<Item = u8>>(frns: I) -> Self {
+        Self::announcing(frns.into_iter().fold(Frns::NONE, |frns, frn| frns.with(frn, true)), 0)
+    }
+}
+
 /// The first eight octets as one word; FX alone where there are fewer.
 #[inline]
 fn front_word(octets: &[u8]) -> u64 {
@@ -196,6 +203,8 @@ mod tests {
             let mut out = Vec::new();
             Fspec::of(present, fspec.padding()).encode_into(&mut out);
             assert_eq!(out, octets);
+            let backwards = (1..=56).rev().filter(|frn| present[usize::from(*frn) - 1]);
+            assert_eq!(backwards.collect::<Fspec>(), Fspec::of(present, 0));
         }
     }
 

@@ -194,8 +194,39 @@ fn incomplete(error: &no_std_io::Error, bits: usize) -> DekuError {
 /// See the [module](self).
 macro_rules! extended {
     ($(#[$meta:meta])* pub struct $name:ident { $($part:ident { $($fields:tt)* })* }) => {
-        $crate::item::chain! {
-            $(#[$meta])* pub struct $name = $crate::Layout::Extended(&[$($crate::fields::fields!($($fields)*)),*]);
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub struct $name($crate::Chain);
+
+        $crate::item::in_place! {
+            $name () reader => deku::DekuReader::from_reader_with_ctx(reader, ()).map(Self),
+            self writer => deku::DekuWriter::to_writer(&self.0, writer, ())
+        }
+
+        impl $name {
+            /// The octets as they stand.
+            pub const fn chain(&self) -> &$crate::Chain {
+                &self.0
+            }
+        }
+
+        impl $crate::Describe for $name {
+            const LAYOUT: $crate::Layout =
+                $crate::Layout::Extended(&[$($crate::fields::fields!($($fields)*)),*]);
+        }
+
+        impl From<$crate::Chain> for $name {
+            /// Any octets, for what the setters do not cover.
+            fn from(chain: $crate::Chain) -> Self {
+                Self(chain)
+            }
+        }
+
+        impl Default for $name {
+            /// One octet, all bits 0.
+            fn default() -> Self {
+                Self($crate::Chain::new(0))
+            }
         }
 
         impl $name {
@@ -228,45 +259,6 @@ macro_rules! numbers {
 }
 
 numbers!(u8: 1, u16: 2, u32: 4);
-
-/// A type that holds a [`Chain`].
-macro_rules! chain {
-    ($(#[$meta:meta])* pub struct $name:ident = $layout:expr;) => {
-        $(#[$meta])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        pub struct $name($crate::Chain);
-
-        $crate::item::in_place! {
-            $name () reader => deku::DekuReader::from_reader_with_ctx(reader, ()).map(Self),
-            self writer => deku::DekuWriter::to_writer(&self.0, writer, ())
-        }
-
-        impl $name {
-            /// The octets as they stand.
-            pub const fn chain(&self) -> &$crate::Chain {
-                &self.0
-            }
-        }
-
-        impl $crate::Describe for $name {
-            const LAYOUT: $crate::Layout = $layout;
-        }
-
-        impl From<$crate::Chain> for $name {
-            /// Any octets, for what the setters do not cover.
-            fn from(chain: $crate::Chain) -> Self {
-                Self(chain)
-            }
-        }
-
-        impl Default for $name {
-            /// One octet, all bits 0.
-            fn default() -> Self {
-                Self($crate::Chain::new(0))
-            }
-        }
-    };
-}
 
 /// See the [module](self).
 macro_rules! words {
@@ -421,7 +413,7 @@ macro_rules! expansion {
     };
 }
 
-pub(crate) use {chain, compound, expansion, extended, in_place, item, items, padded, parts, words};
+pub(crate) use {compound, expansion, extended, in_place, item, items, padded, parts, words};
 
 #[cfg(test)]
 mod tests {

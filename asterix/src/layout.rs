@@ -98,7 +98,7 @@ pub enum Layout {
     /// Octets of seven bits, of which all but the last have the lowest bit (FX) set. Further octets than those described
     /// are kept.
     Extended(&'static [&'static [Field]]),
-    /// As [`Layout::Extended`], every octet a code of seven bits.
+    /// Octets of a code of seven bits and FX, which says that another follows.
     Codes,
     /// Parts of whole octets. Where the fields of one leave the last bit, that is FX, and set where the next part follows;
     /// where they do not, it is the last part. There are no further ones.
@@ -348,6 +348,7 @@ mod tests {
         const TWO: Layout = Layout::Fields(&[count("a", 12), count("b", 4)]);
         const THREE: Layout = Layout::Repetitive(&[count("", 24)]);
         const CHAIN: Layout = Layout::Extended(&[]);
+        const PAIRS: Layout = Layout::Chained(&[count("a", 12), count("b", 3)]);
         const OPAQUE: Layout = Layout::Explicit(Contents::Opaque);
         const DOPPLER: Layout = Layout::Compound(&[
             Subfield::new("cal", TWO),
@@ -358,6 +359,7 @@ mod tests {
         const SEQUENCE: Layout =
             Layout::Sequence(&[UapItem::new(3, "030", "", TWO), UapItem::new(9, "090", "", THREE)]);
         let full = [0x01; 17];
+        let many = [[0x01; 98].as_slice(), &[0x00; 2]].concat();
         for (layout, octets, expected) in [
             (TWO, &[0, 0, 0][..], Ok(2)),
             (TWO, &[0][..], Err(FaultKind::ItemPastEnd)),
@@ -365,6 +367,10 @@ mod tests {
             (CHAIN, &[1, 3][..], Err(FaultKind::ItemPastEnd)),
             (CHAIN, &[][..], Err(FaultKind::ItemPastEnd)),
             (CHAIN, &full[..], Err(FaultKind::ChainTooLong)),
+            (Layout::Codes, &many[..], Ok(99)),
+            (Layout::Codes, &full[..], Err(FaultKind::ItemPastEnd)),
+            (PAIRS, &many[..], Ok(100)),
+            (PAIRS, &full[..], Err(FaultKind::ItemPastEnd)),
             (THREE, &[0][..], Ok(1)),
             (THREE, &[2, 0, 0, 0, 0, 0, 0][..], Ok(7)),
             (THREE, &[2, 0, 0, 0, 0, 0][..], Err(FaultKind::ItemPastEnd)),

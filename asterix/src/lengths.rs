@@ -41,7 +41,8 @@ impl Length {
         match *layout {
             // Which of the two it is shows only after the whole record.
             Layout::Fields(fields) | Layout::OneOrThree(fields) => Self::Fixed(octets_of(fields)),
-            Layout::Extended(_) | Layout::Codes => Self::Extended,
+            Layout::Extended(_) => Self::Extended,
+            Layout::Codes => Self::Chained(1),
             Layout::Chained(fields) => Self::Chained(bits_of(fields).div_ceil(8)),
             Layout::Parts(parts) => Self::Parts(parts),
             Layout::Repetitive(fields) => Self::Repetitive(octets_of(fields)),
@@ -96,8 +97,8 @@ impl Length {
                 Some(0) => Err(FaultKind::LengthZero),
                 Some(&length) => Ok(length.into()),
             },
-            Self::Extended => chain(octets, 1),
-            Self::Chained(part) => chain(octets, part),
+            Self::Extended => extended(octets),
+            Self::Chained(part) => chained(octets, part).ok_or(FaultKind::ItemPastEnd),
             Self::Parts(parts) => parts_of(parts, octets),
             Self::Sequence(items) => sequence(items, octets),
             Self::Undefined => Err(FaultKind::ReservedSubfield),
@@ -179,14 +180,20 @@ impl Seven {
     }
 }
 
-/// Octets of the parts at the front, of so many octets each, up to the first without FX.
-fn chain(octets: &[u8], part: usize) -> Result<usize, FaultKind> {
-    let ends = octets.chunks_exact(part).take(Chain::MAX_OCTETS);
-    match ends.clone().position(|part| part.last().is_some_and(|octet| octet & 1 == 0)) {
-        Some(last) => Ok((last + 1) * part),
-        None if ends.len() < Chain::MAX_OCTETS => Err(FaultKind::ItemPastEnd),
-        None => Err(FaultKind::ChainTooLong),
-    }
+/// Octets at the front up to the first without FX, as far as a [`Chain`] goes.
+fn extended(octets: &[u8]) -> Result<usize, FaultKind> {
+    let most = octets.get(..Chain::MAX_OCTETS);
+    chained(most.unwrap_or(octets), 1).ok_or(if most.is_some() {
+        FaultKind::ChainTooLong
+    } else {
+        FaultKind::ItemPastEnd
+    })
+}
+
+/// Octets of the parts at the front, of so many octets each, up to the first without FX; `None` where all have it.
+fn chained(octets: &[u8], part: usize) -> Option<usize> {
+    let ends = |part: &[u8]| part.last().is_some_and(|octet| octet & 1 == 0);
+    octets.chunks_exact(part).position(ends).map(|last| (last + 1) * part)
 }
 
 /// Octets of the primary subfield at the front, which announces no more than `all` subfields, and of those.

@@ -79,7 +79,7 @@ fn assert_same(record: &cat048::Record, by_hand: &slice::Record<'_>) {
         by_hand.i200.map(|it| two_words(it.gsp, it.hdg))
     );
     assert_eq!(record.track_status.as_ref().map(|status| status.chain().octets()), by_hand.i170);
-    assert_eq!(record.warnings.as_ref().map(|warnings| warnings.chain().octets()), by_hand.i030);
+    assert_eq!(record.warnings.as_ref().map(cat048::Warnings::octets), by_hand.i030);
     assert_eq!(
         record.height_3d.map(cat048::Height3D::height_ft),
         by_hand.i110.map(|count| f64::from(count) * 25.0)

@@ -132,7 +132,7 @@ fn typed_items(record: &cat048::Record) -> BTreeMap<&'static str, Value> {
     );
     put("080", record.mode_3a_confidence.map(|confidence| pulses(confidence.low_quality())));
     put("230", record.capability.map(capability));
-    put("030", record.warnings.map(|warnings| json!(warnings.codes().collect::<Vec<_>>())));
+    put("030", record.warnings.as_ref().map(|warnings| json!(warnings.codes().collect::<Vec<_>>())));
     items
 }
 

@@ -210,22 +210,24 @@ fn encode_record(
 ) -> Result<(), LineError> {
     // Each item of the profile by its place, as far as it is there.
     let mut values = [None; 7 * Fspec::MAX_OCTETS];
-    let mut announced = [false; 7 * Fspec::MAX_OCTETS];
     let mut next = 0;
     for (key, value) in items.iter() {
         // Mostly they come in the order of the record.
-        let is_it = |item: &UapItem| item.item == key;
+        let number: Option<&[u8; 3]> = key.as_bytes().try_into().ok();
+        let is_it = |item: &UapItem| match number {
+            Some(number) => item.item.as_bytes() == number,
+            None => item.item == key,
+        };
         let behind = uap[next..].iter().position(is_it).map(|place| next + place);
         let place = behind.or_else(|| uap[..next].iter().position(is_it));
         let place = place.ok_or_else(|| LineError::UnknownItem { category, item: key.to_owned() })?;
-        let UapItem { frn, item, .. } = uap[place];
         if values[place].replace(value).is_some() {
-            return Err(LineError::Item { item, trouble: "is there twice".to_owned() });
+            return Err(LineError::Item { item: uap[place].item, trouble: "is there twice".to_owned() });
         }
-        announced[usize::from(frn) - 1] = true;
         next = place + 1;
     }
-    let minimal = Fspec::of(announced, 0);
+    let there = uap.iter().zip(&values).filter(|(_, value)| value.is_some());
+    let minimal: Fspec = there.map(|(item, _)| item.frn).collect();
     let fspec = match fspec {
         Some(given) => padded(minimal, given).ok_or(LineError::Fspec)?,
         None => minimal,

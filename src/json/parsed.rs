@@ -144,16 +144,30 @@ impl<'a> Object<'a> {
         siblings(self.members)
     }
 
+    #[inline]
     pub fn get(&mut self, key: &str) -> Option<Value<'a>> {
+        match self.members.get(self.next) {
+            Some(node) if node.key == key => Some(self.found(self.next)),
+            _ => self.search(key),
+        }
+    }
+
+    #[inline(never)]
+    fn search(&mut self, key: &str) -> Option<Value<'a>> {
         let place = match self.find(key, self.next, self.members.len()) {
             Some(place) => place,
             None if self.passed => self.find(key, 0, self.next)?,
             None => return None,
         };
         self.passed |= place != self.next;
+        Some(self.found(place))
+    }
+
+    #[inline]
+    fn found(&mut self, place: usize) -> Value<'a> {
         let value = Value::at(self.members, place);
         self.next = place + value.0.len();
-        Some(value)
+        value
     }
 
     pub fn has(&self, key: &str) -> bool {

@@ -1,6 +1,6 @@
 //! Items from JSON: the inverse of the walk that prints them.
 
-use asterix::{Chain, Contents, Field, Fspec, Kind, Layout, Subfield, UapItem, octets_of};
+use asterix::{Chain, Contents, Field, Fspec, Kind, Layout, Quantity, Subfield, UapItem, octets_of};
 
 use super::characters;
 use super::parsed::{Object, Value};
@@ -18,8 +18,8 @@ pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: Value<'_>) ->
         Layout::Fields(fields) => read_fields(out, fields, value),
         Layout::OneOrThree(fields) => {
             let mut object = Members::of(value)?;
-            let undescribed = object.take("undescribed").map(octets).transpose()?;
             object.fields(out, fields)?;
+            let undescribed = object.take("undescribed").map(octets).transpose()?;
             object.end(keys(fields))?;
             match undescribed {
                 Some(octets) if octets.len() != 2 => Err("undescribed: must be two octets".to_owned()),
@@ -35,7 +35,6 @@ pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: Value<'_>) ->
         Layout::Chained(fields) => {
             let parts = value.as_array().filter(|(count, _)| *count > 0);
             let (count, parts) = parts.ok_or("must be an array of one part or more")?;
-            check_length(count)?;
             for (index, part) in parts.enumerate() {
                 let at = out.len();
                 out.resize(at + part_octets(fields), 0);
@@ -49,7 +48,6 @@ pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: Value<'_>) ->
         Layout::Codes => {
             let codes = value.as_array().filter(|(count, _)| *count > 0);
             let (count, codes) = codes.ok_or("must be an array of one code or more")?;
-            check_length(count)?;
             for (index, code) in codes.enumerate() {
                 let code = code.as_u64().filter(|code| *code < 128).ok_or("a code must be 0 to 127")?;
                 let extended = index + 1 < count;
@@ -75,10 +73,11 @@ pub(super) fn read_item(out: &mut Vec<u8>, layout: &Layout, value: Value<'_>) ->
         }
         Layout::Compound(subfields) => {
             let mut object = Members::of(value)?;
-            let given = object.take(PRIMARY).map(octets).transpose()?;
             // How long the primary subfield is shows only behind it.
             let at = out.len();
-            let announced = read_subfields(out, subfields, object)?;
+            let announced = read_subfields(out, subfields, &mut object)?;
+            let given = object.take(PRIMARY).map(octets).transpose()?;
+            object.end(subfields.iter().map(|subfield| subfield.key))?;
             let (mut primary, mut length) = ([0_u8; PRIMARY_OCTETS], 1);
             for index in (0..subfields.len()).filter(|index| announced >> index & 1 == 1) {
                 primary[index / 7] |= 0x80 >> (index % 7);
@@ -152,21 +151,21 @@ fn read_parts(out: &mut Vec<u8>, parts: &[&[Field]], value: Value<'_>) -> Result
 
 fn read_extended(out: &mut Vec<u8>, parts: &[&[Field]], value: Value<'_>) -> Result<(), Trouble> {
     let mut object = Members::of(value)?;
-    let more = object.take("more").map(octets).transpose()?;
-    // An octet was sent if a field of it, or of one behind it, is there.
-    let sent = match more {
-        Some(_) => parts.len(),
-        None => {
-            let named = |fields: &&[Field]| fields.iter().any(|field| object.has(field.key));
-            parts.iter().rposition(named).map_or(1, |last| last + 1)
-        }
-    };
-    for fields in &parts[..sent.min(parts.len())] {
+    let (mut put, mut sent) = (0, 1);
+    while put < sent {
         let at = out.len();
         out.push(0);
-        object.put(&mut out[at..], fields)?;
+        object.put(&mut out[at..], parts[put])?;
         out[at] |= 1;
+        put += 1;
+        // An octet was sent if a field of it, or of one behind it, is there.
+        if put == sent && !object.is_taken() {
+            let named = |fields: &&[Field]| fields.iter().any(|field| object.has(field.key));
+            let last = || parts.iter().rposition(named).map_or(1, |last| last + 1);
+            sent = if object.has("more") { parts.len() } else { last() };
+        }
     }
+    let more = object.take("more").map(octets).transpose()?;
     object.end(parts.iter().flat_map(|fields| keys(fields)))?;
     match more {
         Some(more) => {
@@ -216,7 +215,9 @@ fn read_explicit(out: &mut Vec<u8>, contents: Contents, value: Value<'_>) -> Res
         }
         Contents::Expansion(subfields) => {
             out.push(0);
-            let announced = read_subfields(out, subfields, Members::of(value)?)?;
+            let mut object = Members::of(value)?;
+            let announced = read_subfields(out, subfields, &mut object)?;
+            object.end(subfields.iter().map(|subfield| subfield.key))?;
             out[at + 1] = (announced as u8).reverse_bits();
         }
     }
@@ -228,7 +229,7 @@ fn read_explicit(out: &mut Vec<u8>, contents: Contents, value: Value<'_>) -> Res
 fn read_subfields(
     out: &mut Vec<u8>,
     subfields: &[Subfield],
-    mut object: Members<'_>,
+    object: &mut Members<'_>,
 ) -> Result<u64, Trouble> {
     let mut announced = 0;
     for (index, subfield) in subfields.iter().enumerate().filter(|(_, subfield)| !subfield.key.is_empty()) {
@@ -238,7 +239,6 @@ fn read_subfields(
                 .map_err(|trouble| format!("{}: {trouble}", subfield.key))?;
         }
     }
-    object.end(subfields.iter().map(|subfield| subfield.key))?;
     Ok(announced)
 }
 
@@ -259,18 +259,21 @@ fn read_fields(out: &mut Vec<u8>, fields: &[Field], value: Value<'_>) -> Result<
 /// Puts a value where its field begins, bit `at`.
 fn put_value(octets: &mut [u8], at: usize, field: &Field, value: Value<'_>) -> Result<(), Trouble> {
     let width = usize::from(field.bits);
-    if matches!(field.kind, Kind::Hex) && width > 64 {
-        return put_octets(&mut octets[at / 8..(at + width) / 8], value);
+    match field.kind {
+        Kind::Hex if width > 64 => return put_octets(&mut octets[at / 8..(at + width) / 8], value),
+        Kind::Ascii | Kind::Icao => {
+            return put_text(&mut octets[at / 8..(at + width) / 8], field.kind, value);
+        }
+        _ => {}
     }
-    if matches!(field.kind, Kind::Ascii | Kind::Icao) {
-        return put_text(&mut octets[at / 8..(at + width) / 8], field.kind, value);
+    match count_of(field.kind, width, value) {
+        Some(count) if width >= 64 || count >> width == 0 => {
+            field.set_count(octets, at, count);
+            Ok(())
+        }
+        Some(_) => Err(format!("{value} does not fit {width} bits")),
+        None => Err(no_count(field.kind, width, value)),
     }
-    let count = count_of(field.kind, width, value)?;
-    if width < 64 && count >> width != 0 {
-        return Err(format!("{value} does not fit {width} bits"));
-    }
-    field.set_count(octets, at, count);
-    Ok(())
 }
 
 fn put_octets(octets: &mut [u8], value: Value<'_>) -> Result<(), Trouble> {
@@ -301,28 +304,35 @@ fn put_text(octets: &mut [u8], kind: Kind, value: Value<'_>) -> Result<(), Troub
     }
 }
 
-fn count_of(kind: Kind, width: usize, value: Value<'_>) -> Result<u64, Trouble> {
+fn count_of(kind: Kind, width: usize, value: Value<'_>) -> Option<u64> {
     let digits = |base: u32, bits: usize| {
-        let text = value.as_str().filter(|text| text.len() == width / bits && !text.starts_with('+'));
-        let count = text.and_then(|text| u64::from_str_radix(text, base).ok());
-        count.ok_or_else(|| format!("must be a text of {} digits to the base {base}", width / bits))
+        let text = value.as_str().filter(|text| text.len() == width / bits && !text.starts_with('+'))?;
+        u64::from_str_radix(text, base).ok()
     };
     match kind {
         Kind::Octal => digits(8, 3),
         Kind::Hex | Kind::Address => digits(16, 4),
-        Kind::CountOr(unknown) if value.is_null() => Ok(unknown),
-        Kind::Quantity(quantity) => match quantity.unknown {
-            Some(unknown) if value.is_null() => Ok(unknown),
-            _ => {
-                let number = value.as_f64().ok_or("must be a number")?;
-                quantity.count(number, width).ok_or_else(|| format!("{number} is out of range"))
-            }
+        Kind::CountOr(unknown) if value.is_null() => Some(unknown),
+        Kind::Quantity(Quantity { unknown: Some(unknown), .. }) if value.is_null() => Some(unknown),
+        Kind::Quantity(quantity) => quantity.count(value.as_f64()?, width),
+        Kind::CountFrom(first) => value.as_u64()?.checked_sub(first),
+        _ => value.as_u64(),
+    }
+}
+
+/// Why a value has no count.
+#[cold]
+fn no_count(kind: Kind, width: usize, value: Value<'_>) -> Trouble {
+    let digits = |base, bits| format!("must be a text of {} digits to the base {base}", width / bits);
+    match kind {
+        Kind::Octal => digits(8, 3),
+        Kind::Hex | Kind::Address => digits(16, 4),
+        Kind::Quantity(_) => match value.as_f64() {
+            Some(number) => format!("{number} is out of range"),
+            None => "must be a number".to_owned(),
         },
-        Kind::CountFrom(first) => value
-            .as_u64()
-            .and_then(|number| number.checked_sub(first))
-            .ok_or_else(|| format!("must be {first} or more")),
-        _ => value.as_u64().ok_or_else(|| "must be a whole number".to_owned()),
+        Kind::CountFrom(first) => format!("must be {first} or more"),
+        _ => "must be a whole number".to_owned(),
     }
 }
 
@@ -348,7 +358,15 @@ impl<'a> Members<'a> {
         self.object.has(key)
     }
 
+    /// Whether each was taken.
+    fn is_taken(&self) -> bool {
+        self.taken == self.object.len()
+    }
+
     fn take(&mut self, key: &str) -> Option<Value<'a>> {
+        if self.is_taken() {
+            return None;
+        }
         let value = self.object.get(key)?;
         self.taken += 1;
         Some(value)
@@ -385,7 +403,7 @@ impl<'a> Members<'a> {
 
     /// Complains if a member was not taken: it is none of `known`.
     fn end<'k>(&self, known: impl Iterator<Item = &'k str>) -> Result<(), Trouble> {
-        if self.taken == self.object.len() { Ok(()) } else { Err(self.surplus(known)) }
+        if self.is_taken() { Ok(()) } else { Err(self.surplus(known)) }
     }
 
     #[cold]

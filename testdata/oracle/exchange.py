@@ -773,12 +773,10 @@ def any_block(rng, category, most=4):
 LIMITS = {
     "padding": "an FSPEC with more octets than the edition has items for, up to 8, is read where these announce nothing",
     "extension": "an extended item with more octets than the edition describes, up to 16, is read",
-    "codes": "a 17th code in I048/030 and a 17th track in I062/510 is refused",
 }
 MAX_FSPEC, MAX_CHAIN = 8, 16
 kept = set()
 parse_extended = base.Extended._parse.__func__
-parse_repetitive = base.Repetitive._parse.__func__
 
 
 def limited_extended(spec, bits):
@@ -795,15 +793,7 @@ def limited_extended(spec, bits):
     return found, bits.drop(8 * length)
 
 
-def limited_repetitive(spec, bits):
-    result = parse_repetitive(spec, bits)
-    if "codes" in kept and spec.cv_rep_bytes is None and not isinstance(result, ValueError) and len(result[0].arg) > MAX_CHAIN:
-        return ValueError("more codes than are read")
-    return result
-
-
 base.Extended._parse = classmethod(limited_extended)
-base.Repetitive._parse = classmethod(limited_repetitive)
 
 
 @contextlib.contextmanager

@@ -117,9 +117,6 @@ fn mistakes_are_named() {
     ] {
         assert_eq!(wrong(items), told);
     }
-    let codes = |count: usize| format!(r#""030":{:?}"#, vec![1; count]);
-    assert_eq!(wrong(&codes(17)), "item 030: would have 17 octets; 16 are the most");
-    assert_eq!(encoded(&[&format!(r#"{{"cat":48,"items":{{{}}}}}"#, codes(16))]).len(), 3 + 3 + 16);
     let status = r#""cnf":0,"rad":0,"dou":0,"mah":0,"cdm":0,"tre":0,"gho":0,"sup":0,"tcc":0"#;
     let more = format!(r#""170":{{{status},"more":"{}00"}}"#, "01".repeat(14));
     assert_eq!(wrong(&more), "item 170: would have 17 octets; 16 are the most");
@@ -187,4 +184,16 @@ fn the_command_names_bad_lines_and_encodes_the_others() {
     assert_eq!(fs::read(&output.0).unwrap(), octets("300006 800101 300006 800102"));
     assert_eq!(run("-").stdout, octets("300006 800101 300006 800102"));
     assert_eq!(run("/").status.code(), Some(1));
+}
+
+#[test]
+fn an_item_has_as_many_codes_as_there_are() {
+    let codes: Vec<u8> = (0..=127).chain(0..=127).collect();
+    let octets = encoded(&[&format!(
+        r#"{{"cat":48,"items":{{"030":{codes:?},"170":{{"cnf":0,"rad":0,"dou":0,"mah":0,"cdm":0}}}}}}"#
+    )]);
+    let block = asterix::blocks(&octets).next().unwrap().unwrap();
+    let read = block.records::<asterix::cat048::Record>().next().unwrap().unwrap().record;
+    assert!(read.warnings.unwrap().codes().eq(codes), "{octets:02x?}");
+    assert!(read.track_status.is_some());
 }

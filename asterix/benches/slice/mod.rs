@@ -147,7 +147,7 @@ impl<'a> Record<'a> {
             record.i140 = Some(word24(&mut rest)?);
         }
         if has(3) {
-            record.i020 = Some(chain(&mut rest)?);
+            record.i020 = Some(chain(&mut rest, CHAIN_MAX)?);
         }
         if has(4) {
             record.i040 = Some(Polar { rho: word(&mut rest)?, theta: word(&mut rest)? });
@@ -182,14 +182,14 @@ impl<'a> Record<'a> {
             record.i200 = Some(Velocity { gsp: word(&mut rest)?, hdg: word(&mut rest)? });
         }
         if has(14) {
-            record.i170 = Some(chain(&mut rest)?);
+            record.i170 = Some(chain(&mut rest, CHAIN_MAX)?);
         }
         if has(15) {
             let [sigx, sigy, sigv, sigh] = fixed(&mut rest)?;
             record.i210 = Some(Quality { sigx, sigy, sigv, sigh });
         }
         if has(16) {
-            record.i030 = Some(chain(&mut rest)?);
+            record.i030 = Some(chain(&mut rest, usize::MAX)?);
         }
         if has(17) {
             record.i080 = Some(word(&mut rest)? & 0x0fff);
@@ -288,8 +288,8 @@ fn code(word: u16) -> Code {
     Code { v: word & 0x8000 != 0, g: word & 0x4000 != 0, l: word & 0x2000 != 0, code: word & 0x0fff }
 }
 
-fn chain<'a>(rest: &mut &'a [u8]) -> Result<&'a [u8], Malformed> {
-    let last = rest.iter().take(CHAIN_MAX).position(|octet| octet & 1 == 0).ok_or(Malformed)?;
+fn chain<'a>(rest: &mut &'a [u8], most: usize) -> Result<&'a [u8], Malformed> {
+    let last = rest.iter().take(most).position(|octet| octet & 1 == 0).ok_or(Malformed)?;
     take(rest, last + 1)
 }
 

@@ -1,32 +1,59 @@
 //! Warnings, error conditions and target classification: I048/030.
 
-use crate::item::chain;
-use crate::{Chain, Layout};
+use deku::DekuError;
+use deku::no_std_io::{Read, Seek};
+use deku::reader::Reader;
+use smallvec::SmallVec;
 
-chain! {
-    /// I048/030 (5.2.3), and I015/030: one or more codes of 7 bits; [`warning_name`] names those of I048/030, unknown ones are kept.
-    pub struct Warnings = Layout::Codes;
-}
+use crate::item::in_place;
+use crate::variable::read_octet;
+use crate::{Describe, Layout};
+
+/// I048/030 (5.2.3), and I015/030: one or more codes of 7 bits; [`warning_name`] names those of I048/030, unknown ones are kept.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Warnings(SmallVec<[u8; 16]>);
 
 impl Warnings {
-    /// The item with these codes, in this order; `None` for no code, for more than [`Chain::MAX_OCTETS`] and for a code
-    /// above 127.
+    /// The item with these codes, in this order; `None` for no code and for a code above 127.
     pub fn new(codes: &[u8]) -> Option<Self> {
-        let (&first, others) = codes.split_first()?;
-        if codes.len() > Chain::MAX_OCTETS || codes.iter().any(|&code| code > 0x7f) {
+        if codes.iter().any(|&code| code > 0x7f) {
             return None;
         }
-        let mut chain = Chain::new(first << 1);
-        for (index, &code) in others.iter().enumerate() {
-            chain = chain.with(index + 1, 0xfe, code << 1);
-        }
-        Some(Self(chain))
+        let mut octets: SmallVec<_> = codes.iter().map(|code| code << 1 | 1).collect();
+        *octets.last_mut()? &= !1;
+        Some(Self(octets))
+    }
+
+    /// The octets as they stand: the codes, each with FX.
+    pub fn octets(&self) -> &[u8] {
+        &self.0
     }
 
     /// The codes, 0 to 127, in the order sent; at least one.
     pub fn codes(&self) -> impl Iterator<Item = u8> {
-        self.0.octets().iter().map(|octet| octet >> 1)
+        self.0.iter().map(|octet| octet >> 1)
     }
+
+    #[inline(always)]
+    fn read<R: Read + Seek>(reader: &mut Reader<R>) -> Result<Self, DekuError> {
+        let mut octets = SmallVec::new();
+        loop {
+            let octet = read_octet(reader)?;
+            octets.push(octet);
+            if octet & 1 == 0 {
+                return Ok(Self(octets));
+            }
+        }
+    }
+}
+
+impl Describe for Warnings {
+    const LAYOUT: Layout = Layout::Codes;
+}
+
+in_place! {
+    Warnings () reader => Self::read(reader),
+    self writer => writer.write_bytes(&self.0)
 }
 
 /// What a code of I048/030 means in edition 1.32; `None` for a code that it does not define.
@@ -80,10 +107,11 @@ mod tests {
     #[test]
     fn codes_in_order() {
         let warnings = Warnings::new(&[19, 0, 127]).unwrap();
-        assert_eq!(warnings.chain().octets(), [0x27, 0x01, 0xfe]);
+        assert_eq!(warnings.octets(), [0x27, 0x01, 0xfe]);
         assert_eq!(warnings.codes().collect::<Vec<_>>(), [19, 0, 127]);
-        assert_eq!(Warnings::new(&[8]).unwrap().chain().octets(), [0x10]);
-        for refused in [&[][..], &[128][..], &[1; 17][..]] {
+        assert_eq!(Warnings::new(&[8]).unwrap().octets(), [0x10]);
+        assert!(Warnings::new(&[7; 200]).unwrap().codes().eq([7; 200]));
+        for refused in [&[][..], &[128][..]] {
             assert_eq!(Warnings::new(refused), None);
         }
     }

@@ -6,8 +6,7 @@ use deku::reader::Reader;
 use smallvec::SmallVec;
 
 use crate::item::{in_place, items, read_octets};
-use crate::variable::REFUSED;
-use crate::{Chain, Describe, Field, Layout};
+use crate::{Describe, Field, Layout};
 
 items! {
     /// A part of I062/510: a unit's track.
@@ -25,10 +24,10 @@ items! {
 pub struct ComposedTrackNumber(SmallVec<[UnitTrack; 4]>);
 
 impl ComposedTrackNumber {
-    /// These tracks in this order; `None` for none and for more than [`Chain::MAX_OCTETS`].
+    /// These tracks in this order; `None` for none.
     pub fn new(tracks: &[UnitTrack]) -> Option<Self> {
-        let tracks = tracks.iter().map(|track| track.extended(false)).collect::<SmallVec<_>>();
-        (1..=Chain::MAX_OCTETS).contains(&tracks.len()).then_some(Self(tracks))
+        let all = || tracks.iter().map(|track| track.extended(false)).collect();
+        (!tracks.is_empty()).then(|| Self(all()))
     }
 
     /// The tracks in the order sent.
@@ -38,14 +37,13 @@ impl ComposedTrackNumber {
 
     fn read<R: Read + Seek>(reader: &mut Reader<R>) -> Result<Self, DekuError> {
         let mut tracks = SmallVec::new();
-        for _ in 0..Chain::MAX_OCTETS {
+        loop {
             let octets: [u8; 3] = read_octets(reader)?;
             tracks.push(UnitTrack(octets).extended(false));
             if octets[2] & 1 == 0 {
                 return Ok(Self(tracks));
             }
         }
-        Err(REFUSED)
     }
 }
 

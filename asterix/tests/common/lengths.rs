@@ -8,9 +8,11 @@ pub enum Length {
     Octets(usize),
     /// Octets of which all but the last have the lowest bit set, at most 16.
     Extended,
+    /// The same, as many as there are.
+    Codes,
     /// One octet, and another whose lowest bit says nothing where the first has the lowest bit set.
     OneOrTwo,
-    /// Three octets, of which the last has the lowest bit set where three more follow, at most 16 times.
+    /// Three octets, of which the last has the lowest bit set where three more follow.
     ThreeEach,
     /// A count and so many octets for each.
     Each(usize),
@@ -22,7 +24,7 @@ pub enum Length {
     None,
 }
 
-use Length::{Compound, Each, Explicit, Extended, None as No, Octets as O, OneOrTwo, ThreeEach};
+use Length::{Codes, Compound, Each, Explicit, Extended, None as No, Octets as O, OneOrTwo, ThreeEach};
 
 /// FRN 1 to 49 of CAT021 from edition 2.2 on; up to 2.1 FRN 37 is [`Length::OneOrTwo`].
 pub const CAT021: [Length; 49] = [
@@ -63,7 +65,7 @@ pub const CAT062: [Length; 35] = [
 
 /// FRN 1 to 26 of CAT015.
 pub const CAT015: [Length; 26] = [
-    O(2), O(1), O(1), Extended, Extended, O(3), O(2),
+    O(2), O(1), O(1), Extended, Codes, O(3), O(2),
     Extended, O(2), Compound(1, &[O(2); 4]), Each(2), O(5), Compound(1, &[O(8), O(5), O(5)]),
     Compound(2, &[O(3), O(3), O(3), O(3), O(3), O(2), O(2), O(2)]),
     Compound(1, &[O(5), O(5), O(5), O(4)]), Compound(1, &[O(3), O(4), O(4), O(4)]),
@@ -95,8 +97,9 @@ fn measure(length: Length, octets: &[u8]) -> Option<usize> {
     let end = match length {
         O(count) => count,
         Extended => chain(octets, 16)?,
+        Codes => chain(octets, usize::MAX)?,
         OneOrTwo => 1 + usize::from(octets.first()? & 1),
-        ThreeEach => 3 * ((0..16).find(|part| octets.get(3 * part + 2).is_none_or(|last| last & 1 == 0))? + 1),
+        ThreeEach => 3 * ((0..).find(|part| octets.get(3 * part + 2).is_none_or(|last| last & 1 == 0))? + 1),
         Each(part) => 1 + usize::from(*octets.first()?) * part,
         Explicit => usize::from(*octets.first().filter(|&&octet| octet > 0)?),
         Compound(most, subfields) => {

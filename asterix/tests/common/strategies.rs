@@ -78,26 +78,30 @@ fn subfield_octets(subfields: &'static [Subfield], per_octet: usize) -> impl Str
     })
 }
 
+/// One to so many octets of seven bits and FX.
+fn extended_octets(most: usize) -> impl Strategy<Value = Vec<u8>> {
+    vec(any::<u8>(), 1..=most).prop_map(|mut octets| {
+        octets.iter_mut().for_each(|octet| *octet |= 1);
+        *octets.last_mut().expect("one octet at least") &= !1;
+        octets
+    })
+}
+
 /// Octets of an item with this layout.
 pub fn item_octets(layout: Layout) -> BoxedStrategy<Vec<u8>> {
     let anything = vec(any::<u8>(), 0..60).prop_map(|contents| explicit(&contents));
     match layout {
         Layout::Fields(fields) => field_octets(fields).boxed(),
         Layout::OneOrThree(_) => prop_oneof![vec(any::<u8>(), 1), vec(any::<u8>(), 3)].boxed(),
-        Layout::Extended(_) | Layout::Codes => vec(any::<u8>(), 1..=Chain::MAX_OCTETS)
-            .prop_map(|mut octets| {
-                octets.iter_mut().for_each(|octet| *octet |= 1);
-                *octets.last_mut().expect("one octet at least") &= !1;
-                octets
-            })
-            .boxed(),
+        Layout::Extended(_) => extended_octets(Chain::MAX_OCTETS).boxed(),
+        Layout::Codes => extended_octets(3 * Chain::MAX_OCTETS).boxed(),
         Layout::Repetitive(fields) => vec(field_octets(fields), 0..8)
             .prop_map(|parts| [&[parts.len() as u8], parts.concat().as_slice()].concat())
             .boxed(),
         Layout::Parts(parts) => part_octets(parts).boxed(),
         Layout::Chained(fields) => {
             let octets = fields.iter().map(|field| usize::from(field.bits)).sum::<usize>().div_ceil(8);
-            vec(vec(any::<u8>(), octets), 1..=Chain::MAX_OCTETS)
+            vec(vec(any::<u8>(), octets), 1..=3 * Chain::MAX_OCTETS)
                 .prop_map(|mut parts| {
                     let last = parts.len() - 1;
                     for (index, part) in parts.iter_mut().enumerate() {
