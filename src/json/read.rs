@@ -257,6 +257,7 @@ fn read_fields(out: &mut Vec<u8>, fields: &[Field], value: Value<'_>) -> Result<
 }
 
 /// Puts a value where its field begins, bit `at`.
+#[inline(always)] // most values come this way
 fn put_value(octets: &mut [u8], at: usize, field: &Field, value: Value<'_>) -> Result<(), Trouble> {
     let width = usize::from(field.bits);
     match field.kind {
