@@ -7,6 +7,7 @@ use async_nats::jetstream;
 use jiff::SignedDuration;
 use serde_json::Value;
 use utm_fusion::cluster::{Output, WHOLE};
+use utm_fusion::config::Cluster;
 
 use crate::proxy::Proxy;
 use crate::servers::Store;
@@ -154,6 +155,32 @@ async fn a_checkpoint_of_other_streams_is_none() {
     site.pair().await;
     let watcher = site.watch().await;
     watcher.more(20).await;
+    println!("{:?}", watcher.checked().await);
+}
+
+/// Nobody changes what others rely on.
+#[tokio::test(flavor = "multi_thread")]
+async fn streams_with_other_settings_are_an_error_that_names_them() {
+    let Some(mut site) = Site::start(Setup::default()).await else { return };
+    for (changed, told) in [
+        (
+            Cluster { lease_s: 5.0, ..site.cluster.clone() },
+            "KV_UTM_OWN_trial is there with max_age = 3s, and 5s is wanted: delete it, or use another region",
+        ),
+        (
+            Cluster { replicas: 3, ..site.cluster.clone() },
+            "KV_UTM_OWN_trial is there with replicas = 1, and 3 is wanted: delete it, or use another region",
+        ),
+    ] {
+        let code = site.node_with("other", changed).await;
+        let said = site.said("other");
+        assert!(
+            code == Some(1) && said.lines().last().is_some_and(|line| line.contains(told)),
+            "{code:?} {said}"
+        );
+    }
+    let watcher = site.watch().await;
+    watcher.more(8).await;
     println!("{:?}", watcher.checked().await);
 }
 

@@ -213,6 +213,25 @@ impl Site {
         log
     }
 
+    /// A further node, configured otherwise, which ends by itself: its code.
+    pub async fn node_with(&mut self, name: &'static str, cluster: Cluster) -> Option<i32> {
+        let before = std::mem::replace(&mut self.cluster, cluster);
+        self.configure(name, vec![Role::Node], None);
+        self.clock(name, GOOD_CLOCK);
+        self.cluster = before;
+        self.run(name);
+        let began = Instant::now();
+        loop {
+            let process = &mut self.running.last_mut().expect("it was started").1.child;
+            if let Some(status) = process.try_wait().unwrap() {
+                self.running.pop();
+                return status.code();
+            }
+            assert!(began.elapsed() < PATIENCE, "{name} goes on\n{}", self.said(name));
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    }
+
     /// What `chronyc -c tracking` says from now on where a process asks it.
     pub fn clock(&self, name: &str, said: &str) {
         self.replaced(&format!("{name}.clock"), said);

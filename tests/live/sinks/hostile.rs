@@ -53,7 +53,7 @@ fn a_receiver_that_takes_nothing_delays_nobody_and_is_given_up() {
     for _ in 0..12 {
         let published = Instant::now();
         let frame = site.publish();
-        assert!(published.elapsed() < Duration::from_millis(100), "a slot waits");
+        assert!(published.elapsed() < Duration::from_secs(1), "a slot waits");
         for track in tracks(frame) {
             let mut octets = [0; 4096];
             let length = quick.recv(&mut octets).unwrap();
