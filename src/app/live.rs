@@ -358,14 +358,17 @@ impl Live {
             recorder.map(Recorder::join);
             tally
         });
-        let tally = tokio::select! {
-            tally = stopped => tally??,
-            () = signals.stop() => return Err("stopped at once; what the window held was not published".into()),
+        let ending = async {
+            let tally = stopped.await??;
+            served.settle().await;
+            let [alerts, pictures] = deliveries;
+            join(alerts.close(), pictures.close()).await;
+            served.close().await?;
+            Ok(tally)
         };
-        served.settle().await;
-        let [alerts, pictures] = deliveries;
-        join(alerts.close(), pictures.close()).await;
-        served.close().await?;
-        Ok(tally)
+        tokio::select! {
+            ended = ending => ended,
+            () = signals.stop() => Err("stopped at once; not all that was owed may have been sent".into()),
+        }
     }
 }

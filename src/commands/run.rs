@@ -63,7 +63,13 @@ pub fn run(args: &Args) -> CommandResult {
     }
     let areas = Areas::load(&config.areas)?;
     areas.warnings(now()).iter().for_each(|warning| warn!("{warning}"));
-    runtime(2)?.block_on(serve(args, config, areas))
+    let runtime = runtime(2)?;
+    let ended = runtime.block_on(serve(args, config, areas));
+    if ended.is_err() {
+        // Who was told to end at once waits for no disk.
+        runtime.shutdown_background();
+    }
+    ended
 }
 
 async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult {

@@ -7,7 +7,7 @@ use std::time::Duration;
 use utm_fusion::config::Config;
 
 use super::broker::Broker;
-use super::receiver::Receiver;
+use super::receiver::{Receiver, Say};
 use super::{site, wait_for};
 use crate::common::{Running, Scratch, flight, on_own_ports, utm_fusion};
 
@@ -58,6 +58,29 @@ fn a_silent_sensor_is_heard_of_at_a_webhook_and_a_broker() {
     assert_eq!(code, Some(0), "{log}");
     broker.comes_to_retain(&[status]);
     assert_eq!(broker.retained()[status], "offline");
+}
+
+#[test]
+fn a_second_signal_ends_it_at_once() {
+    let scratch = Scratch::new();
+    let scenario = "name = \"still\"\nduration_s = 20\n[drones]\nmultirotors = 1\nequipped = 1\n";
+    let mut config = on_own_ports(&flight(scenario, 1, None).config, 24_410, &scratch, None);
+    // What is on its way there keeps the service for more than a second.
+    let silent = Receiver::start(&[Say::Nothing]);
+    let hook = format!("[[alerts.webhooks]]\nid = \"a\"\nurl = \"{}\"\nkinds = [\"sensor\"]\n", silent.url());
+    config.alerts = site(&hook).alerts;
+    scratch.file("site.toml", config.to_string());
+    let mut service = Running::start(
+        utm_fusion("run").arg("--config").arg(scratch.path("site.toml")),
+        scratch.path("run.log"),
+    );
+    silent.next();
+    service.signal("-TERM");
+    service.says("stopping");
+    service.signal("-TERM");
+    let (code, log) = service.wait(Duration::from_secs(5));
+    assert_eq!(code, Some(1), "{log}");
+    assert!(log.contains("stopped at once; not all that was owed may have been sent"), "{log}");
 }
 
 /// What the service counts.
