@@ -346,7 +346,9 @@ impl Site {
         let left_s = || share * began.elapsed().as_secs_f64() - (self.processor_s(name) - before);
         while began.elapsed() < lasts {
             self.signal(name, "-STOP");
-            while left_s() < share * turn_s {
+            let halted = Instant::now();
+            // No lease is to end because it was halted too late before.
+            while left_s() < share * turn_s && halted.elapsed().as_secs_f64() < 2.0 * turn_s {
                 tokio::time::sleep(Duration::from_millis(10)).await;
             }
             self.signal(name, "-CONT");
