@@ -3,6 +3,7 @@
 //! Of it is used: append where the last message of a subject is the expected one, read from a sequence on, create what is not there
 //! yet, and look. Nothing that servers know since 2.10 only.
 
+mod checkpoints;
 mod numbers;
 mod reading;
 
@@ -19,7 +20,6 @@ use async_nats::jetstream::stream::{
 use async_nats::{Client, ConnectOptions};
 use futures_util::TryStreamExt;
 use serde::{Deserialize, Serialize};
-use tokio::io::AsyncReadExt;
 use tracing::warn;
 
 use super::cell::Appended;
@@ -28,6 +28,7 @@ use super::region::Letter;
 use crate::config::Cluster;
 use fusion::slots::Slot;
 
+pub use checkpoints::Checkpoint;
 pub use reading::Reading;
 
 /// Nobody waits longer for an answer.
@@ -109,19 +110,6 @@ pub struct Mark {
     pub input: i128,
     /// An output.
     pub output: i128,
-}
-
-/// A state of a cell, as it is kept in the log.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Checkpoint {
-    /// Which streams the sequences are of ([`Log::mark`]).
-    pub mark: Mark,
-    /// Sequences of the last input that is handled in it, and of the last output that is made.
-    pub handled: u64,
-    /// The last output.
-    pub published: u64,
-    /// The engine.
-    pub engine: Vec<u8>,
 }
 
 /// The streams of a region.
@@ -209,7 +197,7 @@ impl Log {
             held: context.get_key_value(&own).await.map_err(LogError::unanswered)?,
             numbers_stream: made(&context, numbers).await?,
             numbers: context.get_key_value(&num).await.map_err(LogError::unanswered)?,
-            checkpoints: objects(&context, checkpoints).await?,
+            checkpoints: checkpoints::made(&context, checkpoints).await?,
             region: region.clone(),
             client,
             context,
@@ -388,38 +376,6 @@ impl Log {
     pub async fn keys(&self) -> Result<Vec<String>, LogError> {
         keys(&self.held, &self.held_stream, "").await
     }
-
-    /// Whether the sequences of a checkpoint are of the streams as they are, and what they stand for is there.
-    ///
-    /// # Errors
-    /// The log does not answer.
-    pub async fn knows(&self, kept: &Checkpoint) -> Result<bool, LogError> {
-        Ok(self.mark(kept.handled, kept.published).await? == Some(kept.mark))
-    }
-
-    /// Keeps a checkpoint of a cell, in place of the one before.
-    ///
-    /// # Errors
-    /// The log does not answer.
-    pub async fn keep(&self, cell: &str, checkpoint: &Checkpoint) -> Result<(), LogError> {
-        let octets = postcard::to_stdvec(checkpoint).map_err(LogError::unanswered)?;
-        self.checkpoints.put(cell, &mut octets.as_slice()).await.map(|_| ()).map_err(LogError::unanswered)
-    }
-
-    /// The newest checkpoint of a cell; `None` where there is none that can be read.
-    ///
-    /// # Errors
-    /// The log does not answer.
-    pub async fn checkpoint(&self, cell: &str) -> Result<Option<Checkpoint>, LogError> {
-        let mut object = match self.checkpoints.get(cell).await {
-            Ok(object) => object,
-            Err(error) if error.kind() == object_store::GetErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(LogError::unanswered(error)),
-        };
-        let mut octets = Vec::with_capacity(object.info().size);
-        object.read_to_end(&mut octets).await.map_err(LogError::unanswered)?;
-        Ok(postcard::from_bytes(&octets).ok())
-    }
 }
 
 /// The keys of a bucket that begin so, in order; of those that were deleted, too.
@@ -483,13 +439,6 @@ async fn made(context: &Context, wanted: StreamConfig) -> Result<Stream, LogErro
         }
     }
     Ok(stream)
-}
-
-async fn objects(context: &Context, wanted: object_store::Config) -> Result<ObjectStore, LogError> {
-    match context.get_object_store(&wanted.bucket).await {
-        Ok(store) => Ok(store),
-        Err(_) => context.create_object_store(wanted).await.map_err(LogError::unanswered),
-    }
 }
 
 /// The slot and the epoch of an output, with its sequence.

@@ -7,9 +7,10 @@ use async_nats::jetstream::consumer::{AckPolicy, DeliverPolicy, pull};
 use async_nats::jetstream::stream::{Config, DirectGetErrorKind};
 use fusion::slots::Slot;
 use futures_util::{FutureExt, StreamExt};
-use utm_fusion::cluster::{Appended, Log, Output, Step};
+use utm_fusion::cluster::{Appended, Checkpoint, Log, Mark, Output, Step};
 use utm_fusion::config::Cluster;
 
+use crate::servers::Servers;
 use crate::{append, cluster, in_memory};
 
 /// A consumer without replicas of all messages from that sequence on whose subject matches, and the name of its server.
@@ -89,10 +90,8 @@ async fn without_a_consumer(streams: &jetstream::Context, mut from: u64, filter:
     }
 }
 
-/// The picture looks up every 20 ms, others wait for two streams at once: no reader is begun anew for it, nor a silence begun anew.
-#[tokio::test(flavor = "multi_thread")]
-async fn whoever_gives_up_waiting_and_asks_again_gets_every_message() {
-    let Some((servers, _scratch)) = cluster(1).await else { return };
+/// The streams of a region of its own.
+async fn log_of(servers: &Servers) -> Log {
     let settings = Cluster {
         servers: servers.urls(),
         node: "reader".to_owned(),
@@ -100,7 +99,14 @@ async fn whoever_gives_up_waiting_and_asks_again_gets_every_message() {
         replicas: 1,
         ..Cluster::default()
     };
-    let log = Log::open(&settings).await.unwrap();
+    Log::open(&settings).await.unwrap()
+}
+
+/// The picture looks up every 20 ms, others wait for two streams at once: no reader is begun anew for it, nor a silence begun anew.
+#[tokio::test(flavor = "multi_thread")]
+async fn whoever_gives_up_waiting_and_asks_again_gets_every_message() {
+    let Some((servers, _scratch)) = cluster(1).await else { return };
+    let log = log_of(&servers).await;
     let output = |slot: i64| Output {
         slot: Slot(slot),
         epoch: 1,
@@ -135,4 +141,41 @@ async fn whoever_gives_up_waiting_and_asks_again_gets_every_message() {
     let mut stream = streams.get_stream("UTM_OUT_reads").await.unwrap();
     let readers = stream.info().await.unwrap().state.consumer_count;
     assert!(readers <= 2, "{readers} readers were made for one");
+}
+
+/// Whoever begins to read one that is replaced just then reads the next.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_checkpoint_is_read_while_others_take_its_place() {
+    let Some((servers, _scratch)) = cluster(1).await else { return };
+    let log = log_of(&servers).await;
+    let checkpoint = |published| Checkpoint {
+        mark: Mark { input: 1, output: 2 },
+        handled: 3,
+        published,
+        engine: vec![7; 300_000],
+    };
+    log.keep("all", &checkpoint(0)).await.unwrap();
+    let (writer, began) = (log.clone(), Instant::now());
+    let writing = tokio::spawn(async move {
+        for published in 1.. {
+            writer.keep("all", &checkpoint(published)).await.unwrap();
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        }
+    });
+    let (mut before, mut longest) = (0, Duration::ZERO);
+    for _ in 0..300 {
+        let asked = Instant::now();
+        let read = tokio::time::timeout(Duration::from_secs(20), log.checkpoint("all")).await;
+        let read = read.expect("it ends").unwrap().expect("there is one");
+        longest = longest.max(asked.elapsed());
+        assert!(
+            read.published >= before && read.engine.len() == 300_000,
+            "{} behind {before}",
+            read.published
+        );
+        before = read.published;
+    }
+    writing.abort();
+    println!("of {before} written in {:?} 300 read, the slowest in {longest:?}", began.elapsed());
+    assert!(before > 100, "none took its place: {before}");
 }
