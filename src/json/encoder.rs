@@ -212,7 +212,7 @@ fn encode_record(
     let mut values = [None; 7 * Fspec::MAX_OCTETS];
     let mut next = 0;
     for (key, value) in items.iter() {
-        // Mostly they come in the order of the record.
+        // Mostly they come in the order of the record, and are of three characters, which are compared without a call.
         let number: Option<&[u8; 3]> = key.as_bytes().try_into().ok();
         let is_it = |item: &UapItem| match number {
             Some(number) => item.item.as_bytes() == number,
