@@ -3,10 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 mod checkpoint;
+mod crewed;
 mod flood;
 #[path = "../shared/invented.rs"]
 mod invented;
 mod learning;
+mod liars;
 mod now;
 
 use fusion::time::Time;

@@ -61,3 +61,64 @@ impl Merger {
         Some(merged)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::made::track;
+    use super::*;
+
+    const SLOT: Slot = Slot(100);
+
+    /// A cell's picture of aircraft with these ids and numbers, each at a place that tells the cell.
+    fn part(cell: &str, epoch: u64, slot: Slot, east_m: f64, aircraft: &[(Option<&str>, u32)]) -> Part {
+        let one = |&(id, number): &(Option<&str>, u32)| PictureTrack {
+            id: id.map(Into::into),
+            ..track(number, SLOT, slot, east_m)
+        };
+        let tracks: Vec<PictureTrack> = aircraft.iter().map(one).collect();
+        let time = track(0, SLOT, slot, east_m).time;
+        let picture = Picture { slot, time, tracks, concerns: Vec::new(), resolved: Vec::new() };
+        Part { cell: CellName::new(cell).unwrap(), epoch, picture }
+    }
+
+    /// Ids and numbers of what is shown, how much of it is the first part's, and how many were left out.
+    fn shown(parts: &[Part]) -> (Vec<(Option<String>, u32)>, usize, u64) {
+        let mut merger = Merger::default();
+        let merged = merger.merge(SLOT, parts).unwrap();
+        let of_first = parts[0].picture.tracks[0].position;
+        let firsts = merged.tracks.iter().filter(|track| track.position == of_first).count();
+        let names =
+            merged.tracks.iter().map(|track| (track.id.as_deref().map(Into::into), track.point.number));
+        (names.collect(), firsts, merger.doubled)
+    }
+
+    #[test]
+    fn one_id_or_one_number_is_one_aircraft_of_the_later_lease_then_of_the_lower_name() {
+        let id = |id: &str, number| (Some(id.to_owned()), number);
+        for (same, kept) in [((Some("a"), 8), id("a", 7)), ((Some("b"), 7), id("a", 7))] {
+            let east = |epoch| part("east", epoch, SLOT, 10.0, &[(Some("a"), 7)]);
+            let west = |epoch| part("west", epoch, SLOT, -10.0, &[same]);
+            for parts in [[east(2), west(1)], [east(1), west(1)], [east(3), west(2)]] {
+                assert_eq!(shown(&parts), (vec![kept.clone()], 1, 1));
+            }
+            let parts = [east(1), west(2)];
+            assert_eq!(shown(&parts), (vec![id(same.0.unwrap(), same.1)], 0, 1), "the later lease");
+        }
+    }
+
+    #[test]
+    fn others_stay_in_the_order_of_a_picture_and_other_slots_are_left_out() {
+        let parts = [
+            part("east", 1, SLOT, 10.0, &[(Some("c"), 9), (None, 3)]),
+            part("north", 1, Slot(101), 0.0, &[(Some("d"), 1)]),
+            part("west", 5, SLOT, -10.0, &[(Some("a"), 4), (Some("b"), 11)]),
+        ];
+        let (names, of_east, doubled) = shown(&parts);
+        let numbers: Vec<u32> = names.iter().map(|name| name.1).collect();
+        assert_eq!((numbers, of_east, doubled), (vec![3, 4, 9, 11], 2, 0));
+        // Two of one engine are its own affair.
+        let twice = [part("east", 1, SLOT, 10.0, &[(Some("a"), 7), (Some("a"), 7)])];
+        assert_eq!((shown(&twice).0.len(), shown(&twice).2), (2, 0));
+        assert!(Merger::default().merge(Slot(102), &parts).is_none());
+    }
+}

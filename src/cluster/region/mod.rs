@@ -5,6 +5,8 @@
 
 mod border;
 mod letter;
+#[cfg(test)]
+mod made;
 mod matching;
 mod merge;
 mod numbers;

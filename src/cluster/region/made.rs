@@ -1,0 +1,54 @@
+//! An aircraft, for tests.
+
+use fusion::frames::Geodetic;
+use fusion::point::{Basis, Estimate, Point, RadarPart};
+use fusion::slots::{Slot, SlotGrid};
+use fusion::{Enu, RadarTrackKey, SensorIndex, Source};
+use nalgebra::{Matrix2, Vector3};
+
+use crate::picture::PictureTrack;
+
+/// The border between the two cells, degrees east, and metres of a degree there.
+pub(super) const BORDER: f64 = 4.4;
+const DEGREE_M: f64 = 69_900.0;
+
+/// An aircraft that a radar sees so far east of the border, as the engine of a cell has it.
+pub(super) fn track(number: u32, since: Slot, slot: Slot, east_m: f64) -> PictureTrack {
+    let grid = SlotGrid::default();
+    let time = grid.centre(slot);
+    let position = Geodetic::from_degrees(51.25, BORDER + east_m / DEGREE_M, 100.0);
+    let estimate = Estimate {
+        velocity: Vector3::zeros(),
+        horizontal: Matrix2::identity() * 100.0,
+        vertical_m2: 100.0,
+        velocity_covariance: Matrix2::identity(),
+        position_velocity: Matrix2::zeros(),
+        height_climb: 0.0,
+        climb_m2s2: 1.0,
+        lie_m2: 0.0,
+        basis: Basis::Measured,
+        last_measurement: None,
+    };
+    let track = RadarTrackKey { sensor: SensorIndex(0), number: 7 };
+    PictureTrack {
+        motion: None,
+        point: Point {
+            number,
+            position: Enu::new(0.0, 0.0, 0.0),
+            first_seen: grid.centre(since),
+            source: Source::Radar(RadarPart { track, time, height_measured: true, uav_probability: None }),
+            estimate: Some(estimate),
+            competitors: Vec::new(),
+            integrity: None,
+            disputed: Vec::new(),
+            is_unexplained: false,
+            cameras: Vec::new(),
+        },
+        time,
+        position,
+        altitude_amsl_m: None,
+        disputed: Vec::new(),
+        id: None,
+        is_uncooperative: false,
+    }
+}
