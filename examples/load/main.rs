@@ -1,22 +1,24 @@
 //! Loads the live service as a busy site does, and measures what comes out of it.
 //!
 //! ```sh
-//! cargo build --release && cargo run --release --example load -- city       # ten minutes of 500 drones and 500 birds
+//! cargo build --release && cargo run --release --example load -- city       # ten minutes of 500 drones and 500 birds; --minutes 180
 //! cargo build --release && cargo run --release --example load -- streams    # a thousand readers of the event stream
 //! cargo build --release && cargo run --release --example load -- flood      # 6,000 invented identities a second
 //! ```
 //!
 //! The simulator and the service run as processes of their own, with recorder and history; everything stays on this
 //! machine's loopback interface and ends by itself. The figures of `city` and `streams` are also written to
-//! `target/load-<scenario>.json`. The exit code is 1 where a figure is missed.
+//! `target/load-<scenario>.json`, and what each minute was like to `.csv` and `.svg` beside it. The exit code is 1 where a figure is missed.
 
 #![expect(clippy::disallowed_methods, reason = "it measures how long things take")]
 
 mod figures;
+mod flights;
 mod flood;
 #[path = "../../tests/shared/invented.rs"]
 #[allow(dead_code, reason = "shared with tests")]
 mod invented;
+mod minutes;
 mod output;
 mod readers;
 mod stage;
@@ -30,10 +32,9 @@ use std::thread;
 use std::time::Duration;
 
 use clap::Parser;
-use utm_fusion::live::now;
 
 use crate::figures::{Figures, Quantiles};
-use crate::output::Output;
+use crate::output::{Lateness, Output};
 use crate::readers::{Read, Wish};
 use crate::stage::Stage;
 
@@ -77,7 +78,7 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
     };
     let measured = Duration::try_from_secs_f64(60.0 * args.minutes.unwrap_or(minutes))?;
     let readers = args.readers.unwrap_or(readers);
-    let stage = Stage::set(scenario, SETTLE + measured + Duration::from_secs(30))?;
+    let mut stage = Stage::set(scenario, SETTLE + measured + Duration::from_secs(30))?;
     let [output, of_now] = stage.sinks().map(Output::listen);
     let (output, of_now) = (output?, of_now?);
     let address = stage.address();
@@ -106,33 +107,38 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
         }
 
         thread::sleep(SETTLE);
-        let begin = now();
-        let before = stage.service_use()?;
-        thread::sleep(measured / 2);
-        let between = stage.service_use()?;
-        thread::sleep(measured / 2);
-        let after = stage.service_use()?;
-        let end = now();
-        let metrics = stage.metrics()?;
+        let measured_with = |stage: &mut Stage| {
+            let before = stage.metrics()?;
+            Ok::<_, Box<dyn Error + Send + Sync>>((stage.samples(measured)?, [before, stage.metrics()?]))
+        };
+        let sampled = measured_with(&mut stage);
         stop.store(true, Ordering::Relaxed);
+        let (samples, metrics) = sampled?;
+        let (first, middle, last) = (samples[0], samples[samples.len() / 2], samples[samples.len() - 1]);
 
         let read: Vec<Read> = reading.into_iter().map(|reader| reader.join().expect("no panic")).collect();
+        let [slots, of_now, timer] =
+            [listening, listening_to_now, timer].map(|heard| heard.join().expect("no panic"));
+        fs::create_dir_all("target")?;
+        minutes::report(scenario, &samples, &slots, &of_now)?;
+        let quantiles = |lateness: &Lateness| Quantiles::of(lateness.between(first.at, last.at));
         Ok::<_, Box<dyn Error + Send + Sync>>(Figures {
             measured,
-            lateness: Quantiles::of(listening.join().expect("no panic").between(begin, end)),
-            now: Quantiles::of(listening_to_now.join().expect("no panic").between(begin, end)),
-            timer: Quantiles::of(timer.join().expect("no panic").between(begin, end)),
+            lateness: quantiles(&slots),
+            now: quantiles(&of_now),
+            timer: quantiles(&timer),
             read,
             whole: args.load == Load::Streams,
             polled: polled.load(Ordering::Relaxed),
-            use_s: [before, between, after],
+            use_s: [first, middle, last].map(|sample| sample.used),
             most_memory: stage.most_memory()?,
             metrics,
         })
     })?;
-    let stopped_s = stage.stop()?;
+    let flown = stage.end_flights()?;
+    let stopped_s = stage.end()?;
     println!("{figures}");
-    fs::create_dir_all("target")?;
+    println!("flights flown to their end        {flown}");
     fs::write(format!("target/load-{scenario}.json"), format!("{:#}\n", figures.to_json()))?;
     println!("stopped after SIGTERM within      {stopped_s:.2} s");
     let missed = figures.missed(LATE_S, GROWTH);

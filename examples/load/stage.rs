@@ -9,10 +9,13 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use utm_fusion::config::{Config, PictureKind, Record, Sink};
+use utm_fusion::live::now;
 
+use crate::flights::Flights;
+use crate::minutes::{EVERY, Sample};
 use crate::readers;
 
-type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
+pub type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
 
 /// The service listens within this time.
 const READY: Duration = Duration::from_secs(20);
@@ -24,7 +27,7 @@ pub struct Stage {
     directory: PathBuf,
     config: Config,
     service: Child,
-    simulator: Child,
+    flights: Flights,
 }
 
 /// What the service has taken of the machine.
@@ -65,10 +68,8 @@ impl Stage {
         fs::write(&site, config.to_string())?;
 
         let service = program("run")?.arg("--config").arg(&site).spawn()?;
-        let long = directory.join("long.toml");
-        fs::write(&long, lasting(&text, lasts)?)?;
-        let simulator = program("simulate")?.arg(&long).arg("--udp").spawn();
-        let stage = Self { directory, config, service, simulator: simulator? };
+        let flights = Flights::of(&text, lasts, &directory)?;
+        let stage = Self { directory, config, service, flights };
         let begun = Instant::now();
         while readers::get(stage.address(), "/healthz").is_err() {
             if begun.elapsed() > READY {
@@ -146,12 +147,34 @@ impl Stage {
         })
     }
 
-    /// Ends the service as an operator does; how long that took, seconds.
-    pub fn stop(mut self) -> Result<f64> {
-        self.end()
+    /// What it takes from now on, for that long: at the beginning, each minute or twice as often as `lasts` needs it, at the end.
+    pub fn samples(&mut self, lasts: Duration) -> Result<Vec<Sample>> {
+        let every = EVERY.min(lasts / 2);
+        let (began, mut samples) = (Instant::now(), vec![self.sample()?]);
+        while began.elapsed() < lasts {
+            let next = began + every * u32::try_from(samples.len())?;
+            thread::sleep(next.min(began + lasts).saturating_duration_since(Instant::now()));
+            samples.push(self.sample()?);
+            if self.flights.are_over() {
+                let flown = self.flights.end()?;
+                return Err(format!("nothing is sent any more, after {flown} flights").into());
+            }
+        }
+        Ok(samples)
     }
 
-    /// As [`Stage::stop`]; its files stay until it is dropped.
+    fn sample(&self) -> Result<Sample> {
+        let open = fs::read_dir(Path::new("/proc").join(self.service.id().to_string()).join("fd"))?.count();
+        let on_disk = octets(&self.recordings())? + octets(&self.config.state.dir)?;
+        Ok(Sample { at: now(), used: self.service_use()?, open, on_disk })
+    }
+
+    /// Ends the flights; how many were flown to their end.
+    pub fn end_flights(&mut self) -> Result<u64> {
+        self.flights.end()
+    }
+
+    /// Ends the service as an operator does; how long that took, seconds. Its files stay until this is dropped.
     pub fn end(&mut self) -> Result<f64> {
         let asked = Instant::now();
         succeed(Command::new("kill").arg("-TERM").arg(self.service.id().to_string()))?;
@@ -169,24 +192,23 @@ impl Stage {
 
 impl Drop for Stage {
     fn drop(&mut self) {
-        for child in [&mut self.simulator, &mut self.service] {
-            // It may have ended by itself.
-            let _ = child.kill();
-            let _ = child.wait();
-        }
+        let _ = self.flights.end();
+        // It may have ended by itself.
+        let _ = self.service.kill();
+        let _ = self.service.wait();
         let _ = fs::remove_dir_all(&self.directory);
     }
 }
 
 /// The scenario with another duration.
-fn lasting(scenario: &str, lasts: Duration) -> Result<String> {
+pub fn lasting(scenario: &str, lasts: Duration) -> Result<String> {
     let mut table: toml::Table = scenario.parse()?;
     table.insert("duration_s".to_owned(), toml::Value::Integer(i64::try_from(lasts.as_secs())?));
     Ok(table.to_string())
 }
 
 /// The program that was built beside this one.
-fn program(subcommand: &str) -> Result<Command> {
+pub fn program(subcommand: &str) -> Result<Command> {
     let here = std::env::current_exe()?;
     let profile = here.parent().and_then(Path::parent).ok_or("this program is in no folder")?;
     let program = profile.join("utm-fusion");
@@ -201,4 +223,11 @@ fn program(subcommand: &str) -> Result<Command> {
 fn succeed(command: &mut Command) -> Result<()> {
     let status = command.status()?;
     if status.success() { Ok(()) } else { Err(format!("{command:?}: {status}").into()) }
+}
+
+/// Of the files in a folder, as long as they are there; of none where it is not.
+fn octets(folder: &Path) -> Result<u64> {
+    let Ok(entries) = fs::read_dir(folder) else { return Ok(0) };
+    let lengths = entries.map(|entry| Ok(entry?.metadata().map_or(0, |file| file.len())));
+    lengths.sum()
 }

@@ -1,0 +1,94 @@
+//! What a run was like minute by minute: a table, and a figure of it.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::time::Duration;
+
+use fusion::time::Time;
+use utm_fusion::evaluate::plot::curves::{Curve, Look, Panel, panels};
+
+use crate::output::Lateness;
+use crate::stage::{Result, Use};
+
+/// How often it is looked.
+pub const EVERY: Duration = Duration::from_secs(60);
+
+/// What the service has of the machine at one time.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    pub at: Time,
+    pub used: Use,
+    /// Files, sockets and timers that it has open.
+    pub open: usize,
+    /// Octets of its recordings and its state.
+    pub on_disk: u64,
+}
+
+/// A minute of a run.
+struct Minute {
+    /// Its end, since the first sample, hours.
+    at_h: f64,
+    /// Of its own, MiB.
+    memory_mib: f64,
+    open: usize,
+    disk_mib: f64,
+    /// Of one core.
+    processor: f64,
+    /// The latest slot and the latest picture of now, milliseconds.
+    late_ms: f64,
+    now_late_ms: f64,
+    slots: usize,
+}
+
+const HEAD: &str = "hour,memory_mib,open_files,disk_mib,processor,slot_late_ms,now_late_ms,slots\n";
+
+/// Writes `target/load-SCENARIO.csv` and `.svg`.
+pub fn report(scenario: &str, samples: &[Sample], slots: &Lateness, of_now: &Lateness) -> Result<()> {
+    let minutes: Vec<Minute> = samples.windows(2).map(|pair| minute(samples, pair, slots, of_now)).collect();
+    let mut table = HEAD.to_owned();
+    for minute in &minutes {
+        let Minute { at_h, memory_mib, open, disk_mib, processor, late_ms, now_late_ms, slots } = minute;
+        writeln!(
+            table,
+            "{at_h:.3},{memory_mib:.1},{open},{disk_mib:.1},{processor:.3},{late_ms:.2},{now_late_ms:.2},{slots}"
+        )?;
+    }
+    let path = format!("target/load-{scenario}");
+    fs::write(format!("{path}.csv"), table)?;
+    let panel = |label, of: fn(&Minute) -> f64| {
+        let points = minutes.iter().map(|minute| (minute.at_h, of(minute))).collect();
+        let most = minutes.iter().map(of).fold(0.0, f64::max);
+        let curves = vec![Curve { name: "", look: Look::First, points }];
+        Panel { label, curves, between: Some((0.0, 1.1 * most)) }
+    };
+    let figure = panels(
+        "load",
+        "A site in real time, minute by minute",
+        "Memory of the service, files and sockets that it has open, its recordings and state on the disk, the latest slot of each minute.",
+        "Hours",
+        &[
+            panel("Memory (MiB)", |minute| minute.memory_mib),
+            panel("Open files", |minute| minute.open as f64),
+            panel("On the disk (MiB)", |minute| minute.disk_mib),
+            panel("Latest slot (ms)", |minute| minute.late_ms),
+        ],
+    );
+    fs::write(format!("{path}.svg"), figure.svg)?;
+    println!("{path}.csv, {path}.svg");
+    Ok(())
+}
+
+fn minute(all: &[Sample], pair: &[Sample], slots: &Lateness, of_now: &Lateness) -> Minute {
+    let (from, to) = (pair[0], pair[1]);
+    let most_ms = |lateness: &Lateness| 1e3 * lateness.between(from.at, to.at).fold(0.0, f64::max);
+    Minute {
+        at_h: to.at.seconds_since(all[0].at) / 3600.0,
+        memory_mib: to.used.anonymous as f64 / f64::from(1 << 20),
+        open: to.open,
+        disk_mib: to.on_disk as f64 / f64::from(1 << 20),
+        processor: (to.used.processor_s - from.used.processor_s) / to.at.seconds_since(from.at),
+        late_ms: most_ms(slots),
+        now_late_ms: most_ms(of_now),
+        slots: slots.between(from.at, to.at).count(),
+    }
+}
