@@ -24,7 +24,7 @@ fn told(attack: Attack) -> [Misalignment; 2] {
             pipeline.receive(&reception);
             pipeline.emissions().for_each(drop);
         }
-        pipeline.engine().registered().next().unwrap().1.estimate.clone()
+        pipeline.engine().registered().next().unwrap().1.estimate
     })
 }
 
