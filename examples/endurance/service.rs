@@ -6,6 +6,7 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use bytes::Bytes;
 use fusion::numbering::{Given, NumberChange};
 use fusion::time::Time;
 use jiff::SignedDuration;
@@ -43,7 +44,7 @@ struct Life {
     offered: u64,
     counted: u64,
     /// How it began, what it has handled since, and what it has sent: a recording.
-    began: (Vec<u8>, Encoders),
+    began: (Bytes, Encoders),
     handled: Vec<Reception>,
     sent: Sent,
     /// Whether the clock has made it start afresh, which a recording cannot tell from a silence.
@@ -175,7 +176,7 @@ impl Service {
             return;
         }
         let engine = life.driver.checkpoint(&self.config);
-        let (encoders, published) = (life.encoders.checkpoint(), life.driver.published());
+        let (encoders, published) = (life.encoders.checkpoint().into(), life.driver.published());
         if queue.begin(Frame::Checkpoint { at: now, engine, encoders, published }) {
             life.next_checkpoint = now + period;
             life.has_a_file = true;

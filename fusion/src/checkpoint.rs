@@ -8,6 +8,7 @@
 //! | | the state, as postcard writes it |
 //! | 8 | hash of all octets before |
 
+use std::mem;
 use std::num::NonZeroUsize;
 
 use serde::Serialize;
@@ -47,17 +48,15 @@ pub enum CheckpointError {
     Damaged,
 }
 
-/// A state of an engine with these settings as octets.
-pub(crate) fn written(settings: &Settings, state: &impl Serialize) -> Vec<u8> {
-    let state = postcard::to_stdvec(state).expect("every state can be written down");
-    let mut octets = Vec::with_capacity(FRONT + state.len() + BACK);
+/// Writes a state of an engine with these settings behind what stands in a buffer.
+pub(crate) fn write(settings: &Settings, state: &impl Serialize, octets: &mut Vec<u8>) {
+    let begin = octets.len();
     octets.extend(MAGIC);
     octets.extend(LAYOUT.to_be_bytes());
     octets.extend(of_settings(settings).to_be_bytes());
-    octets.extend(state);
-    let hash = hash(&octets);
+    *octets = postcard::to_extend(state, mem::take(octets)).expect("every state can be written down");
+    let hash = hash(&octets[begin..]);
     octets.extend(hash.to_be_bytes());
-    octets
 }
 
 /// The state again.

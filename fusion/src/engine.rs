@@ -90,12 +90,19 @@ impl Engine {
     /// ([`Engine::restored`]).
     #[must_use]
     pub fn checkpoint(&self) -> Vec<u8> {
+        let mut octets = Vec::new();
+        self.checkpoint_into(&mut octets);
+        octets
+    }
+
+    /// The same, written behind what stands in a buffer: of thousands of aircraft it is tens of megabytes.
+    pub fn checkpoint_into(&self, octets: &mut Vec<u8>) {
         let Self { settings, clock, newest, rules, numbers, plan } = self;
         let (reference, operational) = match rules {
             Rules::Reference(reference) => (Some(reference), None),
             Rules::Operational(operational, _) => (None, Some(operational)),
         };
-        checkpoint::written(settings, &(clock, newest, numbers, plan, reference, operational))
+        checkpoint::write(settings, &(clock, newest, numbers, plan, reference, operational), octets);
     }
 
     /// The engine that wrote a checkpoint.

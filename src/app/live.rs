@@ -193,7 +193,7 @@ impl LiveBuilder {
         self.before.extend(self.driver.published().map(Recorded::Published));
         if is_warm {
             // What is recorded begins where the engine is.
-            self.before.push(Recorded::Checkpoint(self.driver.checkpoint(&self.config).into()));
+            self.before.push(Recorded::Checkpoint(self.driver.checkpoint(&self.config)));
         }
         Ok(self)
     }

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::net::SocketAddr;
 
+use bytes::Bytes;
 use fusion::Identity;
 use fusion::numbering::Given;
 use fusion::point::Source;
@@ -24,7 +25,7 @@ use crate::pipeline::{NotRestored, Selection};
 use crate::state::Registrations;
 
 /// A checkpoint: driver, border, decisions to come, what is left out.
-type Written = (Vec<u8>, Option<Vec<u8>>, Vec<Word>, u8);
+type Written = (Bytes, Option<Vec<u8>>, Vec<Word>, u8);
 
 /// A site's driver as a cell's engine.
 #[derive(Debug)]
@@ -108,7 +109,7 @@ impl SiteEngine {
     }
 
     /// The state of the driver in a checkpoint, as [`Driver::restore`] takes it. `None`: it is none of this version.
-    pub fn driver_in(checkpoint: &[u8]) -> Option<Vec<u8>> {
+    pub fn driver_in(checkpoint: &[u8]) -> Option<Bytes> {
         let written: Written = postcard::from_bytes(checkpoint).ok()?;
         Some(written.0)
     }

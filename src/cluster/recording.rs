@@ -186,7 +186,7 @@ pub async fn record(
     let engine = engine.restored(areas.masks(), &kept.engine).map_err(|_| NotRecorded::NoCheckpoint)?;
     let (queue, recorder) = begun(&site, directory, engine.numbers())?;
     let state = SiteEngine::driver_in(&kept.engine).ok_or(NotRecorded::NoCheckpoint)?;
-    queue.wait(Recorded::Checkpoint(state.into()));
+    queue.wait(Recorded::Checkpoint(state));
     let noted = Noted {
         site: site.clone(),
         engine,

@@ -60,7 +60,7 @@ pub fn run(args: &Args) -> CommandResult {
     let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
     let mut lookout = Lookout::load(&config, masks.clone())?;
     let SavedState { numbers, registrations, correlations, engine } = args.saved_state()?;
-    let begun = engine.and_then(|octets| begun(&octets, &config, &masks, &mut lookout));
+    let begun = engine.as_deref().and_then(|octets| begun(octets, &config, &masks, &mut lookout));
     let mut plan = correlations.plan(&config);
     let mut stage = Stage::open(args, &config, maker, lookout, std::mem::take(&mut plan.alerts))?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
@@ -68,7 +68,7 @@ pub fn run(args: &Args) -> CommandResult {
     #[expect(clippy::disallowed_methods, reason = "how long it took")]
     let started = Instant::now();
     let pass = |stage: &mut Stage<'_>, captures| {
-        let begun = begun.as_deref().map(|octets| Pipeline::restored(&config, masks.clone(), octets));
+        let begun = begun.map(|octets| Pipeline::restored(&config, masks.clone(), octets));
         let mut pipeline = match begun {
             Some(begun) => begun?,
             None => {
@@ -135,15 +135,15 @@ pub fn run(args: &Args) -> CommandResult {
 
 /// The pipeline as it was when the recording began, as octets; the lookout is then, too. `None`, which is logged: they are of
 /// another version or site.
-fn begun(octets: &[u8], config: &Config, masks: &Masks, lookout: &mut Lookout) -> Option<Vec<u8>> {
+fn begun<'a>(octets: &'a [u8], config: &Config, masks: &Masks, lookout: &mut Lookout) -> Option<&'a [u8]> {
     let state = EngineState::parse(octets).ok_or(NotRestored::Unreadable);
     let state = state.and_then(|state| {
-        Pipeline::restored(config, masks.clone(), &state.pipeline)?;
+        Pipeline::restored(config, masks.clone(), state.pipeline)?;
         Ok(state)
     });
     match state {
         Ok(EngineState { pipeline, lookout: watched }) => {
-            lookout.go_on(&watched);
+            lookout.go_on(watched);
             Some(pipeline)
         }
         Err(error) => {

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use bytes::Bytes;
 use jiff::SignedDuration;
 
 use super::contests::note_contests;
@@ -121,15 +122,23 @@ impl Driver {
     /// The state is of another version, or the site or its settings are others now.
     pub fn restore(&mut self, config: &Config, masks: Masks, state: &[u8]) -> Result<(), NotRestored> {
         let state = EngineState::parse(state).ok_or(NotRestored::Unreadable)?;
-        self.pipeline = Pipeline::restored(config, masks, &state.pipeline)?;
-        self.lookout.go_on(&state.lookout);
+        self.pipeline = Pipeline::restored(config, masks, state.pipeline)?;
+        self.lookout.go_on(state.lookout);
         Ok(())
     }
 
     /// The state as octets ([`Driver::restore`]).
-    pub fn checkpoint(&self, config: &Config) -> Vec<u8> {
-        EngineState { pipeline: self.pipeline.checkpoint(config), lookout: self.lookout.checkpoint() }
-            .octets()
+    pub fn checkpoint(&self, config: &Config) -> Bytes {
+        let mut octets = Vec::new();
+        self.checkpoint_into(config, &mut octets);
+        octets.into()
+    }
+
+    /// The same, written behind what stands in a buffer.
+    pub fn checkpoint_into(&self, config: &Config, octets: &mut Vec<u8>) {
+        EngineState::write(&self.lookout.checkpoint(), octets, |octets| {
+            self.pipeline.checkpoint_into(config, octets);
+        });
     }
 
     /// The same for a cell: its engine is given what is for it.

@@ -188,6 +188,8 @@ struct Engine {
     kept_shelves: Arc<str>,
     /// When the next checkpoint is written.
     next_checkpoint: Time,
+    /// Octets that the next one will take, by the one before.
+    checkpoint_room: usize,
 }
 
 impl Engine {
@@ -219,6 +221,7 @@ impl Engine {
             kept: "".into(),
             kept_shelves: "".into(),
             next_checkpoint: Time::default(),
+            checkpoint_room: 0,
         }
     }
 
@@ -231,7 +234,12 @@ impl Engine {
             }
             self.decide();
             let at = self.publisher.clock.now();
+            let was_ready = self.publisher.next_due().is_some();
             self.publish_due(at);
+            if was_ready && self.publisher.next_due().is_none() {
+                // Of all moments the one from which it is longest until the next slot is made.
+                self.keep_checkpoint();
+            }
             self.publisher.look_ahead();
             let slot_is_due = self.driver.next_made().is_some_and(|made| made <= at);
             // Also where the clock has stepped back, of which the driver must be told.
@@ -244,7 +252,6 @@ impl Engine {
                 if status_is_due {
                     self.tell(handled.until);
                 }
-                self.keep_checkpoint();
             }
         }
         while let Ok(arrival) = arrivals.try_recv() {

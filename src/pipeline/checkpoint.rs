@@ -2,6 +2,8 @@
 //!
 //! What was counted is no part of it: a process counts what it did itself.
 
+use std::mem;
+
 use fusion::{CheckpointError, Engine, Time};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -15,7 +17,7 @@ use crate::config::Config;
 use crate::normalise::Barometer;
 
 /// Number of the layout below; that of the engine is its own.
-const LAYOUT: u16 = 3;
+const LAYOUT: u16 = 4;
 
 /// Why a pipeline does not go on where another one was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -31,13 +33,12 @@ pub enum NotRestored {
     Engine(#[from] CheckpointError),
 }
 
-/// What a checkpoint is.
+/// What a checkpoint begins with; the engine's is behind it.
 #[derive(Serialize, Deserialize)]
 struct Written<State> {
     layout: u16,
     /// Hash of the site and the sensors, as the configuration has them.
     site: [u8; 32],
-    engine: Vec<u8>,
     state: State,
 }
 
@@ -58,12 +59,20 @@ impl Pipeline {
     /// The state as octets.
     #[must_use]
     pub fn checkpoint(&self, config: &Config) -> Vec<u8> {
+        let mut octets = Vec::new();
+        self.checkpoint_into(config, &mut octets);
+        octets
+    }
+
+    /// The same, written behind what stands in a buffer.
+    pub fn checkpoint_into(&self, config: &Config, octets: &mut Vec<u8>) {
         let Self { duplicates, senders, barometer, remote_id, selection, shedding, engine, .. } = self;
         let (now, clock_behind) = (self.now, self.clock_behind);
         let state =
             State { duplicates, senders, barometer, remote_id, selection, shedding, now, clock_behind };
-        let written = Written { layout: LAYOUT, site: site(config), engine: engine.checkpoint(), state };
-        postcard::to_stdvec(&written).expect("every state can be written down")
+        let written = Written { layout: LAYOUT, site: site(config), state };
+        *octets = postcard::to_extend(&written, mem::take(octets)).expect("every state can be written down");
+        engine.checkpoint_into(octets);
     }
 
     /// The pipeline that wrote a checkpoint.
@@ -77,12 +86,13 @@ impl Pipeline {
         if layout != LAYOUT {
             return Err(NotRestored::Unreadable);
         }
-        let written: Written<Known> = postcard::from_bytes(octets).map_err(|_| NotRestored::Unreadable)?;
+        let (written, engine) =
+            postcard::take_from_bytes::<Written<Known>>(octets).map_err(|_| NotRestored::Unreadable)?;
         if written.site != site(config) {
             return Err(NotRestored::Site);
         }
         let new = Self::new(config, masks);
-        let engine = Engine::restored(settings(config, &new.normaliser), &written.engine)?;
+        let engine = Engine::restored(settings(config, &new.normaliser), engine)?;
         let State { duplicates, senders, barometer, remote_id, selection, shedding, now, clock_behind } =
             written.state;
         let senders = new.senders.going_on(senders);

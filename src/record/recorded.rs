@@ -3,6 +3,7 @@
 use std::net::SocketAddrV4;
 use std::sync::Arc;
 
+use bytes::Bytes;
 use fusion::numbering::Given;
 use fusion::time::Time;
 
@@ -30,7 +31,7 @@ pub enum Recorded {
     Correlations(Arc<str>),
     /// The state of the engine before what follows ([`EngineState`](crate::state::EngineState)): a file that begins here is
     /// replayed from it.
-    Checkpoint(Arc<[u8]>),
+    Checkpoint(Bytes),
     /// Slots up to this centre were an earlier service's to publish: a replay has them, the output of this run has not.
     Published(Time),
     /// A datagram that was sent.

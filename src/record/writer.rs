@@ -10,6 +10,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
+use bytes::Bytes;
 use jiff::SignedDuration;
 use tracing::{error, info, warn};
 
@@ -62,7 +63,7 @@ pub(super) struct Writer {
     /// The lines of the decisions that are in force.
     held: Arc<str>,
     /// The state before the next datagram, where there is one.
-    checkpoint: Option<Arc<[u8]>>,
+    checkpoint: Option<Bytes>,
     /// Where there are checkpoints a full file waits for one; since when it is full.
     has_checkpoints: bool,
     /// Slots up to this centre are not in the output: an earlier service's.

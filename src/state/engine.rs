@@ -1,28 +1,28 @@
 //! All that a picture depends on, at one moment.
 
-use serde::{Deserialize, Serialize};
-
 /// The end of the name of the file of a recording that holds it, as it was before the first datagram.
 pub const ENGINE: &str = "engine";
 
-/// What is known of the aircraft, as octets: [`Pipeline::checkpoint`](crate::pipeline::Pipeline::checkpoint) and
+/// What is known of the aircraft, as octets: [`Pipeline::checkpoint`](crate::pipeline::Pipeline::checkpoint) behind
 /// [`Lookout::checkpoint`](crate::integrity::Lookout::checkpoint).
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct EngineState {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EngineState<'a> {
     /// Of the pipeline, with its engine.
-    pub pipeline: Vec<u8>,
+    pub pipeline: &'a [u8],
     /// Of whoever looks out for drones without a transponder.
-    pub lookout: Vec<u8>,
+    pub lookout: &'a [u8],
 }
 
-impl EngineState {
-    /// Both as one.
-    pub fn octets(&self) -> Vec<u8> {
-        postcard::to_stdvec(self).expect("octets can be written down")
+impl<'a> EngineState<'a> {
+    /// Both as one: what `lookout` says, and behind it what `write` writes, which may be tens of megabytes.
+    pub fn write(lookout: &[u8], octets: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
+        *octets = postcard::to_extend(lookout, std::mem::take(octets)).expect("octets can be written down");
+        write(octets);
     }
 
     /// Both again; `None`: that is something else.
-    pub fn parse(octets: &[u8]) -> Option<Self> {
-        postcard::from_bytes(octets).ok()
+    pub fn parse(octets: &'a [u8]) -> Option<Self> {
+        let (lookout, pipeline) = postcard::take_from_bytes(octets).ok()?;
+        Some(Self { pipeline, lookout })
     }
 }

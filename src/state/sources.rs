@@ -18,7 +18,7 @@ pub struct SavedState {
     pub registrations: Registrations,
     /// Operators' decisions while the recording was made.
     pub correlations: Correlations,
-    /// The state of the engine before the recording's first datagram, [`EngineState::octets`](super::EngineState::octets).
+    /// The state of the engine before the recording's first datagram, [`EngineState`](super::EngineState).
     pub engine: Option<Vec<u8>>,
 }
 

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, SyncSender, TryRecvError, TrySendError};
 use std::thread::JoinHandle;
 
+use bytes::Bytes;
 use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -32,12 +33,12 @@ pub enum Frame {
     Checkpoint {
         /// When it was written.
         at: Time,
-        /// Of the engine, [`EngineState::octets`](super::EngineState::octets).
-        engine: Vec<u8>,
         /// Of the encoders.
-        encoders: Vec<u8>,
+        encoders: Bytes,
         /// Slots up to this centre are published, or an earlier service's.
         published: Option<Time>,
+        /// Of the engine ([`EngineState`](super::EngineState)). It is the last, so that it can be written from where it is.
+        engine: Bytes,
     },
     /// A datagram that was handled since, without its trailer.
     Input {
@@ -57,10 +58,10 @@ pub enum Frame {
 /// What a service goes on from.
 #[derive(Debug)]
 pub struct Warm {
-    /// Of the engine, [`EngineState::octets`](super::EngineState::octets).
-    pub engine: Vec<u8>,
+    /// Of the engine ([`EngineState`](super::EngineState)).
+    pub engine: Bytes,
     /// Of the encoders.
-    pub encoders: Vec<u8>,
+    pub encoders: Bytes,
     /// What was handled since, in order.
     pub inputs: Vec<Reception>,
     /// Slots up to this centre are published.
@@ -100,7 +101,7 @@ impl Warm {
 
     fn of(octets: &[u8]) -> Option<Self> {
         let mut frames = Frames(octets);
-        let Some(Frame::Checkpoint { at, engine, encoders, published }) = frames.next() else { return None };
+        let Some(Frame::Checkpoint { at, encoders, published, engine }) = frames.next() else { return None };
         let mut warm = Self { engine, encoders, inputs: Vec::new(), published, until: at };
         for frame in frames {
             match frame {
@@ -134,7 +135,7 @@ impl Iterator for Frames<'_> {
         let (length, rest) = self.0.split_first_chunk::<4>()?;
         let (hash, rest) = rest.split_first_chunk::<8>()?;
         let (contents, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
-        if *hash != hash_of(contents) {
+        if *hash != hash_of([contents, &[]]) {
             return None;
         }
         self.0 = rest;
@@ -142,16 +143,29 @@ impl Iterator for Frames<'_> {
     }
 }
 
-fn hash_of(contents: &[u8]) -> [u8; 8] {
-    *Sha256::digest(contents).first_chunk().expect("32 octets")
+fn hash_of(parts: [&[u8]; 2]) -> [u8; 8] {
+    let hash = parts.iter().fold(Sha256::new(), Sha256::chain_update).finalize();
+    *hash.first_chunk().expect("32 octets")
 }
 
 fn write_frame(file: &mut impl Write, frame: &Frame) -> io::Result<()> {
-    let contents = postcard::to_stdvec(frame).map_err(io::Error::other)?;
-    let length = u32::try_from(contents.len()).map_err(|_| io::Error::other("a state of more than 4 GiB"))?;
+    let (head, engine) = match frame {
+        Frame::Checkpoint { at, encoders, published, engine } => {
+            let encoders = encoders.clone();
+            let bare = Frame::Checkpoint { at: *at, encoders, published: *published, engine: Bytes::new() };
+            let mut head = postcard::to_stdvec(&bare).map_err(io::Error::other)?;
+            // The length of nothing.
+            head.pop();
+            (postcard::to_extend(&engine.len(), head).map_err(io::Error::other)?, &engine[..])
+        }
+        _ => (postcard::to_stdvec(frame).map_err(io::Error::other)?, &[][..]),
+    };
+    let length = u32::try_from(head.len() + engine.len());
+    let length = length.map_err(|_| io::Error::other("a state of more than 4 GiB"))?;
     file.write_all(&length.to_le_bytes())?;
-    file.write_all(&hash_of(&contents))?;
-    file.write_all(&contents)
+    file.write_all(&hash_of([&head, engine]))?;
+    file.write_all(&head)?;
+    file.write_all(engine)
 }
 
 /// Where the engine's thread hands its state. It never waits.
@@ -297,8 +311,8 @@ mod tests {
     fn checkpoint(second: i64) -> Frame {
         Frame::Checkpoint {
             at: at(second),
-            engine: vec![second as u8; 9],
-            encoders: vec![7],
+            engine: vec![second as u8; 9].into(),
+            encoders: vec![7].into(),
             published: Some(at(second - 6)),
         }
     }
@@ -325,7 +339,7 @@ mod tests {
         drop(queue);
         keeper.join();
         let warm = Warm::load(&directory, at(20), OLDEST).unwrap();
-        assert_eq!((warm.engine, warm.encoders), (vec![2; 9], vec![7]));
+        assert_eq!((&warm.engine[..], &warm.encoders[..]), (&[2; 9][..], &[7][..]));
         assert_eq!((warm.published, warm.until), (Some(at(4)), at(5)));
         let received: Vec<_> = warm.inputs.iter().map(|input| (input.received, input.payload[0])).collect();
         assert_eq!(received, [(Some(at(3)), 3), (Some(at(5)), 5)]);

@@ -226,7 +226,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
         let received = driver.reception(wall(datagram.received));
         let payload = datagram.payload.clone();
         if fate.checkpoint_every > 0 && index % fate.checkpoint_every == 0 {
-            assert!(recorder.wait(Recorded::Checkpoint(driver.checkpoint(config).into())));
+            assert!(recorder.wait(Recorded::Checkpoint(driver.checkpoint(config))));
         }
         assert!(recorder.wait(Recorded::Input { received, line, from, payload: payload.clone() }));
         driver.receive(&reception(line, received, payload));

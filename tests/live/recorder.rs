@@ -71,7 +71,7 @@ fn a_state_of_before_something_was_lost_begins_no_file() {
     let dir = scratch.path("recordings");
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 9 };
     let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
-    let state = |state: &str| assert!(queue.wait(Recorded::Checkpoint(state.as_bytes().into())));
+    let state = |state: &str| assert!(queue.wait(Recorded::Checkpoint(state.to_owned().into())));
     let hours = SignedDuration::from_hours;
     send(&queue, hours(0), vec![1]);
     // Full after an hour, and there is a state.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
+use bytes::Bytes;
 use fusion::time::Time;
 use jiff::SignedDuration;
 use proptest::prelude::*;
@@ -72,7 +73,7 @@ proptest! {
 
         let mut driver = Driver::new(&config, Masks::default(), start, 2);
         let mut slots = Slots::new();
-        let mut warm = Warm { engine: Vec::new(), encoders: Vec::new(), inputs: Vec::new(), published: None, until: start };
+        let mut warm = Warm { engine: Bytes::new(), encoders: Bytes::new(), inputs: Vec::new(), published: None, until: start };
         for index in 0..=stopped {
             let received = reception(&simulation, index);
             driver.receive(&received);

@@ -1,5 +1,6 @@
 //! The engine's state, for a restart that comes soon. Nothing here waits, but at the end.
 
+use bytes::Bytes;
 use jiff::SignedDuration;
 
 use super::Engine;
@@ -33,10 +34,13 @@ impl Engine {
         if !is_due || self.driver.next_made().is_none() || self.warm().is_none() {
             return;
         }
-        let engine = self.driver.checkpoint(&self.config);
+        let mut engine = Vec::with_capacity(self.checkpoint_room);
+        self.driver.checkpoint_into(&self.config, &mut engine);
+        self.checkpoint_room = engine.len() + engine.len() / 8;
+        let engine = Bytes::from(engine);
         // A recording may begin a file here.
         if let Some(recorder) = &self.publisher.outlets.recorder {
-            recorder.has_room_for(Recorded::Checkpoint(engine.clone().into()));
+            recorder.has_room_for(Recorded::Checkpoint(engine.clone()));
         }
         let checkpoint = self.checkpoint(now, engine);
         if self.warm().is_some_and(|warm| warm.begin(checkpoint)) {
@@ -62,8 +66,8 @@ impl Engine {
         }
     }
 
-    fn checkpoint(&self, at: Time, engine: Vec<u8>) -> Frame {
-        let encoders = self.publisher.outlets.encoders.checkpoint();
+    fn checkpoint(&self, at: Time, engine: Bytes) -> Frame {
+        let encoders = self.publisher.outlets.encoders.checkpoint().into();
         Frame::Checkpoint { at, engine, encoders, published: self.driver.published() }
     }
 
