@@ -1,6 +1,6 @@
 //! A pipeline that is written down and made anew goes on as if nothing had happened, whatever the sensors.
 
-use fusion::Emission;
+use fusion::{CheckpointError, Emission};
 use utm_fusion::areas::Masks;
 use utm_fusion::capture::Reception;
 use utm_fusion::config::{Config, Profile};
@@ -61,8 +61,9 @@ fn a_site_that_is_another_one_begins_anew() {
     let mut other = config.clone();
     other.fusion.profile = Profile::Reference;
     assert!(matches!(restored(&other), Some(NotRestored::Engine(_))));
-    assert_eq!(
-        Pipeline::restored(&config, Masks::default(), &written[..written.len() / 2]).err(),
-        Some(NotRestored::Unreadable)
-    );
+    let cut = |length: usize| Pipeline::restored(&config, Masks::default(), &written[..length]).err();
+    assert_eq!(cut(10), Some(NotRestored::Unreadable));
+    for length in [written.len() / 2, written.len() - 1] {
+        assert_eq!(cut(length), Some(NotRestored::Engine(CheckpointError::Damaged)));
+    }
 }
