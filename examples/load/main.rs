@@ -107,11 +107,8 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
         }
 
         thread::sleep(SETTLE);
-        let measured_with = |stage: &mut Stage| {
-            let before = stage.metrics()?;
-            Ok::<_, Box<dyn Error + Send + Sync>>((stage.samples(measured)?, [before, stage.metrics()?]))
-        };
-        let sampled = measured_with(&mut stage);
+        let before = stage.metrics();
+        let sampled = before.and_then(|before| Ok((stage.samples(measured)?, [before, stage.metrics()?])));
         stop.store(true, Ordering::Relaxed);
         let (samples, metrics) = sampled?;
         let (first, middle, last) = (samples[0], samples[samples.len() / 2], samples[samples.len() - 1]);

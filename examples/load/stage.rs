@@ -147,7 +147,7 @@ impl Stage {
         })
     }
 
-    /// What it takes from now on, for that long: at the beginning, each minute or twice as often as `lasts` needs it, at the end.
+    /// What it takes from now on, for that long: at the beginning, each minute, at the end; in less than two minutes in the middle.
     pub fn samples(&mut self, lasts: Duration) -> Result<Vec<Sample>> {
         let every = EVERY.min(lasts / 2);
         let (began, mut samples) = (Instant::now(), vec![self.sample()?]);

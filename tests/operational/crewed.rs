@@ -24,11 +24,15 @@ fn vehicles_take_no_part_in_conflicts() {
         pipeline.receive(&reception);
         for picture in pipeline.emissions().map(|emission| maker.picture(emission)) {
             let Some(outlook) = watch.look(&picture, &maker) else { continue };
-            vehicles += picture.tracks.iter().filter(|track| track.is_vehicle()).count();
-            let known = picture.tracks.iter().filter(|track| track.is_within(config.output.max_accuracy_m));
-            let flying = known
-                .filter(|track| !matches!(maker.class(track), TrackClass::Vehicle | TrackClass::Other))
-                .count();
+            let mut flying = 0;
+            // Known as well as whoever takes part.
+            for track in picture.tracks.iter().filter(|track| track.is_within(config.output.max_accuracy_m)) {
+                match maker.class(track) {
+                    TrackClass::Vehicle => vehicles += 1,
+                    TrackClass::Other => {}
+                    TrackClass::Drone | TrackClass::Unknown | TrackClass::Crewed => flying += 1,
+                }
+            }
             assert_eq!((outlook.aircraft, outlook.left_out), (flying, 0));
             most = most.max(flying);
         }
