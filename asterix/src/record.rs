@@ -96,7 +96,10 @@ macro_rules! record {
         $(time $time:path;)?
     ) => {
         /// The items in the order of the record.
-        pub const UAP: &$crate::Profile = &$crate::Profile::new(&[$($crate::UapItem::new(
+        pub const UAP: &$crate::Profile = &PROFILE;
+
+        /// What a constant refers to is there once only where it is a static: else each crate has one of its own.
+        static PROFILE: $crate::Profile = $crate::Profile::new(&[$($crate::UapItem::new(
             $frn,
             $number,
             $title,

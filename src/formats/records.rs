@@ -77,13 +77,15 @@ impl RecordColumns {
         items: impl Iterator<Item = (&'static UapItem, &'a [u8])>,
     ) {
         let Self { items: nodes, text, .. } = self;
+        let mut next = 0;
         for (item, octets) in items {
-            // Of a category with one profile the item is known, and mostly where its number says.
-            let here = nodes
-                .get(usize::from(item.frn).wrapping_sub(1))
-                .filter(|(known, _)| std::ptr::eq(*known, item));
-            let node = here.or_else(|| nodes.iter().find(|(known, _)| known.item == item.item));
-            if let Some((_, Some(node))) = node {
+            // An item mostly stands behind the one before it; in another profile of its category it is another one.
+            let behind = nodes[next..].iter().position(|(known, _)| std::ptr::eq(*known, item));
+            let here = behind.map(|after| next + after);
+            let here = here.or_else(|| nodes.iter().position(|(known, _)| known.item == item.item));
+            let Some(here) = here else { continue };
+            next = here + 1;
+            if let (_, Some(node)) = &nodes[here] {
                 node.fill(table, text, &item.layout, octets);
             }
         }
