@@ -5,7 +5,7 @@ use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use arrow_array::builder::{
-    ArrayBuilder, BooleanBuilder, Float64Builder, Int64Builder, StringBuilder, TimestampMicrosecondBuilder,
+    BooleanBuilder, Float64Builder, Int64Builder, StringBuilder, TimestampMicrosecondBuilder,
 };
 use arrow_array::{Array, ArrayRef, RecordBatch, RecordBatchOptions, new_null_array};
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef, TimeUnit};
@@ -34,12 +34,18 @@ pub(crate) struct Gatherer {
     name: String,
     frame: Frame,
     /// Those that are wanted, by their place among all.
-    columns: Vec<Option<Values>>,
+    columns: Vec<Option<Kept>>,
     /// The places of those that are wanted, in the order of the table.
     order: Vec<usize>,
     /// Of the next batch.
     rows: usize,
     shelf: Shelf,
+}
+
+/// A column, and the rows for which it has a value or a null.
+struct Kept {
+    rows: usize,
+    values: Values,
 }
 
 enum Values {
@@ -77,11 +83,11 @@ impl Gatherer {
     }
 
     fn of(name: &str, columns: &[Column], wanted: Vec<(usize, String)>, shelf: &Shelf) -> Self {
-        let mut kept: Vec<Option<Values>> = columns.iter().map(|_| None).collect();
+        let mut kept: Vec<Option<Kept>> = columns.iter().map(|_| None).collect();
         let (mut fields, mut order) = (Vec::new(), Vec::new());
         for (place, called) in wanted {
             let kind = columns[place].kind;
-            kept[place] = Some(Values::new(kind));
+            kept[place] = Some(Kept { rows: 0, values: Values::new(kind) });
             fields.push(Field::new(called, data_type(kind), true));
             order.push(place);
         }
@@ -95,10 +101,11 @@ impl Gatherer {
         // Most columns of a category are empty in most captures: they share their nulls.
         let mut empty: Vec<ArrayRef> = Vec::new();
         for place in &self.order {
-            let Some(values) = &mut self.columns[*place] else { continue };
-            if values.len() > 0 {
-                values.fill_to(rows);
-                arrays.push(values.finish());
+            let Some(column) = &mut self.columns[*place] else { continue };
+            if column.rows > 0 {
+                column.fill_to(rows);
+                column.rows = 0;
+                arrays.push(column.values.finish());
                 continue;
             }
             let data_type = self.frame.schema.field(arrays.len()).data_type();
@@ -123,9 +130,10 @@ impl Table for Gatherer {
     }
 
     fn set(&mut self, column: usize, cell: Cell<'_>) {
-        let Some(values) = &mut self.columns[column] else { return };
-        values.fill_to(self.rows);
-        match (values, cell) {
+        let Some(column) = &mut self.columns[column] else { return };
+        column.fill_to(self.rows);
+        column.rows += 1;
+        match (&mut column.values, cell) {
             (Values::Flags(values), Cell::Flag(flag)) => values.append_value(flag),
             (Values::Counts(values), Cell::Count(count)) => values.append_value(count),
             (Values::Quantities(values), Cell::Quantity(value)) => values.append_value(value),
@@ -152,6 +160,16 @@ impl Table for Gatherer {
     }
 }
 
+impl Kept {
+    /// Nulls up to this row.
+    fn fill_to(&mut self, rows: usize) {
+        if self.rows < rows {
+            self.values.append_nulls(rows - self.rows);
+            self.rows = rows;
+        }
+    }
+}
+
 impl Values {
     fn new(kind: ColumnKind) -> Self {
         match kind {
@@ -163,28 +181,13 @@ impl Values {
         }
     }
 
-    /// Nulls up to this row.
-    fn fill_to(&mut self, rows: usize) {
-        let missing = rows - self.len();
-        if missing == 0 {
-            return;
-        }
+    fn append_nulls(&mut self, count: usize) {
         match self {
-            Self::Flags(values) => values.append_nulls(missing),
-            Self::Counts(values) => values.append_nulls(missing),
-            Self::Quantities(values) => values.append_nulls(missing),
-            Self::Texts(values) => values.append_nulls(missing),
-            Self::Instants(values) => values.append_nulls(missing),
-        }
-    }
-
-    fn len(&self) -> usize {
-        match self {
-            Self::Flags(values) => values.len(),
-            Self::Counts(values) => values.len(),
-            Self::Quantities(values) => values.len(),
-            Self::Texts(values) => values.len(),
-            Self::Instants(values) => values.len(),
+            Self::Flags(values) => values.append_nulls(count),
+            Self::Counts(values) => values.append_nulls(count),
+            Self::Quantities(values) => values.append_nulls(count),
+            Self::Texts(values) => values.append_nulls(count),
+            Self::Instants(values) => values.append_nulls(count),
         }
     }
 
