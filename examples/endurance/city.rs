@@ -11,7 +11,7 @@ use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Feed};
 use utm_fusion::conflicts::ConflictWatch;
-use utm_fusion::evaluate::plot::curves::{Curve, Look, Panel, panels};
+use utm_fusion::evaluate::plot::curves::{Panel, panels};
 use utm_fusion::formats::Encoders;
 use utm_fusion::history::{Limits, SavedTrack, Snapshot, Store};
 use utm_fusion::live::{Driver, Made};
@@ -230,13 +230,7 @@ fn report(minutes: &[Minute], out: &Path) -> Result<()> {
     }
     fs::write(out.join("endurance-city.csv"), table)?;
     let panel = |label, of: fn(&Minute) -> f64| {
-        let points = minutes.iter().map(|minute| (minute.at_h, of(minute))).collect();
-        let most = minutes.iter().map(of).fold(0.0, f64::max);
-        Panel {
-            label,
-            curves: vec![Curve { name: "", look: Look::First, points }],
-            between: Some((0.0, 1.1 * most)),
-        }
+        Panel::from_zero(label, minutes.iter().map(|minute| (minute.at_h, of(minute))).collect())
     };
     let figure = panels(
         "endurance-city",

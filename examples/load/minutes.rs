@@ -5,7 +5,7 @@ use std::fs;
 use std::time::Duration;
 
 use fusion::time::Time;
-use utm_fusion::evaluate::plot::curves::{Curve, Look, Panel, panels};
+use utm_fusion::evaluate::plot::curves::{Panel, panels};
 
 use crate::output::Lateness;
 use crate::stage::{Result, Use};
@@ -56,10 +56,7 @@ pub fn report(scenario: &str, samples: &[Sample], slots: &Lateness, of_now: &Lat
     let path = format!("target/load-{scenario}");
     fs::write(format!("{path}.csv"), table)?;
     let panel = |label, of: fn(&Minute) -> f64| {
-        let points = minutes.iter().map(|minute| (minute.at_h, of(minute))).collect();
-        let most = minutes.iter().map(of).fold(0.0, f64::max);
-        let curves = vec![Curve { name: "", look: Look::First, points }];
-        Panel { label, curves, between: Some((0.0, 1.1 * most)) }
+        Panel::from_zero(label, minutes.iter().map(|minute| (minute.at_h, of(minute))).collect())
     };
     let figure = panels(
         "load",

@@ -75,6 +75,15 @@ pub struct Panel {
     pub between: Option<(f64, f64)>,
 }
 
+impl Panel {
+    /// One curve of what is never negative, from zero up.
+    pub fn from_zero(label: &'static str, points: Vec<(f64, f64)>) -> Self {
+        let most = points.iter().map(|point| point.1).fold(0.0, f64::max);
+        let curve = Curve { name: "", look: Look::First, points };
+        Self { label, curves: vec![curve], between: (most > 0.0).then_some((0.0, 1.1 * most)) }
+    }
+}
+
 /// Panels one below the other, over a common axis. `name` is fit for a file.
 pub fn panels(name: &'static str, title: &str, caption: &str, across: &str, panels: &[Panel]) -> Figure {
     let all = panels.iter().flat_map(|panel| &panel.curves);
