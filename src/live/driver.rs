@@ -136,9 +136,8 @@ impl Driver {
 
     /// The same, written behind what stands in a buffer.
     pub fn checkpoint_into(&self, config: &Config, octets: &mut Vec<u8>) {
-        EngineState::write(&self.lookout.checkpoint(), octets, |octets| {
-            self.pipeline.checkpoint_into(config, octets);
-        });
+        EngineState::begin(&self.lookout.checkpoint(), octets);
+        self.pipeline.checkpoint_into(config, octets);
     }
 
     /// The same for a cell: its engine is given what is for it.

@@ -14,10 +14,9 @@ pub struct EngineState<'a> {
 }
 
 impl<'a> EngineState<'a> {
-    /// Both as one: what `lookout` says, and behind it what `write` writes, which may be tens of megabytes.
-    pub fn write(lookout: &[u8], octets: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
+    /// Begins both as one: what `lookout` says. What the pipeline writes, tens of megabytes maybe, goes straight behind it.
+    pub fn begin(lookout: &[u8], octets: &mut Vec<u8>) {
         *octets = postcard::to_extend(lookout, std::mem::take(octets)).expect("octets can be written down");
-        write(octets);
     }
 
     /// Both again; `None`: that is something else.
