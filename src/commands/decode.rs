@@ -43,7 +43,7 @@ impl Format {
     }
 }
 
-/// Print captures as JSON, one record a line
+/// Prints captures as JSON, one record a line
 ///
 /// A record: {"time":"2026-11-20T10:20:30.250Z", "offset":3, "block":0, "cat":48, "sac":25, "sic":200, "items":{…}}.
 /// `offset` and `block` are where the record and its block begin in the file, `time` is null in files without reception
@@ -72,26 +72,26 @@ pub struct Args {
     /// Capture files (raw ASTERIX, pcap, pcapng, FINAL, Beast; also gzip-compressed), or - for standard input; one after the other
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// Look at blocks of this category only; where no block can be made out is still told
+    /// Looks at blocks of this category only; where no block can be made out is still told
     #[arg(long, value_name = "N")]
     pub cat: Option<u8>,
     /// The edition that the senders follow: 1.31 of the category of --cat, else of CAT021 (where `info` names the one that
     /// fits), or 48:1.31; may be given several times
     #[arg(long, value_name = "[N:]EDITION")]
     pub edition: Vec<EditionOf>,
-    /// Read everything by the definitions alone, also the categories whose keys are made by hand: one rule for all keys
+    /// Reads everything by the definitions alone, also the categories whose keys are made by hand: one rule for all keys
     #[arg(long)]
     pub untyped: bool,
-    /// Stop after this many lines
+    /// Stops after this many lines
     #[arg(long, value_name = "N")]
     pub limit: Option<u64>,
-    /// Print what cannot be read, not the records
+    /// Prints what cannot be read, not the records
     #[arg(long)]
     pub errors_only: bool,
-    /// End with exit code 4 if there was anything that cannot be read, also in a pcap or pcapng
+    /// Ends with exit code 4 if there was anything that cannot be read, also in a pcap or pcapng
     #[arg(long)]
     pub strict: bool,
-    /// Add the octets of each record, as `hex`
+    /// Adds the octets of each record, as `hex`
     #[arg(long)]
     pub hex: bool,
     /// How records are written

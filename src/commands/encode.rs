@@ -7,7 +7,7 @@ use super::edition::{EditionOf, editions};
 use super::{CommandResult, Outcome};
 use crate::json::{Editions, Encoder};
 
-/// Make ASTERIX of the lines that `decode` prints
+/// Makes ASTERIX of the lines that `decode` prints
 ///
 /// What `decode` printed comes back octet by octet, blocks of unknown categories and octets that could not be read
 /// included; of a pcap the blocks, without the frames around them. Lines may also be written by hand or by a program:

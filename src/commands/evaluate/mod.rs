@@ -26,11 +26,11 @@ use fusion::settings::Threshold;
 
 pub use require::Requirement;
 
-const REQUIRE_HELP: &str = "End with exit code 5 unless this holds: [radar.|transponder.][equipped.|unequipped.]METRIC OP NUMBER, for \
+const REQUIRE_HELP: &str = "Ends with exit code 5 unless this holds: [radar.|transponder.][equipped.|unequipped.]METRIC OP NUMBER, for \
 example 'pu>=90'; repeat for more. METRIC: pu (%), epos, eposh, eposv, epos_covered, epos_gap (means, m), gap_within_50_m (%), \
 precision, recall (0 to 1), id_changes (a drone and minute), two_numbers (%), ghosts, false_track (s a minute), gospa (m). OP: >= <= > <";
 
-/// Score an output against the truth: how often, how exactly, and how rightly it tells where the drones are
+/// Scores an output against the truth: how often, how exactly, and how rightly it tells where the drones are
 ///
 /// The metrics are those of the paper's section 4 and of docs/METRICS.md. With --capture and --config each input alone
 /// is scored, too, as in the paper's Table 1. Without --labels a point belongs to the nearest drone within 150 m.
@@ -54,7 +54,7 @@ pub struct Args {
     /// UTC day of the first record of a file that does not say its day (raw ASTERIX); default: the day of the truth
     #[arg(long, value_name = "YYYY-MM-DD", value_parser = day)]
     pub date: Option<Date>,
-    /// Score the flags of transponders that lie, too
+    /// Scores the flags of transponders that lie, too
     #[arg(long, requires_all = ["labels", "config", "capture"])]
     pub integrity: bool,
     /// What was done to transponders: CSV with id,number,attack,from,until; default: attacks.csv beside the truth
@@ -63,13 +63,13 @@ pub struct Args {
     /// The alerts of the output, as `replay --alerts` wrote them, to score that of jamming
     #[arg(long, value_name = "FILE", requires = "integrity")]
     pub alerts: Option<PathBuf>,
-    /// Score what `replay --conflicts` wrote of the same flight, too
+    /// Scores what `replay --conflicts` wrote of the same flight, too
     #[arg(long, value_name = "FILE", requires_all = ["labels", "config"])]
     pub conflicts: Option<PathBuf>,
-    /// Print one JSON object
+    /// Prints one JSON object
     #[arg(long)]
     pub json: bool,
-    /// Write figures (SVG) and a page with the tables and all of them (index.html) into this folder; with --conflicts one of
+    /// Writes figures (SVG) and a page with the tables and all of them (index.html) into this folder; with --conflicts one of
     /// the closest encounter, too
     #[arg(long, value_name = "DIR")]
     pub plot: Option<PathBuf>,

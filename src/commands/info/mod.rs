@@ -14,7 +14,7 @@ use crate::capture::{Capture, Format, ReadError, Skipped, Trailer};
 use crate::decode::lost_frames;
 use crate::survey::{Survey, SurveyReport};
 
-/// Say what is in captures: who sends what, how much, when, and is it healthy
+/// Says what is in captures: who sends what, how much, when, and is it healthy
 ///
 /// For each input: streams (who sends where), sources (SAC/SIC), how steadily and how late they report, which items they
 /// send, categories, errors, and the sensors that a configuration for it would have. Gaps are silences of a source longer
@@ -25,13 +25,13 @@ pub struct Args {
     /// Capture files (raw ASTERIX, pcap, pcapng, FINAL, Beast; also gzip-compressed), or - for standard input; each by itself
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// Print one JSON object per input, a line each
+    /// Prints one JSON object per input, a line each
     #[arg(long)]
     pub json: bool,
-    /// Write a configuration with the sensors that were seen into this file; it says which values are to be filled in
+    /// Writes a configuration with the sensors that were seen into this file; it says which values are to be filled in
     #[arg(long, value_name = "FILE")]
     pub config_out: Option<PathBuf>,
-    /// End with exit code 4 if there was anything that cannot be read, also in a pcap or pcapng
+    /// Ends with exit code 4 if there was anything that cannot be read, also in a pcap or pcapng
     #[arg(long)]
     pub strict: bool,
 }
