@@ -50,7 +50,8 @@ struct Minute {
     /// The history's file, MiB, and how far back it goes, hours.
     history_mib: f64,
     history_h: f64,
-    /// The longest that a slot took, milliseconds: made, encoded, looked at for conflicts.
+    /// The longest that a slot took, milliseconds: made, encoded, looked at for conflicts; and, every five seconds, the history
+    /// written, which the service leaves to a thread of its own.
     slot_ms: f64,
     /// Time on a processor, seconds.
     processor_s: f64,
