@@ -58,6 +58,8 @@ def damaged(path):
 def ctrl_c(after_s):
     """Presses Ctrl-C once, which must be felt within five seconds."""
     presses = threading.Timer(after_s, signal.raise_signal, [signal.SIGINT])
+    # Who is started in the background of a script ignores it.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     presses.start()
     start = time.monotonic()
     try:
@@ -65,4 +67,5 @@ def ctrl_c(after_s):
             yield
     finally:
         presses.cancel()
+        signal.signal(signal.SIGINT, before)
     assert time.monotonic() - start < after_s + 5

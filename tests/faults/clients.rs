@@ -150,9 +150,10 @@ fn two_thousand_bad_clients_hinder_nobody_and_are_gone_afterwards() {
     });
     // But for the recording's, and that of the engine's state.
     until("all files are given back", Duration::from_secs(15), || taken(service.id()).0 <= before.0 + 5);
+    // Some of it the allocator gives back seconds later.
+    until("the memory is given back", Duration::from_secs(15), || taken(service.id()).1 < before.1 + 60_000);
     let after = taken(service.id());
     println!("files {} to {}, memory {} to {} KiB", before.0, after.0, before.1, after.1);
-    assert!(after.1 < before.1 + 60_000, "memory {} to {} KiB", before.1, after.1);
     assert!(stream.is_unbroken(Duration::from_secs(2)) > 60);
     assert!(metric(address, "utm_fusion_lateness_seconds", "0.99") < 0.5);
     assert_eq!(metric(address, "utm_fusion_http_responses_total", "status=\"5"), 0.0);
