@@ -1,12 +1,13 @@
 //! A cluster of `nats-server` processes on loopback: killed, stopped and started again by index; gone with the test.
 
-use std::fs;
-use std::io::Write;
+use std::io::{BufRead, BufReader, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::thread;
+use std::sync::LazyLock;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
+use std::{fs, iter, thread};
 
 use async_nats::jetstream::stream::{Config, StorageType};
 use async_nats::{Client, ConnectOptions, jetstream};
@@ -78,6 +79,7 @@ impl Drop for Process {
 }
 
 struct Server {
+    /// No other server's of this machine.
     name: String,
     /// Of clients, and of the other servers.
     ports: [u16; 2],
@@ -97,11 +99,12 @@ impl Servers {
     pub async fn start(binary: &Path, directory: &Path, count: usize) -> Self {
         let version = version(binary).expect("it said its version before");
         let ports = free_ports(2 * count);
+        let cluster = random();
         let servers = ports
             .chunks_exact(2)
             .enumerate()
             .map(|(index, ports)| Server {
-                name: format!("s{index}"),
+                name: format!("s{index}-{cluster:08x}"),
                 ports: [ports[0], ports[1]],
                 process: None,
             })
@@ -275,15 +278,19 @@ impl Servers {
         self.directory.join(format!("{}.{end}", self.servers[index].name))
     }
 
-    /// Waits until it takes connections of clients.
+    /// Waits until it takes connections of clients, and is who answers there.
     fn answers(&mut self, index: usize) {
         let (began, address) = (Instant::now(), self.address(index));
-        while TcpStream::connect(address).is_err() {
+        loop {
+            let name = named(address);
             let process = self.servers[index].process.as_mut().expect("the server was started");
             let ended = process.server.try_wait().unwrap();
+            if name.as_ref() == Some(&self.servers[index].name) {
+                return;
+            }
             assert!(
-                ended.is_none() && began.elapsed() < PATIENCE,
-                "{address}: {ended:?}\n{}",
+                name.is_none() && ended.is_none() && began.elapsed() < PATIENCE,
+                "{address}: {name:?} answers, {ended:?}\n{}",
                 self.log(index)
             );
             thread::sleep(Duration::from_millis(20));
@@ -367,16 +374,30 @@ fn signal(signal: &str, process: u32) {
     assert!(sent.success(), "kill {signal} {process}");
 }
 
-/// Ports that nobody listens on; each search begins elsewhere, so that clusters started at once do not meet.
+/// The name of the server that takes connections of clients there: the first thing it says.
+fn named(address: SocketAddr) -> Option<String> {
+    let stream = TcpStream::connect(address).ok()?;
+    stream.set_read_timeout(Some(Duration::from_secs(1))).unwrap();
+    let mut line = String::new();
+    BufReader::new(stream).read_line(&mut line).ok()?;
+    let info: serde_json::Value = serde_json::from_str(line.strip_prefix("INFO ")?).ok()?;
+    Some(info["server_name"].as_str()?.to_owned())
+}
+
+fn random() -> u32 {
+    getrandom::u32().unwrap()
+}
+
+/// Ports that nobody listens on. A process gives none twice: that of a server which was killed stays its own.
 fn free_ports(count: usize) -> Vec<u16> {
-    let mut seed = [0; 2];
-    getrandom::fill(&mut seed).unwrap();
-    let begin = u16::from_ne_bytes(seed) % (PORTS.end - PORTS.start);
-    let found: Vec<u16> = (PORTS.start + begin..PORTS.end)
-        .chain(PORTS.start..PORTS.start + begin)
-        .filter(|&port| TcpListener::bind((Ipv4Addr::LOCALHOST, port)).is_ok())
-        .take(count)
-        .collect();
+    static NEXT: LazyLock<AtomicU32> = LazyLock::new(|| (random() / 2).into());
+    let all = PORTS.end - PORTS.start;
+    let found: Vec<u16> =
+        iter::repeat_with(|| PORTS.start + (NEXT.fetch_add(1, Ordering::Relaxed) % u32::from(all)) as u16)
+            .take(all.into())
+            .filter(|&port| TcpListener::bind((Ipv4Addr::LOCALHOST, port)).is_ok())
+            .take(count)
+            .collect();
     assert_eq!(found.len(), count, "no free ports");
     found
 }
