@@ -56,7 +56,7 @@ impl Look {
 /// One curve.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// Its meaning, for the legend; of curves with the same one the first is named.
+    /// Its meaning, for the legend; of curves with the same one the first is named, and one without is in none.
     pub name: &'static str,
     /// How it looks.
     pub look: Look,
@@ -135,7 +135,7 @@ fn extent<'a>(curves: impl Iterator<Item = &'a Curve>, of: fn(&(f64, f64)) -> f6
 fn draw(mut chart: Chart, curves: &[Curve]) -> Chart {
     for (index, Curve { name, look, points }) in curves.iter().enumerate() {
         let style = look.style();
-        let is_named = curves[..index].iter().all(|before| before.name != *name);
+        let is_named = !name.is_empty() && curves[..index].iter().all(|before| before.name != *name);
         let is_there = |(x, y): &(f64, f64)| drawable(*x) && drawable(*y);
         if look.is_points() {
             let points: Vec<_> = points.iter().copied().filter(is_there).collect();
@@ -237,6 +237,14 @@ mod tests {
             document.descendants().filter(|node| node.text() == Some("a curve") && node.has_tag_name("text"));
         assert_eq!(texts.count(), 2, "once a panel");
         assert!(!figure.svg.contains("NaN"));
+    }
+
+    #[test]
+    fn one_curve_without_a_name_has_no_legend() {
+        let points = vec![(0.0, 1.0), (1.0, 3.0)];
+        let figure = panels("name", "A title", "", "time (h)", &[Panel::from_zero("memory (MiB)", points)]);
+        let drawn = figure.svg.matches("#154f9c").count();
+        assert_eq!(drawn, 1, "the curve, and no sample of it\n{}", figure.svg);
     }
 
     #[test]
