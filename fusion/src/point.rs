@@ -65,6 +65,24 @@ pub struct Point {
     pub cameras: Vec<CameraPart>,
 }
 
+impl Point {
+    /// One of which no more is known than where it is and since when, and what it is made of.
+    pub const fn new(number: u32, position: Enu, first_seen: Time, source: Source) -> Self {
+        Self {
+            number,
+            position,
+            first_seen,
+            source,
+            estimate: None,
+            competitors: Vec::new(),
+            integrity: None,
+            disputed: Vec::new(),
+            is_unexplained: false,
+            cameras: Vec::new(),
+        }
+    }
+}
+
 /// Velocity and covariance of a point's aircraft, in the site's axes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {

@@ -170,34 +170,17 @@ impl Aircraft {
                     distance_m,
                     because: Because::Ratio { threshold_m: detection.threshold_m, ratio },
                 };
-                points.push(Point {
-                    number: number * 10_000 + u32::from(pair.track.number),
-                    position: fuse(detection, position, setup.rules.weights),
+                points.push(Point::new(
+                    number * 10_000 + u32::from(pair.track.number),
+                    fuse(detection, position, setup.rules.weights),
                     first_seen,
-                    source: Source::Fused(RadarPart::of(detection), transponder, association),
-                    estimate: None,
-                    competitors: Vec::new(),
-                    integrity: None,
-                    disputed: Vec::new(),
-                    is_unexplained: false,
-                    cameras: Vec::new(),
-                });
+                    Source::Fused(RadarPart::of(detection), transponder, association),
+                ));
             }
         }
         let nearby = (slot.plus(-setup.rules.suppress_slots).max(window.first), window.horizon);
         if points.len() == before && !pairs.any_associated(nearby, window, curve, detections, &setup.rules) {
-            points.push(Point {
-                number,
-                position,
-                first_seen,
-                source: Source::Transponder(transponder),
-                estimate: None,
-                competitors: Vec::new(),
-                integrity: None,
-                disputed: Vec::new(),
-                is_unexplained: false,
-                cameras: Vec::new(),
-            });
+            points.push(Point::new(number, position, first_seen, Source::Transponder(transponder)));
         }
     }
 
@@ -219,17 +202,13 @@ fn radar_only(
     let so_far = SlotSet::span(window.first, window.emitted);
     let uav_s =
         f64::from(track.uav.and(so_far).count()) * setup.detection_s.get(usize::from(key.sensor.0))?;
-    (uav_s > setup.rules.radar_only_min_s).then(|| Point {
-        number: key.number.into(),
-        position,
-        first_seen: setup.grid.centre(track.first_seen.unwrap_or(window.emitted)),
-        source: Source::Radar(RadarPart::of(detection)),
-        estimate: None,
-        competitors: Vec::new(),
-        integrity: None,
-        disputed: Vec::new(),
-        is_unexplained: false,
-        cameras: Vec::new(),
+    (uav_s > setup.rules.radar_only_min_s).then(|| {
+        Point::new(
+            key.number.into(),
+            position,
+            setup.grid.centre(track.first_seen.unwrap_or(window.emitted)),
+            Source::Radar(RadarPart::of(detection)),
+        )
     })
 }
 

@@ -29,21 +29,13 @@ fn track(estimate: Option<(Basis, f64)>) -> PictureTrack {
     PictureTrack {
         motion: estimate.map(|estimate| Motion::new(&estimate, position, place, &frame)),
         point: Point {
-            number: 7,
-            position,
-            first_seen: time,
-            source: Source::Radar(RadarPart {
-                track: key,
-                time,
-                height_measured: true,
-                uav_probability: None,
-            }),
             estimate,
-            competitors: Vec::new(),
-            integrity: None,
-            disputed: Vec::new(),
-            is_unexplained: false,
-            cameras: Vec::new(),
+            ..Point::new(
+                7,
+                position,
+                time,
+                Source::Radar(RadarPart { track: key, time, height_measured: true, uav_probability: None }),
+            )
         },
         time,
         position: place,

@@ -32,16 +32,9 @@ pub(super) fn predict(
         let estimated = output::estimated(target, &estimate, known.seen, cycle);
         let estimated = Estimate { basis: Basis::Extrapolated, ..estimated };
         (estimated.sigma_m() <= sigma_max_m(target, cycle)).then(|| Point {
-            number: number.number,
-            position: estimate.position,
-            first_seen: grid.centre(number.since),
-            source,
             estimate: Some(estimated),
-            competitors: Vec::new(),
-            integrity: None,
-            disputed: Vec::new(),
-            is_unexplained: false,
             cameras: target.looked_at_by(cameras, cycle),
+            ..Point::new(number.number, estimate.position, grid.centre(number.since), source)
         })
     });
     let mut points: Vec<Point> = predicted.into_iter().flatten().collect();

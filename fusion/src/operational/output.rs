@@ -57,16 +57,10 @@ pub(super) fn publish(
         let looked_at_by = target.looked_at_by(cameras, cycle);
         let Some(number) = targets.number(id, &source, slot) else { continue };
         points.push(Point {
-            number: number.number,
-            position: estimate.position,
-            first_seen: grid.centre(number.since),
-            source,
             estimate: Some(estimated),
             competitors: competitors.remove(&id).unwrap_or_default(),
-            integrity: None,
-            disputed: Vec::new(),
-            is_unexplained: false,
             cameras: looked_at_by,
+            ..Point::new(number.number, estimate.position, grid.centre(number.since), source)
         });
     }
     // Stable, and each is moved but once.

@@ -172,18 +172,12 @@ impl Plain<'_> {
                 };
                 points.push((
                     0,
-                    Point {
-                        number: number * 10_000 + u32::from(track.number),
-                        position: position.into(),
-                        first_seen: centre(since.0),
-                        source: Source::Fused(radar_part(plot), transponder, association),
-                        estimate: None,
-                        competitors: Vec::new(),
-                        integrity: None,
-                        disputed: Vec::new(),
-                        is_unexplained: false,
-                        cameras: Vec::new(),
-                    },
+                    Point::new(
+                        number * 10_000 + u32::from(track.number),
+                        position.into(),
+                        centre(since.0),
+                        Source::Fused(radar_part(plot), transponder, association),
+                    ),
                 ));
             }
             let nearby = (k - rules.suppress_slots).max(k - 75)..=(k + rules.suppress_slots).min(k + 24);
@@ -191,21 +185,7 @@ impl Plain<'_> {
                 nearby.into_iter().any(|s| tracks.iter().any(|&t| associated(identity, t, s).is_some()));
             if !suppressed {
                 let source = Source::Transponder(transponder);
-                points.push((
-                    2,
-                    Point {
-                        number,
-                        position: *point,
-                        first_seen: centre(since.0),
-                        source,
-                        estimate: None,
-                        competitors: Vec::new(),
-                        integrity: None,
-                        disputed: Vec::new(),
-                        is_unexplained: false,
-                        cameras: Vec::new(),
-                    },
-                ));
+                points.push((2, Point::new(number, *point, centre(since.0), source)));
             }
         }
         for &track in &tracks {
@@ -217,18 +197,12 @@ impl Plain<'_> {
             if !explained.contains(&track) && uav as f64 * PERIODS_S[usize::from(track.sensor.0)] > 8.0 {
                 points.push((
                     1,
-                    Point {
-                        number: track.number.into(),
-                        position: plot.position,
-                        first_seen: centre(since.0),
-                        source: Source::Radar(radar_part(plot)),
-                        estimate: None,
-                        competitors: Vec::new(),
-                        integrity: None,
-                        disputed: Vec::new(),
-                        is_unexplained: false,
-                        cameras: Vec::new(),
-                    },
+                    Point::new(
+                        track.number.into(),
+                        plot.position,
+                        centre(since.0),
+                        Source::Radar(radar_part(plot)),
+                    ),
                 ));
             }
         }

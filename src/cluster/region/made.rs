@@ -33,16 +33,13 @@ pub(super) fn track(number: u32, since: Slot, slot: Slot, east_m: f64) -> Pictur
     PictureTrack {
         motion: None,
         point: Point {
-            number,
-            position: Enu::new(0.0, 0.0, 0.0),
-            first_seen: grid.centre(since),
-            source: Source::Radar(RadarPart { track, time, height_measured: true, uav_probability: None }),
             estimate: Some(estimate),
-            competitors: Vec::new(),
-            integrity: None,
-            disputed: Vec::new(),
-            is_unexplained: false,
-            cameras: Vec::new(),
+            ..Point::new(
+                number,
+                Enu::new(0.0, 0.0, 0.0),
+                grid.centre(since),
+                Source::Radar(RadarPart { track, time, height_measured: true, uav_probability: None }),
+            )
         },
         time,
         position,

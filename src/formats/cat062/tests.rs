@@ -74,18 +74,7 @@ fn track(number: u32, source: Source, estimate: Option<Estimate>) -> PictureTrac
         ellipse: None,
     });
     PictureTrack {
-        point: Point {
-            number,
-            position: Enu::new(0.0, 0.0, 0.0),
-            first_seen: time,
-            source,
-            estimate,
-            competitors: Vec::new(),
-            integrity: None,
-            disputed: Vec::new(),
-            is_unexplained: false,
-            cameras: Vec::new(),
-        },
+        point: Point { estimate, ..Point::new(number, Enu::new(0.0, 0.0, 0.0), time, source) },
         time,
         position: Geodetic::from_degrees(60.0, 30.0, 190.5),
         altitude_amsl_m: Some(150.0),

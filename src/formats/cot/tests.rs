@@ -73,18 +73,7 @@ fn track(source: Source, speed: Option<f64>) -> PictureTrack {
         basis: Basis::Measured,
         last_measurement: Some(time),
     });
-    let point = Point {
-        number: 10_007,
-        position: Enu::new(1000.0, 0.0, 100.0),
-        first_seen: time,
-        source,
-        estimate,
-        competitors: Vec::new(),
-        integrity: None,
-        disputed: Vec::new(),
-        is_unexplained: false,
-        cameras: Vec::new(),
-    };
+    let point = Point { estimate, ..Point::new(10_007, Enu::new(1000.0, 0.0, 100.0), time, source) };
     let emission = Emission {
         slot: Slot(0),
         time,

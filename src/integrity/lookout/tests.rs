@@ -85,16 +85,8 @@ fn drone(number: u32, east_m: f64, north_m: f64) -> Point {
     let track = RadarTrackKey { sensor: SensorIndex(0), number: number as u16 };
     let part = RadarPart { track, time: Time::default(), height_measured: true, uav_probability: Some(0.9) };
     Point {
-        number,
-        position: Enu::new(east_m, north_m, 50.0),
-        first_seen: Time::default(),
-        source: Source::Radar(part),
-        estimate: None,
-        competitors: Vec::new(),
-        integrity: None,
-        disputed: Vec::new(),
         is_unexplained: true,
-        cameras: Vec::new(),
+        ..Point::new(number, Enu::new(east_m, north_m, 50.0), Time::default(), Source::Radar(part))
     }
 }
 

@@ -143,18 +143,8 @@ impl Slots {
             height_measured: true,
             uav_probability: None,
         };
-        let point = |number| Point {
-            number,
-            position: Enu::new(100.0, 200.0, 50.0),
-            first_seen: Time::default(),
-            source: Source::Radar(part),
-            estimate: None,
-            competitors: Vec::new(),
-            integrity: None,
-            disputed: Vec::new(),
-            is_unexplained: false,
-            cameras: Vec::new(),
-        };
+        let point =
+            |number| Point::new(number, Enu::new(100.0, 200.0, 50.0), Time::default(), Source::Radar(part));
         let mut picture = self.maker.picture(Emission {
             now: None,
             slot: fusion::slots::Slot(4 * second),

@@ -84,16 +84,14 @@ impl Site {
             reasons: Default::default(),
         };
         Point {
-            number: 10_007,
-            position: Enu::new(east_m, 0.0, self.height),
-            first_seen: Time::default(),
-            source: if self.is_height_known { Source::Transponder(part) } else { Source::Radar(flat) },
             estimate: Some(estimate),
-            competitors: Vec::new(),
             integrity: Some(integrity),
-            disputed: Vec::new(),
-            is_unexplained: false,
-            cameras: Vec::new(),
+            ..Point::new(
+                10_007,
+                Enu::new(east_m, 0.0, self.height),
+                Time::default(),
+                if self.is_height_known { Source::Transponder(part) } else { Source::Radar(flat) },
+            )
         }
     }
 

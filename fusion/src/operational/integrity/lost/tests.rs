@@ -12,16 +12,8 @@ fn seen(east_m: f64, since_s: f64) -> Point {
     let track = RadarTrackKey { sensor: SensorIndex(0), number: 7 };
     let part = RadarPart { track, time: at(100.0), height_measured: true, uav_probability: None };
     Point {
-        number: 7,
-        position: Enu::new(east_m, 0.0, 50.0),
-        first_seen: at(since_s),
-        source: Source::Radar(part),
-        estimate: None,
-        competitors: Vec::new(),
-        integrity: None,
-        disputed: Vec::new(),
         is_unexplained: true,
-        cameras: Vec::new(),
+        ..Point::new(7, Enu::new(east_m, 0.0, 50.0), at(since_s), Source::Radar(part))
     }
 }
 
