@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 
 use super::gaussian::{Back, Gaussian};
 use super::measurement::{Measurement, StateEstimate};
-use super::state::{Moves, State};
+use super::state::{Jumps, Moves, State};
 use crate::time::Time;
 
 /// A measurement and what is known with it.
@@ -136,6 +136,13 @@ where
         self.nodes.back().and_then(|node| node.placed.as_ref())
     }
 
+    /// Whether a report from `from` to `until` is known to have been a jump of its transponder.
+    pub(super) fn has_jumped(&self, from: Time, until: Time) -> bool {
+        // Those before the first node are forgotten, and each state knows the last jump before it.
+        let nodes = self.nodes.iter().take_while(|node| node.measurement.time <= until);
+        nodes.filter_map(|node| node.state.jumps.last).any(|last| last >= from)
+    }
+
     /// Where the target is at `time`, from everything measured before and after; `None` if nothing was measured.
     pub(super) fn at(&self, time: Time) -> Option<StateEstimate> {
         let behind = self.up_to(time);
@@ -160,8 +167,7 @@ where
         let (plane, height) = here.bridges(&next.measurement, ahead_s, &self.models);
         let plane = here.told.smoothed(&plane.back(), &next.smoothed.0);
         let height = here.height.smoothed(&height.back(), &next.smoothed.1);
-        let (before, after) = (&here.jumps, &next.state.jumps);
-        let jumps = if after.doubt.norm() > before.doubt.norm() { after } else { before };
-        Some(StateEstimate::of(&plane, &height, jumps, since_s, until_s))
+        let jumps = Jumps::between(&here.jumps, &next.state.jumps);
+        Some(StateEstimate::of(&plane, &height, &jumps, since_s, until_s))
     }
 }

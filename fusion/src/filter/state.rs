@@ -1,6 +1,6 @@
 //! What is known of a target at one instant, and what a measurement adds to that.
 
-use nalgebra::{Matrix2, Vector2, Vector3};
+use nalgebra::{Matrix2, SVector, Vector1, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::bias::{Bias, SlowChange};
@@ -55,16 +55,44 @@ pub(super) struct State<const P: usize, const M: usize, const H: usize, const S:
     pub(super) jumps: Jumps,
 }
 
-/// How far the transponder has jumped from where the motion led, metres over ground: it is wrong now, or was before.
+/// How far the transponder has jumped from where the motion led: it is wrong now, or was before.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Jumps {
+    over_ground: Jumped<2>,
+    in_height: Jumped<1>,
+    /// When the last report came that was one.
+    pub(super) last: Option<Time>,
+}
+
+/// On some axes, metres.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct Jumped<const D: usize> {
     /// All jumps: nothing once it is back where it was, however far it had been and however long.
-    all: Vector2<f64>,
+    all: SVector<f64, D>,
     /// How far off it may be by them; fades.
-    pub(super) doubt: Vector2<f64>,
+    doubt: SVector<f64, D>,
 }
 
 impl Jumps {
+    fn fade(&mut self, dt: f64) {
+        self.over_ground.fade(dt);
+        self.in_height.fade(dt);
+    }
+
+    /// Of two states between which a time lies: what may be wrong there.
+    pub(super) fn between(before: &Self, after: &Self) -> Self {
+        let over_ground = Jumped::larger(&before.over_ground, &after.over_ground);
+        Self { over_ground, in_height: Jumped::larger(&before.in_height, &after.in_height), last: after.last }
+    }
+}
+
+impl<const D: usize> Default for Jumped<D> {
+    fn default() -> Self {
+        Self { all: SVector::zeros(), doubt: SVector::zeros() }
+    }
+}
+
+impl<const D: usize> Jumped<D> {
     fn fade(&mut self, dt: f64) {
         self.doubt *= (-dt / JUMP_LASTS_S).exp();
         if self.doubt.norm() < JUMP_SHOWS_M {
@@ -74,7 +102,7 @@ impl Jumps {
 
     /// Another one. Of what it may mean, that it is off by all of them or by what is left of the doubt, the lesser counts: a
     /// receiver that comes back from a false place is right again.
-    fn add(&mut self, away: Vector2<f64>) {
+    fn add(&mut self, away: SVector<f64, D>) {
         self.all += away;
         self.doubt += away;
         if self.all.norm() < self.doubt.norm() {
@@ -89,6 +117,10 @@ impl Jumps {
             self.doubt *= most_m / doubt_m;
             self.all = self.doubt;
         }
+    }
+
+    fn larger(one: &Self, other: &Self) -> Self {
+        if other.doubt.norm() > one.doubt.norm() { *other } else { *one }
     }
 }
 
@@ -145,7 +177,8 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         let (mut state, mut bridges) = self.ahead_to(measurement, dt, models);
         state.jumps.fade(dt);
         state.leap(measurement, &mut bridges.0.predicted);
-        state.settle(measurement, &bridges.0.predicted);
+        state.leap_in_height(measurement, &mut bridges.1.predicted);
+        state.settle(measurement, &bridges.0.predicted, &bridges.1.predicted);
         let height = state.height;
         state.observe(measurement, &bridges.0.predicted);
         state.observe_motion(measurement, &bridges.0.predicted, &height);
@@ -214,22 +247,41 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
             return;
         }
         let away = place - Vector2::new(predicted.mean[0], predicted.mean[1]);
-        self.jumps.add(away);
+        self.jumps.over_ground.add(away);
+        self.jumps.last = Some(measurement.time);
         plane::spread(predicted, away);
         self.plane.parts.iter_mut().for_each(|part| plane::spread(part, away));
     }
 
+    /// The same in height, which is in no doubt where only the place over ground is, nor the other way about.
+    fn leap_in_height(&mut self, measurement: &Measurement, predicted: &mut Gaussian<H>) {
+        let By::Transponder { vertical_m, .. } = measurement.by else { return };
+        let away_m = measurement.position.0.z - predicted.mean[0];
+        let variance_m2 = predicted.covariance.at(0, 0) + vertical_m * vertical_m;
+        if !measurement.height_measured || away_m * away_m <= LEAP * variance_m2 {
+            return;
+        }
+        self.jumps.in_height.add(Vector1::new(away_m));
+        self.jumps.last = Some(measurement.time);
+        predicted.covariance.add_at(0, 0, away_m * away_m);
+        self.height.covariance.add_at(0, 0, away_m * away_m);
+    }
+
     /// A plot of the aircraft shows how far off a transponder that has jumped can be: as far as the plot is from where the motion
     /// led, give or take the radar's errors.
-    fn settle(&mut self, measurement: &Measurement, predicted: &Gaussian<P>) {
+    fn settle(&mut self, measurement: &Measurement, predicted: &Gaussian<P>, above: &Gaussian<H>) {
         let By::Radar { seen, errors, .. } = &measurement.by else { return };
-        let Some(along) = self.jumps.doubt.try_normalize(0.0) else { return };
+        if measurement.height_measured {
+            let away_m = measurement.position.0.z - above.mean[0];
+            self.jumps.in_height.bound(away_m.hypot(errors.bias_height_m.hypot(errors.noise_height_m)));
+        }
+        let Some(along) = self.jumps.over_ground.doubt.try_normalize(0.0) else { return };
         let away = measurement.position.0.xy() - Vector2::new(predicted.mean[0], predicted.mean[1]);
         let errors = seen.spread(
             errors.bias_range_m.hypot(errors.noise_range_m),
             errors.bias_azimuth.hypot(errors.noise_azimuth),
         );
-        self.jumps.bound(away.norm().hypot(along.dot(&(errors * along)).sqrt()));
+        self.jumps.over_ground.bound(away.norm().hypot(along.dot(&(errors * along)).sqrt()));
     }
 
     fn observe(&mut self, measurement: &Measurement, predicted: &Gaussian<P>) {
@@ -285,11 +337,12 @@ impl StateEstimate {
         let block = |rows: usize, columns: usize| {
             Matrix2::from_fn(|row, column| plane.covariance.at(rows + row, columns + column))
         };
+        let (over_ground, in_height) = (&jumps.over_ground.doubt, &jumps.in_height.doubt);
         Self {
             position: Enu::new(plane.mean[0], plane.mean[1], height.mean[0]),
             velocity: Vector3::new(plane.mean[2], plane.mean[3], height.mean[1]),
-            horizontal: block(0, 0) + jumps.doubt * jumps.doubt.transpose(),
-            vertical: height.covariance.at(0, 0),
+            horizontal: block(0, 0) + over_ground * over_ground.transpose(),
+            vertical: height.covariance.at(0, 0) + in_height.norm_squared(),
             velocity_covariance: block(2, 2),
             position_velocity: block(0, 2),
             height_climb: height.covariance.at(0, 1),

@@ -48,6 +48,7 @@ trait Filtering: Debug + Send + Sync {
     fn measure(&mut self, since: Time, measurements: &[Measurement]);
     fn forget_before(&mut self, time: Time);
     fn newest(&self) -> Option<&Measurement>;
+    fn has_jumped(&self, from: Time, until: Time) -> bool;
     fn at(&self, time: Time) -> Option<StateEstimate>;
 }
 
@@ -69,6 +70,10 @@ where
 
     fn newest(&self) -> Option<&Measurement> {
         Self::newest(self)
+    }
+
+    fn has_jumped(&self, from: Time, until: Time) -> bool {
+        Self::has_jumped(self, from, until)
     }
 
     fn at(&self, time: Time) -> Option<StateEstimate> {
@@ -149,6 +154,11 @@ impl TargetFilter {
     /// The newest.
     pub fn newest(&self) -> Option<&Measurement> {
         self.filter.newest()
+    }
+
+    /// Whether a report of its transponder from `from` to `until` is known to have been far from where the motion led.
+    pub fn has_jumped(&self, from: Time, until: Time) -> bool {
+        self.filter.has_jumped(from, until)
     }
 
     /// Where the target is at `time`, from everything measured before and after; `None` if nothing was measured.

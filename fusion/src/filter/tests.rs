@@ -383,6 +383,30 @@ fn a_jump_is_a_doubt_until_it_is_undone() {
     }
 }
 
+/// One report that is kilometres too high is followed, in doubt, and neither climbs nor moves the place over ground; the next one
+/// undoes it.
+#[test]
+fn a_jump_in_height_is_in_doubt_until_the_jump_back() {
+    for dynamics in dynamics() {
+        let mut reports = measurements(&[(2.0, 0.0, 0.0, 0); 12]);
+        reports[6].position.0.z += 2_000.0;
+        let known = |reports: &[Measurement]| {
+            let last = reports.last().unwrap().time;
+            let estimate = tracked(reports, &dynamics).at(last).unwrap();
+            (estimate.position.up(), estimate.vertical.sqrt(), estimate.velocity.z, estimate.sigma_m())
+        };
+        let (height_m, vertical_m, climb, sigma_m) = known(&reports[..7]);
+        assert!(height_m > 1_000.0 && vertical_m > 1_000.0, "{height_m} ± {vertical_m} m, {dynamics:?}");
+        assert!(climb.abs() < 5.0 && sigma_m < 10.0, "{climb} m/s, {sigma_m} m, {dynamics:?}");
+        let (height_m, vertical_m, climb, _) = known(&reports[..8]);
+        assert!(
+            (height_m - 50.0).abs() < 10.0 && vertical_m < 30.0,
+            "{height_m} ± {vertical_m} m, {dynamics:?}"
+        );
+        assert!(climb.abs() < 5.0, "{climb} m/s, {dynamics:?}");
+    }
+}
+
 /// Where a radar sees the aircraft at the place that the transponder has jumped to, it is no farther off than the radar's errors
 /// are large; where it sees it at the place of before, the doubt stays, and without a radar, too.
 #[test]

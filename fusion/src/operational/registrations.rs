@@ -10,7 +10,7 @@ use super::ids::{TargetId, TrackletId};
 use super::likelihood::Scales;
 use super::settings::{Delay, Radar, Settings};
 use super::shared;
-use super::targets::Targets;
+use super::targets::{Target, Targets};
 use super::tracklets::{CorrectedPlot, Tracklet, Tracklets};
 use super::transponder::Transponder;
 use super::transponder_types::TransponderTypes;
@@ -425,27 +425,27 @@ fn residuals<'a>(
     cycle: &Cycle,
 ) -> Vec<(&'a CorrectedPlot, Residual)> {
     let radar = cycle.settings.radar(tracklet.key.sensor);
-    let transponder = tracklet.target().and_then(|target| targets.get(target)?.transponder());
-    let Some((radar, transponder)) = radar.zip(transponder) else { return Vec::new() };
+    let target = tracklet.target().and_then(|target| targets.get(target));
+    let Some((radar, target)) = radar.zip(target) else { return Vec::new() };
     let plots = tracklet.corrected_between(cycle.previous, cycle.centre);
-    plots.filter_map(|plot| Some((plot, residual(plot, transponder, radar, cycle.settings)?))).collect()
+    plots.filter_map(|plot| Some((plot, residual(plot, target, radar, cycle.settings)?))).collect()
 }
 
-/// A plot, uncorrected, against where the transponder was by its time as it is stamped.
-fn residual(
-    plot: &CorrectedPlot,
-    transponder: &Transponder,
-    radar: &Radar,
-    settings: &Settings,
-) -> Option<Residual> {
+/// A plot, uncorrected, against where the transponder was by its time as it is stamped. `None` outside its curve, and where that
+/// leads to a jump or back: a place and a speed that were made up look like a delay, and a certain one.
+fn residual(plot: &CorrectedPlot, target: &Target, radar: &Radar, settings: &Settings) -> Option<Residual> {
+    let transponder = target.transponder()?;
     let receiver = settings.transponder(transponder.sensor)?;
     let delay_s = settings.delay(&transponder.kind())?.applied_s;
     let CorrectedPlot { plot, raw } = plot;
-    let at = |after_s: f64| {
-        let time = plot.time.nanos() + ((after_s - delay_s) * SECOND as f64).round() as i64;
-        transponder.on_curve(Time::from_nanos(time), settings)
+    let stamped = |after_s: f64| {
+        Time::from_nanos(plot.time.nanos() + ((after_s - delay_s) * SECOND as f64).round() as i64)
     };
+    let at = |after_s: f64| transponder.on_curve(stamped(after_s), settings);
     let (here, before, after) = (at(0.0)?, at(-VELOCITY_HALF_BASE_S)?, at(VELOCITY_HALF_BASE_S)?);
+    if target.jumps_at(stamped(0.0)) {
+        return None;
+    }
     Some(Residual {
         time: plot.time,
         plot: radar.frame.from_site(*raw),

@@ -166,6 +166,12 @@ impl Target {
         self.filter.at(time)
     }
 
+    /// Whether one of the reports that shape its transponder's curve at `time` was a jump.
+    pub(super) fn jumps_at(&self, time: Time) -> bool {
+        let shaped = self.transponder.as_ref().and_then(|own| own.shaped_at(time));
+        shaped.is_some_and(|(from, until)| self.filter.has_jumped(from, until))
+    }
+
     /// What was measured of it last.
     pub(super) fn last_measurement(&self) -> Option<&Measurement> {
         self.filter.newest()

@@ -8,6 +8,7 @@ mod hypotheses;
 mod initiating;
 mod now;
 mod publishing;
+mod registering;
 mod several_radars;
 pub(super) mod two_drones;
 mod unexplained;

@@ -179,6 +179,13 @@ impl Transponder {
         Some(self.fixes[after.checked_sub(1)?].time)
     }
 
+    /// From when to when the reports are that shape its curve at `time`: two before, and two after.
+    pub(super) fn shaped_at(&self, time: Time) -> Option<(Time, Time)> {
+        let after = self.fixes.partition_point(|fix| fix.time <= time);
+        let shaping = &self.fixes[after.saturating_sub(2)..self.fixes.len().min(after + 2)];
+        Some((shaping.first()?.time, shaping.last()?.time))
+    }
+
     /// The last report up to `time`, and how long it is silent then, seconds: to the next one or, where there is none yet,
     /// to `until`.
     pub(super) fn silence(&self, time: Time, until: Time) -> Option<(Time, f64)> {
