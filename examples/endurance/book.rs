@@ -1,16 +1,49 @@
 //! What was published, and whether it may be so.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::{Debug, Formatter, Result as Written};
 
-use fusion::Identity;
 use fusion::numbering::Given;
 use fusion::time::Time;
+use fusion::{Enu, Identity};
 use utm_fusion::config::Profile;
-use utm_fusion::picture::Picture;
+use utm_fusion::picture::{Motion, Picture, PictureTrack};
 
 /// What must hold and did not.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Broken(pub String);
+
+/// Where a transponder is shown, and how far from there it is in one case of twenty; the profile `reference` does not say.
+#[derive(Clone, Copy)]
+pub struct Place {
+    position: Enu,
+    motion: Option<Motion>,
+}
+
+impl Place {
+    fn of(track: &PictureTrack) -> Self {
+        Self { position: track.point.position, motion: track.motion }
+    }
+
+    /// Whether it can be the same place: one is as near to the other as that may be from the truth.
+    pub fn agrees(&self, other: &Self) -> bool {
+        let (Some(here), Some(there)) = (self.motion, other.motion) else { return true };
+        let apart = self.position.0 - other.position.0;
+        apart.xy().norm() <= here.accuracy_h_m.max(there.accuracy_h_m)
+            && apart.z.abs() <= here.accuracy_v_m.max(there.accuracy_v_m)
+    }
+}
+
+impl Debug for Place {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Written {
+        let [east, north, up] = self.position.0.into();
+        write!(f, "{east:.0}, {north:.0}, {up:.0}")?;
+        match self.motion {
+            Some(motion) => write!(f, " ± {:.0}, {:.0}", motion.accuracy_h_m, motion.accuracy_v_m),
+            None => Ok(()),
+        }
+    }
+}
 
 /// All that was published over all lives of a service.
 #[derive(Debug, Default)]
@@ -24,8 +57,8 @@ pub struct Book {
     repeated_until: Option<Time>,
     /// Which number each transponder has had.
     numbers: BTreeMap<Identity, u32>,
-    /// Who was published in each slot, the latest where the clock repeated it.
-    pub shown: BTreeMap<Time, BTreeSet<Identity>>,
+    /// Who was published in each slot, and where; the latest where the clock repeated it.
+    pub shown: BTreeMap<Time, BTreeMap<Identity, Place>>,
     /// How many slots.
     pub slots: u64,
 }
@@ -53,18 +86,18 @@ impl Book {
         }
         self.latest = Some(picture.time);
         self.slots += 1;
-        let (mut numbers, mut identities) = (BTreeSet::new(), BTreeSet::new());
+        let (mut numbers, mut places) = (BTreeSet::new(), BTreeMap::new());
         for track in &picture.tracks {
             let (number, source) = (track.point.number, &track.point.source);
             if !numbers.insert((number, self.is_reference.then(|| source.transponder().is_some()))) {
                 return Err(Broken(format!("{number} is there twice in {}", picture.time)));
             }
             let Some(part) = track.point.source.transponder() else { continue };
-            if !identities.insert(part.identity) && !self.is_reference {
+            if places.insert(part.identity, Place::of(track)).is_some() && !self.is_reference {
                 return Err(Broken(format!("{:?} is there twice in {}", part.identity, picture.time)));
             }
         }
-        self.shown.insert(picture.time, identities);
+        self.shown.insert(picture.time, places);
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! Flights in which things fail, and what must hold all the same.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use utm_fusion::config::{Config, Profile};
 use utm_fusion::simulate::{Scenario, simulate};
 
-use crate::book::Broken;
+use crate::book::{Broken, Place};
 use crate::plan::{Fault, Kind, WELL_S, draw, seconds};
 use crate::service::Service;
 
@@ -59,7 +59,7 @@ struct Flight {
     config: Arc<Config>,
     start: Time,
     arrivals: Vec<Arrival>,
-    undisturbed: BTreeMap<Time, BTreeSet<Identity>>,
+    undisturbed: BTreeMap<Time, BTreeMap<Identity, Place>>,
 }
 
 /// What came of schedules.
@@ -103,12 +103,15 @@ impl Flight {
         Ok(flight)
     }
 
-    /// Whether what is shown now is what would be, or was just before or just after.
-    fn is(&self, time: Time, shown: &BTreeSet<Identity>, now: &BTreeSet<Identity>) -> bool {
+    /// Whether what is shown now is where it would be, and is what would be, or was just before or just after.
+    fn is(&self, time: Time, shown: &BTreeMap<Identity, Place>, now: &BTreeMap<Identity, Place>) -> bool {
         let about = time + seconds(-EDGE_S)..=time + seconds(EDGE_S);
-        now.symmetric_difference(shown).all(|who| {
-            let mut about = self.undisturbed.range(about.clone());
-            about.any(|(_, shown)| shown.contains(who) == now.contains(who))
+        now.keys().chain(shown.keys()).all(|who| match (now.get(who), shown.get(who)) {
+            (Some(here), Some(there)) => here.agrees(there),
+            (here, _) => {
+                let mut about = self.undisturbed.range(about.clone());
+                about.any(|(_, shown)| shown.contains_key(who) == here.is_some())
+            }
         })
     }
 
