@@ -407,6 +407,31 @@ fn a_jump_in_height_is_in_doubt_until_the_jump_back() {
     }
 }
 
+/// A radar that measures heights and sees the aircraft as high as its transponder now says settles the doubt, up to its own errors;
+/// one that sees it at the height of before, and one that measures none, do not.
+#[test]
+fn a_plot_settles_a_jump_in_height() {
+    for dynamics in dynamics() {
+        let vertical_m = |plots_higher_m: Option<f64>| {
+            let mut all = measurements(&[(1.0, 0.0, 0.0, 0), (1.0, 0.0, 0.0, 1)].repeat(6));
+            let last = all.len() - 1;
+            for measurement in &mut all[last - 3..] {
+                measurement.position.0.z += 2_000.0;
+            }
+            let plots = all.iter_mut().skip(last - 3).filter(|of| matches!(of.by, By::Radar { .. }));
+            for plot in plots {
+                plot.height_measured = plots_higher_m.is_some();
+                plot.position.0.z += plots_higher_m.unwrap_or_default() - 2_000.0;
+            }
+            tracked(&all, &dynamics).at(all[last].time).unwrap().vertical.sqrt()
+        };
+        let (with_it_m, against_it_m, without_m) =
+            (vertical_m(Some(2_000.0)), vertical_m(Some(0.0)), vertical_m(None));
+        assert!(with_it_m < 60.0, "{with_it_m} m, {dynamics:?}");
+        assert!(against_it_m > 500.0 && without_m > 500.0, "{against_it_m}, {without_m} m, {dynamics:?}");
+    }
+}
+
 /// Where a radar sees the aircraft at the place that the transponder has jumped to, it is no farther off than the radar's errors
 /// are large; where it sees it at the place of before, the doubt stays, and without a radar, too.
 #[test]

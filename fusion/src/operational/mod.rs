@@ -28,6 +28,7 @@ mod output;
 mod places;
 mod reacquisition;
 mod registrations;
+mod residuals;
 mod settings;
 mod shared;
 mod targets;
