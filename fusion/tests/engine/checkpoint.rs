@@ -100,7 +100,7 @@ fn the_number_of_the_layout_is_that_of_its_types() {
     let mut runner = TestRunner::deterministic();
     let mut fields = BTreeSet::new();
     let mut number = 0;
-    for _ in 0..20 {
+    for _ in 0..10 {
         let scenario = scenario::any().new_tree(&mut runner).unwrap().current();
         for mut settings in profiles(&scenario) {
             let sensor = settings.add_camera(Camera { position: NOWHERE, azimuth: 0.01, elevation: 0.01 });

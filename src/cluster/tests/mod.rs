@@ -66,7 +66,7 @@ fn without_a_fault_every_slot_is_published_once_and_soon() {
 
 #[test]
 fn a_killed_owner_is_followed_within_the_lease_and_a_second() {
-    for seed in 0..40 {
+    for seed in 0..20 {
         let world = flown(seed, Faults::only(seed, Fault::Kill));
         checked(&world, &format!("seed {seed}"));
         assert!(world.silence_s() < 4.0, "seed {seed}: silent for {} s", world.silence_s());
@@ -75,7 +75,7 @@ fn a_killed_owner_is_followed_within_the_lease_and_a_second() {
 
 #[test]
 fn an_owner_that_stood_still_publishes_nothing_when_it_goes_on() {
-    for seed in 0..40 {
+    for seed in 0..20 {
         let world = flown(seed, Faults::only(seed, Fault::Pause));
         checked(&world, &format!("seed {seed}"));
     }
@@ -83,21 +83,21 @@ fn an_owner_that_stood_still_publishes_nothing_when_it_goes_on() {
 
 #[test]
 fn while_the_log_has_no_leader_it_is_late_and_never_doubled() {
-    for seed in 0..40 {
+    for seed in 0..20 {
         checked(&flown(seed, Faults::only(seed, Fault::Leaderless)), &format!("seed {seed}"));
     }
 }
 
 #[test]
 fn a_node_without_the_log_is_replaced() {
-    for seed in 0..40 {
+    for seed in 0..20 {
         checked(&flown(seed, Faults::only(seed, Fault::Partition)), &format!("seed {seed}"));
     }
 }
 
 #[test]
 fn whatever_happens_nothing_is_doubled_and_nothing_is_missing() {
-    let count = std::env::var("UTM_FUSION_SCHEDULES").ok().and_then(|text| text.parse().ok()).unwrap_or(200);
+    let count = std::env::var("UTM_FUSION_SCHEDULES").ok().and_then(|text| text.parse().ok()).unwrap_or(80);
     let (mut takeovers, mut refused, mut lost) = (0, 0, 0);
     for seed in 0..count {
         let world = flown(seed, Faults::any(seed));
