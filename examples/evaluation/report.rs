@@ -212,3 +212,25 @@ impl<'a> Report<'a> {
         format!("{}\n{}\n{first}\n{second}{}\n", REAL.0, include_str!("words/real.md"), REAL.1)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    /// The program that writes the document writes over what somebody added to it.
+    #[test]
+    fn the_document_has_no_section_that_is_not_made() {
+        let made = [
+            include_str!("report.rs"),
+            include_str!("words/asked.md"),
+            include_str!("words/closing.md"),
+            include_str!("words/meaning.md"),
+            include_str!("words/real.md"),
+            include_str!("words/sheet.md"),
+            include_str!("words/table_1.md"),
+            include_str!("words/variants.md"),
+        ];
+        for heading in include_str!("../../docs/EVALUATION.md").lines().filter(|line| line.starts_with("## "))
+        {
+            assert!(made.iter().any(|text| text.contains(heading)), "who writes \"{heading}\"?");
+        }
+    }
+}

@@ -25,6 +25,10 @@ const GROWTH_S: f64 = 30.0;
 const CROWD: u32 = 2000;
 const CROWD_S: f64 = 75.0;
 
+/// Of so many runs over the same datagrams, each slot's least time: what it takes is the same in all, what else the machine does
+/// is not, and the slowest of a few hundred slots would be that.
+const RUNS: usize = 3;
+
 /// What was measured; pairs are of `reference` and `operational`.
 #[derive(Debug)]
 pub struct Speed {
@@ -195,8 +199,18 @@ impl Recorded {
         Self { receptions: simulation.receptions().collect(), config: simulation.config.clone() }
     }
 
-    /// How long each slot and its picture take, milliseconds.
+    /// How long each slot and its picture take, milliseconds: the least of several runs.
     fn slots_ms(&self, profile: Profile) -> Vec<f64> {
+        let mut least_ms = self.run_ms(profile);
+        for _ in 1..RUNS {
+            for (least_ms, slot_ms) in least_ms.iter_mut().zip(self.run_ms(profile)) {
+                *least_ms = least_ms.min(slot_ms);
+            }
+        }
+        least_ms
+    }
+
+    fn run_ms(&self, profile: Profile) -> Vec<f64> {
         let mut slots_ms = Vec::new();
         self.replay(profile, |slot_ms| slots_ms.push(slot_ms));
         slots_ms
