@@ -9,7 +9,9 @@ pub fn push(out: &mut Vec<u8>, octets: &[u8]) {
 
 /// The digits of `octets`.
 pub fn text(octets: &[u8]) -> String {
-    octets.iter().map(|octet| format!("{octet:02x}")).collect()
+    let mut digits = Vec::with_capacity(2 * octets.len());
+    push(&mut digits, octets);
+    String::from_utf8(digits).expect("digits are ASCII")
 }
 
 /// The octets of a text in either case; `None` for any other character and for half an octet.

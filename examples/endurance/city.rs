@@ -81,7 +81,7 @@ struct City {
 /// Flies it; whether nothing was missing and nothing grew.
 pub fn fly(args: &Args) -> Result<bool> {
     let scenario = flights::scenario(&args.scenario)?;
-    let (start, mut short) = (scenario.start, scenario);
+    let (start, mut short) = (scenario.start_time(), scenario);
     short.duration_s = 1.0;
     let config = simulate(&short, 1, Some(start))?.config;
     fs::create_dir_all(&args.out)?;

@@ -84,7 +84,7 @@ impl Flight {
         let mut config = simulation.config;
         config.fusion.profile = profile;
         config.state.checkpoint_s = 5.0;
-        let start = scenario.start;
+        let start = scenario.start_time();
         let radar = config.sensors[0].inputs[0].port;
         let arrivals = simulation.datagrams.into_iter().map(|datagram| Arrival {
             at_s: (datagram.received - start).as_secs_f64(),

@@ -44,7 +44,7 @@ pub fn scenario(path: &Path) -> Result<Scenario> {
 /// Writes that flight: of each datagram the time (8 octets), the line (1), the length (2, all little endian), the octets.
 pub fn write(args: &Args) -> Result<()> {
     let scenario = scenario(&args.scenario)?;
-    let start = scenario.start + SignedDuration::from_secs(EVERY.as_secs() * args.number as i64);
+    let start = scenario.start_time() + SignedDuration::from_secs(EVERY.as_secs() * args.number as i64);
     // By some seeds there are too many too near each other.
     let mut flights =
         (0..10).map(|other| simulate(&scenario, args.number + 1 + 1_000_000 * other, Some(start)));

@@ -67,7 +67,7 @@ fn of_flight(
         let Some(received) = reception.received else { continue };
         pipeline.receive(&reception);
         for (error, mark_s) in errors.iter_mut().zip(marks_s) {
-            if error.is_none() && received.seconds_since(scenario.start) >= mark_s {
+            if error.is_none() && received.seconds_since(scenario.start_time()) >= mark_s {
                 let of = |(_, registered): (_, &Registered)| {
                     let bearing = registered.estimate.bearing;
                     (bearing.value.to_degrees() - truth_deg, bearing.deviation.to_degrees())

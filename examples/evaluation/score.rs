@@ -61,7 +61,7 @@ fn of_flight(flight: &Flight) -> Result<Scores, Failure> {
     match &flight.source {
         Source::Simulated { scenario, seed, scored_from_s } => {
             let simulation = simulate(scenario, *seed, None)?;
-            let from = Time::from_nanos(scenario.start.nanos() + (scored_from_s * 1e9) as i64);
+            let from = Time::from_nanos(scenario.start_time().nanos() + (scored_from_s * 1e9) as i64);
             let truth = changed(&simulation.truth(), |(time, place)| (time >= from).then_some((time, place)));
             let labels = Labels::with_receivers(simulation.labels.clone(), &receivers(TRANSPONDER_ID));
             let known = Known { flight, truth: &truth, labels: &labels, config: &simulation.config };

@@ -7,11 +7,11 @@ use serde::Serialize;
 
 use super::geometry::{Collection, Feature, Geometry, Position, Unnamed};
 use crate::areas::{Areas, Format, Part, ZoneKind, on_map, severity};
-use crate::config::names::Named;
 use crate::config::{Area, AreaKind, Sensor, SensorKind};
 use crate::json::rounded;
 use crate::picture::Rfc3339;
 use fusion::time::Time;
+use tables::named::Named;
 
 /// Corners of a circle.
 const CORNERS: usize = 72;

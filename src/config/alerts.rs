@@ -5,11 +5,12 @@ use std::collections::BTreeSet;
 use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 
-use super::kinds::{any_text, flag, inline, list, named, seconds, tables};
-use super::names::{names, written_by_name};
-use super::reader::Section;
 use super::receivers::{Mqtt, Webhook};
-use super::table::{ByHand, absent, need, section};
+use tables::kinds::{any_text, flag, inline, list, named, seconds, tables};
+use tables::reader::Section;
+use tables::section;
+use tables::table::{ByHand, absent, need};
+use tables::{names, written_by_name};
 
 section! {
     /// Alerts (docs/ALERTS.md).

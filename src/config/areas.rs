@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use jiff::SignedDuration;
 use jiff::tz::TimeZone;
 
-use super::kinds::{Kind, beside, list, named, number, parsed, seconds, text};
-use super::names::{names, written_by_name};
-use super::reader::Section;
-use super::table::{ByHand, Entry, Row, Table, absent, need, section};
-use super::tree::quoted;
+use tables::kinds::{Kind, beside, list, named, number, parsed, seconds, text};
+use tables::reader::Section;
+use tables::section;
+use tables::table::{ByHand, Entry, Row, Table, absent, need};
+use tables::tree::quoted;
+use tables::{names, written_by_name};
 
 section! {
     /// Files of areas: UAS zones as authorities publish them (ED-318, ED-269), or polygons (GeoJSON, RFC 7946);

@@ -4,6 +4,9 @@ use std::fmt::{self, Display, Formatter};
 use std::net::IpAddr;
 use std::str::FromStr;
 
+use tables::kinds::Toml;
+use tables::tree::quoted;
+
 /// The addresses that share their leading bits with this one. An IPv4 address written within IPv6 is the IPv4 address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Network {
@@ -45,6 +48,12 @@ fn masked(address: IpAddr, bits: u32) -> IpAddr {
 
 fn width(address: IpAddr) -> u32 {
     if address.is_ipv4() { 32 } else { 128 }
+}
+
+impl Toml for Network {
+    fn toml(&self) -> Option<String> {
+        Some(quoted(&self.to_string()))
+    }
 }
 
 impl FromStr for Network {

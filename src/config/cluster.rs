@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::kinds::{Kind, any_text, beside, list, named, number, tables, text, whole};
-use super::names::{names, written_by_name};
-use super::reader::Section;
-use super::table::{ByHand, absent, need, section};
+use tables::kinds::{Kind, any_text, beside, list, named, number, tables, text, whole};
+use tables::reader::Section;
+use tables::section;
+use tables::table::{ByHand, absent, need};
+use tables::{names, written_by_name};
 
 /// A name that may stand in a subject of the log.
 fn plain_name(rule: &'static str) -> Kind<String> {

@@ -2,12 +2,13 @@
 
 use fusion::conflicts::{Ahead, Preset, Rules, Side, Steady, Threshold, Volume};
 
-use super::kinds::{Kind, any_text, flag, inline, list, named, number, tables};
-use super::names::{names, written_by_name};
 use super::network::PictureKind;
-use super::reader::Section;
-use super::table::{ByHand, absent, depends, section};
 use super::{Fusion, Profile};
+use tables::kinds::{Kind, any_text, flag, inline, list, named, number, tables};
+use tables::reader::Section;
+use tables::section;
+use tables::table::{ByHand, absent, depends};
+use tables::{names, written_by_name};
 
 fn density() -> Kind<f64> {
     number("a density of acceleration is at least 0, and at most 100 m²/s³", |v| (0.0..=100.0).contains(&v))

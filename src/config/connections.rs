@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::PathBuf;
 
-use super::kinds::{any_text, beside, is_plain, tables, text, whole};
-use super::names::{names, written_by_name};
-use super::reader::Section;
 use super::sensors::Sensor;
-use super::table::{ByHand, Entry, absent, depends, need, section};
 use crate::gateways::mavlink;
+use tables::kinds::{any_text, beside, is_plain, tables, text, whole};
+use tables::reader::Section;
+use tables::section;
+use tables::table::{ByHand, Entry, absent, depends, need};
+use tables::{names, written_by_name};
 
 section! {
     /// A receiver or gateway whose data are translated before they are recorded and handled.
@@ -18,7 +19,7 @@ section! {
         /// What it speaks.
         format: ConnectionFormat = need(
             "format = \"beast\" or \"avr\" (kind = \"adsb\"), \"mqtt\" or \"http\" (kind = \"remote-id\") or \"mavlink\" (kind = \"transponder\")",
-        ), super::kinds::named();
+        ), tables::kinds::named();
         /// `"beast"`, `"avr"`: address and port of the receiver, such as `127.0.0.1:30005`. `"mqtt"`: the broker,
         /// `mqtt://host:1883`, or with TLS `mqtts://host:8883`. `"mavlink"`: own address and UDP port to listen on. `"http"` has
         /// none: gateways post to the service's own API.

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use jiff::SignedDuration;
 
-use super::kinds::{Kind, flag, named, number, seconds, whole};
-use super::names::{names, written_by_name};
 use super::network::PictureKind;
-use super::reader::{Item, Section};
-use super::table::{ByHand, Entry, depends, section};
+use tables::kinds::{Kind, flag, named, number, seconds, whole};
+use tables::reader::{Item, Section};
+use tables::section;
+use tables::table::{ByHand, Entry, depends};
+use tables::{names, written_by_name};
 
 /// Slots of the window and of `max_future` together: the engine keeps sets of slots in 128-bit words, and needs room
 /// for the slot that leaves the window and for one that a waiting report has just begun.

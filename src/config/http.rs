@@ -5,10 +5,11 @@ use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 use super::cidr::Network;
-use super::kinds::{Kind, Toml, any_text, beside, inline, limit, list, named, parsed, text, whole};
-use super::names::names;
-use super::reader::Section;
-use super::table::{ByHand, Entry, Row, absent, depends, need, section};
+use tables::kinds::{Kind, Toml, any_text, beside, inline, limit, list, named, parsed, text, whole};
+use tables::names;
+use tables::reader::Section;
+use tables::section;
+use tables::table::{ByHand, Entry, Row, absent, depends, need};
 
 section! {
     /// The HTTP service.

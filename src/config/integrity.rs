@@ -1,9 +1,10 @@
 //! `[integrity]`.
 
-use super::kinds::{Kind, flag, named, number};
-use super::names::{names, written_by_name};
-use super::reader::Section;
-use super::table::{ByHand, section};
+use tables::kinds::{Kind, flag, named, number};
+use tables::reader::Section;
+use tables::section;
+use tables::table::ByHand;
+use tables::{names, written_by_name};
 
 /// An index is a logarithm of a likelihood ratio; an honest transponder stays below a few tens.
 fn index() -> Kind<f64> {

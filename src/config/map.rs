@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::kinds::beside;
-use super::table::{absent, section};
+use tables::kinds::beside;
+use tables::section;
+use tables::table::absent;
 
 section! {
     /// The map page.

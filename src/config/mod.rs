@@ -11,7 +11,7 @@
 //! `conflicts`, `alerts`, `areas`, `output`, `http`, `cluster`), with
 //! its field, default, check, meaning, and whether SIGHUP reloads it; `docs/CONFIGURATION.md` follows from there.
 //!
-//! On the way in: text → `tree` (values that know their line) → `overrides` → the tables, which ask for their keys and refuse
+//! On the way in: text → `tables::tree` (values that know their line) → `overrides` → the tables, which ask for their keys and refuse
 //! the rest. They go through the tree rather than through serde, which stops at the first fault.
 
 mod alerts;
@@ -21,24 +21,18 @@ mod cidr;
 mod cluster;
 mod conflicts;
 mod connections;
-pub(crate) mod error;
 mod fusion;
 mod http;
 mod integrity;
-pub(crate) mod kinds;
 mod map;
-pub(crate) mod names;
 mod network;
 mod output;
 mod overrides;
 mod page;
-pub(crate) mod reader;
 mod receivers;
 mod sensors;
 mod sinks;
 mod site;
-pub(crate) mod table;
-pub(crate) mod tree;
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
@@ -54,16 +48,13 @@ pub use cidr::{Network, NotANetwork};
 pub use cluster::{CellArea, Cluster, Role};
 pub use conflicts::{Advisory, ConflictVolume, Conflicts, VolumePreset, VolumeSide, Warning};
 pub use connections::{BrokerAddress, Connection, ConnectionFormat, MavlinkSystem};
-pub use error::{ConfigError, ConfigErrors, Place};
 pub use fusion::{Fusion, MAX_WINDOW_SLOTS, Motion, Profile};
 pub use http::{Auth, Http, RateLimit, Tiles, TlsFiles};
 pub use integrity::{Action, Integrity};
 pub use map::Map;
-pub use names::UnknownName;
 pub use network::{Address, Category, Feed, Input, LONGEST_TRAILER, PictureKind, Sink};
 pub use output::{Output, Persistence, Record, SerialSource};
 pub use page::{keys, reference};
-pub use reader::FILL_IN;
 pub use receivers::{Mqtt, Webhook};
 pub use sensors::{
     AdsB, Camera, CameraAccuracy, Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind,
@@ -71,10 +62,14 @@ pub use sensors::{
 };
 pub use sinks::{Carrier, Cot, CotUrl, F3623, Sapient, TcpUrl};
 pub use site::Site;
+pub use tables::error::{ConfigError, ConfigErrors, Place};
+pub use tables::named::UnknownName;
+pub use tables::reader::FILL_IN;
 
-use error::Faults;
-use reader::Section;
-use table::Table;
+use tables::error::{self, Faults};
+use tables::reader::Section;
+use tables::table::Table;
+use tables::{kinds, tree};
 
 /// A valid configuration, every default filled in. [`Display`] writes it as TOML that reads back
 /// to the same value.

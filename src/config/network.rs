@@ -2,11 +2,12 @@
 
 use std::net::Ipv4Addr;
 
-use super::kinds::{Kind, Toml, ipv4, named, whole};
-use super::names::{names, written_by_name};
-use super::reader::Section;
-use super::table::{ByHand, Entry, Row, Table, absent, depends, need, section};
-use super::tree::quoted;
+use tables::kinds::{Kind, Toml, ipv4, named, whole};
+use tables::reader::Section;
+use tables::section;
+use tables::table::{ByHand, Entry, Row, Table, absent, depends, need};
+use tables::tree::quoted;
+use tables::{names, written_by_name};
 
 /// Longest trailer that is recognised or may be configured, octets.
 pub const LONGEST_TRAILER: usize = 32;

@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use super::kinds::{directory, flag, inline, named, number, tables, whole};
-use super::names::{names, written_by_name};
 use super::network::{Feed, PictureKind, Sink};
 use super::sinks::{Cot, F3623, Sapient};
-use super::table::{absent, need, section};
 use crate::picture::MAX_ACCURACY_M;
+use tables::kinds::{directory, flag, inline, named, number, tables, whole};
+use tables::section;
+use tables::table::{absent, need};
+use tables::{names, written_by_name};
 
 section! {
     /// What is sent and recorded.

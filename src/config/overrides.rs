@@ -1,7 +1,7 @@
 //! Single keys from the environment: `UTM_FUSION__SECTION__KEY`.
 
-use super::error::{Faults, Place};
-use super::tree::{Node, Table, Value, parse_variable};
+use tables::error::{Faults, Place};
+use tables::tree::{Node, Table, Value, parse_variable};
 
 const PREFIX: &str = "UTM_FUSION__";
 

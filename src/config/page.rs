@@ -1,10 +1,10 @@
 //! The reference page of the keys, `docs/CONFIGURATION.md`.
 
-use super::table::{Row, Table};
 use super::{
     AdsB, AlertArea, Alerts, Area, Camera, Cluster, Conflicts, Fusion, Http, Integrity, Map, Output,
     Persistence, Radar, Sensor, Site, Transponder,
 };
+use tables::table::{Row, Table};
 
 /// What the page begins with.
 const HEAD: &str = "\

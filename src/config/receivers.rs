@@ -6,9 +6,10 @@ use axum::http::Uri;
 use jiff::SignedDuration;
 
 use super::alerts::{AlertKind, Severity};
-use super::kinds::{any_text, beside, flag, is_plain, list, named, parsed, seconds, text, whole};
-use super::reader::Section;
-use super::table::{ByHand, absent, depends, need, section};
+use tables::kinds::{any_text, beside, flag, is_plain, list, named, parsed, seconds, text, whole};
+use tables::reader::Section;
+use tables::section;
+use tables::table::{ByHand, absent, depends, need};
 
 section! {
     /// An HTTP server that each alert is posted to.
@@ -127,7 +128,7 @@ fn some_kinds(section: &Section<'_>, kinds: Option<&[AlertKind]>) {
     }
 }
 
-fn variable() -> super::kinds::Kind<String> {
+fn variable() -> tables::kinds::Kind<String> {
     text("the name of a variable is made of letters, digits and _", |name| {
         name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
     })

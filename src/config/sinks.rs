@@ -7,12 +7,13 @@ use std::path::PathBuf;
 use axum::http::Uri;
 use jiff::SignedDuration;
 
-use super::kinds::{Toml, any_text, beside, flag, ipv4, is_plain, named, parsed, seconds, text, whole};
 use super::network::PictureKind;
-use super::reader::Section;
 use super::receivers::address;
-use super::table::{ByHand, absent, need, section};
-use super::tree::quoted;
+use tables::kinds::{Toml, any_text, beside, flag, ipv4, is_plain, named, parsed, seconds, text, whole};
+use tables::reader::Section;
+use tables::section;
+use tables::table::{ByHand, absent, need};
+use tables::tree::quoted;
 
 section! {
     /// A receiver of Cursor on Target events (docs/OUTPUTS.md).

@@ -1,10 +1,11 @@
 //! `[site]`.
 
-use super::error::Faults;
-use super::kinds::{Kind, any_text, number, whole};
-use super::reader::Section;
 use super::sensors::{height_amsl, latitude, longitude};
-use super::table::{absent, need, section};
+use tables::error::Faults;
+use tables::kinds::{Kind, any_text, number, whole};
+use tables::reader::Section;
+use tables::section;
+use tables::table::{absent, need};
 
 /// A system area code.
 pub(super) fn area_code() -> Kind<u8> {

@@ -3,39 +3,32 @@
 //! Sans-IO but for [`Scenario::load`] and [`write()`]: the same [`Scenario`] and seed give the same [`Simulation`].
 //!
 //! ```text
-//! scenario ──► motion ──► radar (sight) ──► wire ──► network ──► datagrams as they arrive
-//! seed         truth      transponder       octets
+//! world::scenario ──► motion ──► radar (sight) ──► wire ──► network ──► datagrams as they arrive
+//! seed                truth      transponder       octets
 //! ```
 
-mod attack;
 mod files;
-mod ground;
-mod motion;
 mod network;
 mod others;
-mod radar;
-mod scenario;
-mod sight;
 mod site;
-mod streams;
-mod transponder;
 mod wire;
 
 pub use files::write;
-pub use motion::Crowded;
 pub use network::Datagram;
 pub use others::Identified;
-pub use scenario::{
+pub use world::motion::Crowded;
+pub use world::scenario::{
     Adsb, Airspace, Attack, Birds, Camera, Clutter, Crewed, Drones, FixedWing, Multirotor, Network, Pattern,
     Place, Radar, RemoteId, Scenario, Span, TRANSPONDER_ID, Transponder, VelocityModel,
 };
 
-use ground::Ground;
-use motion::{Path, RATE_HZ};
 use others::{Aircraft, CREWED, Scene};
-use radar::{Detection, OTHERS, Target};
-use streams::{Entity, Stream, Streams};
-use transponder::{Role, Transmissions, TransponderReport};
+use world::ground::Ground;
+use world::motion::{self, Path, RATE_HZ};
+use world::radar::{Detection, OTHERS, Target};
+use world::streams::{Entity, Stream, Streams};
+use world::transponder::{Role, Transmissions, TransponderReport};
+use world::{attack, radar, transponder};
 
 use crate::capture::{Reception, ReceptionKind};
 use crate::config::Config;
@@ -151,7 +144,7 @@ pub struct TruthSample {
 /// # Errors
 /// The airspace is too crowded for the separation.
 pub fn simulate(scenario: &Scenario, seed: u64, start: Option<Time>) -> Result<Simulation, Crowded> {
-    let start = start.unwrap_or(scenario.start);
+    let start = start.unwrap_or_else(|| scenario.start_time());
     let streams = Streams::new(&scenario.name, seed);
     let ground = Ground::new(&scenario.place);
     let mut config = site::site(scenario, &ground);

@@ -5,13 +5,13 @@ use std::net::Ipv4Addr;
 use asterix::cat048::{self, DetectionType, PolarPosition, TargetReport, TrackNumber};
 use asterix::{DataSource, TimeOfDay, encode_block};
 
-use super::scenario::{Network, Span};
-use super::streams::Stream;
 use super::wire::{Sent, after};
 use crate::config::{Address, Input};
 use crate::formats::UdpFlow;
 use crate::normalise::time_of_day_count;
 use fusion::time::Time;
+use world::scenario::{Network, Span};
+use world::streams::Stream;
 
 /// A datagram as the service receives it.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -2,12 +2,12 @@
 
 use std::net::Ipv4Addr;
 
-use super::ground::Ground;
-use super::scenario::{Radar, Scenario, TRANSPONDER_ID, Transponder};
 use crate::config::{
     self, Address, Alerts, Category, Config, Conflicts, Fusion, Http, Input, Integrity, Map, Output,
     Persistence, PictureKind, RadarAccuracy, Sensor, SensorKind, Sink, Site, TransponderAccuracy,
 };
+use world::ground::Ground;
+use world::scenario::{Radar, Scenario, TRANSPONDER_ID, Transponder};
 
 /// The accuracy that a site knows from the data sheet, which is not the simulated one.
 const RADAR_ACCURACY: RadarAccuracy = RadarAccuracy { range_m: 5.0, azimuth_deg: 1.0, height_m: Some(10.0) };

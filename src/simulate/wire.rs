@@ -8,14 +8,14 @@ use asterix::cat129::{self, Altitude, GnssAccuracy, HorizontalVelocity, Position
 use asterix::{DataSource, Explicit, TimeOfDay, encode_block};
 use jiff::SignedDuration;
 
-use super::ground::{Antenna, Ground};
-use super::radar::Detection;
-use super::scenario::{Radar, Transponder};
-use super::streams::Stream;
-use super::transponder::TransponderReport;
 use crate::formats::DATAGRAM_MAX;
 use crate::normalise::{nearest_day, time_of_day_count};
 use fusion::time::Time;
+use world::ground::{Antenna, Ground};
+use world::radar::Detection;
+use world::scenario::{Radar, Transponder};
+use world::streams::Stream;
+use world::transponder::TransponderReport;
 
 /// What a sensor sends, and when it arrives over a perfect network.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -77,7 +77,7 @@ pub fn radar_datagrams(
         // The first detection of a batch has waited longest.
         let shortest = radar.latency_s.low.min(radar.latency_s.high - batch_s).max(0.0);
         let longest = (radar.latency_s.high - batch_s).max(shortest);
-        let delay_s = stream.within(super::scenario::Span::new(shortest, longest));
+        let delay_s = stream.within(world::scenario::Span::new(shortest, longest));
         for (place, payload) in payloads.into_iter().enumerate() {
             let arrives = after(start, end_s + delay_s + place as f64 * 1e-4);
             sent.push(Sent { arrives, sensor, payload });

@@ -145,7 +145,7 @@ fn name_and_seed_are_both_part_of_the_streams() {
 #[test]
 fn another_start_shifts_everything_and_changes_nothing_else() {
     let scenario = base();
-    let later = Time::from_nanos(scenario.start.nanos() + 86_400_000_000_000 * 3);
+    let later = Time::from_nanos(scenario.start_time().nanos() + 86_400_000_000_000 * 3);
     let [a, b] = [None, Some(later)].map(|start| simulate(&scenario, 1, start).unwrap());
     assert_eq!(a.datagrams.len(), b.datagrams.len());
     for (a, b) in a.datagrams.iter().zip(&b.datagrams) {

@@ -12,10 +12,10 @@ use super::{Others, Receiver, Scene, silent};
 use crate::config::{self, SensorKind};
 use crate::evaluate::Label;
 use crate::normalise::time_of_day_count;
-use crate::simulate::motion::Path;
-use crate::simulate::scenario::{Adsb, Span};
-use crate::simulate::streams::{Entity, GaussMarkov, Stream};
 use crate::simulate::wire::{Sent, after, stamped};
+use world::motion::Path;
+use world::scenario::{Adsb, Span};
+use world::streams::{Entity, GaussMarkov, Stream};
 
 /// Metres in a foot.
 const FOOT_M: f64 = 0.3048;

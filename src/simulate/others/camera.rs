@@ -12,11 +12,11 @@ use crate::config::{self, CameraAccuracy, SensorKind};
 use crate::evaluate::Label;
 use crate::normalise::time_of_day_count;
 use crate::simulate::drone_id;
-use crate::simulate::ground::Antenna;
-use crate::simulate::radar::Target;
-use crate::simulate::scenario::Camera;
-use crate::simulate::streams::{Entity, Stream, sight};
 use crate::simulate::wire::{Sent, after, stamped};
+use world::ground::Antenna;
+use world::radar::Target;
+use world::scenario::Camera;
+use world::streams::{Entity, Stream, sight};
 
 /// The least deviation that a site states, degrees.
 const LEAST_DEG: f64 = 0.001;

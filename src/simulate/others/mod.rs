@@ -8,18 +8,18 @@ mod remote_id;
 use std::collections::BTreeMap;
 use std::net::Ipv4Addr;
 
-use super::ground::Ground;
-use super::motion::{self, Path};
 use super::network;
-use super::radar::Target;
-use super::scenario::{Network, Scenario, Span};
 use super::site;
-use super::streams::{Entity, Streams};
 use super::wire::Sent;
 use super::{Datagram, drone_id};
 use crate::config::{Input, Sensor, SensorKind};
 use crate::evaluate::Label;
 use fusion::time::Time;
+use world::ground::Ground;
+use world::motion::{self, Path};
+use world::radar::Target;
+use world::scenario::{Network, Scenario, Span};
+use world::streams::{Entity, Streams};
 
 pub use adsb::Aircraft;
 
@@ -193,7 +193,7 @@ fn sensor(
     Sensor { id, sac: sac as u8, sic: sic as u8, period_s: Some(period_s), inputs, connections, kind }
 }
 
-/// Episodes, see [`super::transponder`].
+/// Episodes, see [`world::transponder`].
 fn silent(every_s: f64, lasting_s: Span, duration_s: f64, stream: &mut super::Stream) -> Vec<Span> {
-    super::transponder::episodes(every_s, lasting_s, duration_s, stream)
+    world::transponder::episodes(every_s, lasting_s, duration_s, stream)
 }

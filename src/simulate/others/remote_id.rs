@@ -11,12 +11,12 @@ use super::{Others, Receiver, Scene, drones};
 use crate::config::{self, SensorKind};
 use crate::evaluate::Label;
 use crate::hex;
-use crate::simulate::motion::{self, Path, RATE_HZ};
-use crate::simulate::scenario::{Airspace, RemoteId, Span};
-use crate::simulate::streams::{Entity, GaussMarkov, Stream};
 use crate::simulate::wire::{Sent, after, serial_text};
 use crate::simulate::{drone_id, wire};
 use fusion::time::{SECOND, Time};
+use world::motion::{self, Path, RATE_HZ};
+use world::scenario::{Airspace, RemoteId, Span};
+use world::streams::{Entity, GaussMarkov, Stream};
 
 /// Loss with distance, as a power of it.
 const EXPONENT: f64 = 2.5;

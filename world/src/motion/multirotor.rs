@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use super::{Kinematics, Path, STEP_S};
-use crate::simulate::scenario::Multirotor;
-use crate::simulate::streams::Stream;
+use crate::scenario::Multirotor;
+use crate::streams::Stream;
 
 /// A flight of `steps` samples from `start` over the waypoints that `next` gives.
 pub(super) fn fly(

@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::attack::Lie;
-use super::motion::Path;
-use super::scenario::{Span, Transponder};
-use super::streams::{GaussMarkov, Stream};
+use crate::attack::Lie;
+use crate::motion::Path;
+use crate::scenario::{Span, Transponder};
+use crate::streams::{GaussMarkov, Stream};
 
 /// One report, errors included.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,7 +144,7 @@ fn within(span: Span, time_s: f64) -> bool {
 }
 
 /// Episodes, each beginning `every_s` seconds after the end of the one before, on average.
-pub(super) fn episodes(every_s: f64, lasting_s: Span, duration_s: f64, stream: &mut Stream) -> Vec<Span> {
+pub fn episodes(every_s: f64, lasting_s: Span, duration_s: f64, stream: &mut Stream) -> Vec<Span> {
     let mut episodes = Vec::new();
     if every_s <= 0.0 {
         return episodes;

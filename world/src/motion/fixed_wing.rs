@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use super::{Kinematics, Path, STEP_S, towards, turn};
-use crate::simulate::scenario::FixedWing;
-use crate::simulate::streams::Stream;
+use crate::scenario::FixedWing;
+use crate::streams::Stream;
 
 const GRAVITY_M_S2: f64 = 9.81;
 /// Bank follows the autopilot with this time constant, seconds.

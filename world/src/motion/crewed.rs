@@ -4,8 +4,8 @@ use nalgebra::{Vector2, Vector3};
 
 use super::animal::middle;
 use super::{Kinematics, Path, STEP_S, towards, turn};
-use crate::simulate::scenario::{Airspace, Crewed, Span};
-use crate::simulate::streams::Stream;
+use crate::scenario::{Airspace, Crewed, Span};
+use crate::streams::Stream;
 
 /// A turn begins and ends with this time constant, seconds.
 const ROLL_S: f64 = 1.5;
@@ -28,7 +28,7 @@ struct Motion {
 }
 
 /// From leg to leg over the middle of the airspace, turning back at the radius.
-pub(in crate::simulate) fn transit(
+pub fn transit(
     model: &Crewed,
     airspace: &Airspace,
     steps: usize,
@@ -56,7 +56,7 @@ pub(in crate::simulate) fn transit(
 }
 
 /// Round after round of the circuit, from anywhere in it.
-pub(in crate::simulate) fn circuit(model: &Crewed, steps: usize, stream: &mut Stream) -> Path {
+pub fn circuit(model: &Crewed, steps: usize, stream: &mut Stream) -> Path {
     let motion = motion(model, stream.within(model.circuit_speed_m_s));
     let aerodrome = Vector2::new(model.aerodrome_east_m, model.aerodrome_north_m);
     let along = towards(model.runway_deg.to_radians());
@@ -87,7 +87,7 @@ pub(in crate::simulate) fn circuit(model: &Crewed, steps: usize, stream: &mut St
 }
 
 /// Straight through where a drone is at some time, level with it but for a miss to the side; climbing once it is past.
-pub(in crate::simulate) fn conflict(model: &Crewed, drone: &Path, steps: usize, stream: &mut Stream) -> Path {
+pub fn conflict(model: &Crewed, drone: &Path, steps: usize, stream: &mut Stream) -> Path {
     let duration_s = (steps - 1) as f64 * STEP_S;
     let meets_s = duration_s * stream.within(model.meets_at);
     let speed_m_s = stream.within(model.helicopter_speed_m_s);
@@ -107,7 +107,7 @@ pub(in crate::simulate) fn conflict(model: &Crewed, drone: &Path, steps: usize, 
 }
 
 /// To and fro over the aerodrome's ground.
-pub(in crate::simulate) fn surface(model: &Crewed, steps: usize, stream: &mut Stream) -> Path {
+pub fn surface(model: &Crewed, steps: usize, stream: &mut Stream) -> Path {
     let aerodrome = Vector2::new(model.aerodrome_east_m, model.aerodrome_north_m);
     let along = towards(model.runway_deg.to_radians());
     let across = towards(model.runway_deg.to_radians() + std::f64::consts::FRAC_PI_2);

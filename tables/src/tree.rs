@@ -5,27 +5,36 @@ use std::collections::BTreeMap;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::error::{Faults, Place};
+use crate::error::{Faults, Place};
 
 /// A value and where it was written.
 #[derive(Clone, Debug)]
-pub(crate) struct Node {
-    pub(crate) place: Place,
-    pub(crate) value: Value,
+pub struct Node {
+    /// Where it was written.
+    pub place: Place,
+    /// What was written.
+    pub value: Value,
 }
 
 /// The tables of the tree: the line of a key is that of its name.
-pub(crate) type Table = BTreeMap<String, Node>;
+pub type Table = BTreeMap<String, Node>;
 
 /// A TOML value.
 #[derive(Clone, Debug)]
-pub(crate) enum Value {
+pub enum Value {
+    /// Keys with their values.
     Table(Table),
+    /// Values one after the other.
     List(Vec<Node>),
+    /// Text in quotes.
     Text(String),
+    /// A whole number without quotes.
     Whole(i64),
+    /// A number with a fraction; one beyond 64 bits is infinite.
     Number(f64),
+    /// True or false.
     Flag(bool),
+    /// A date or time, as it was written.
     Date(String),
 }
 
@@ -33,7 +42,7 @@ pub(crate) enum Value {
 const SYNTAX_ERRORS_SHOWN: usize = 3;
 
 /// The tree of `text`; incomplete where `faults` got something.
-pub(crate) fn parse(text: &str, faults: &Faults) -> Table {
+pub fn parse(text: &str, faults: &Faults) -> Table {
     let lines = Lines::of(text);
     let (root, mut errors) = DeTable::parse_recoverable(text);
     // The recovery stumbles several times over one mistake: the first of a line tells.
@@ -47,7 +56,7 @@ pub(crate) fn parse(text: &str, faults: &Faults) -> Table {
 }
 
 /// The value of a variable: TOML where it is, else text.
-pub(crate) fn parse_variable(name: &str, text: &str) -> Node {
+pub fn parse_variable(name: &str, text: &str) -> Node {
     let place = || Place::Variable(name.to_owned());
     match DeValue::parse(text.trim()) {
         Ok(read) => Node { place: place(), value: value(read.get_ref(), &|_| place()) },
@@ -102,7 +111,7 @@ impl Lines {
 
 impl Value {
     /// What it is, for "found …".
-    pub(crate) const fn kind(&self) -> &'static str {
+    pub const fn kind(&self) -> &'static str {
         match self {
             Self::Table(_) => "a table",
             Self::List(_) => "a list",
@@ -115,7 +124,7 @@ impl Value {
     }
 
     /// As TOML where that is short; a table never is.
-    pub(crate) fn shown(&self) -> Option<String> {
+    pub fn shown(&self) -> Option<String> {
         const LONGEST: usize = 60;
         let shown = match self {
             Self::Table(_) => return None,
@@ -134,7 +143,7 @@ impl Value {
 }
 
 /// `text` as a TOML string on one line.
-pub(crate) fn quoted(text: &str) -> String {
+pub fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {
         match c {

@@ -1,12 +1,12 @@
 //! The table of keys: `section!` states each key once, and from it follow the field of its type, its default, how it is
 //! read, checked and shown, whether SIGHUP reloads it, and its row of the reference page.
 
-use super::kinds::{Kind, Toml};
-use super::reader::Section;
+use crate::kinds::{Kind, Toml};
+use crate::reader::Section;
 
 /// A table whose keys are known, as `section!` defines it. Its `Default` is that of an empty table, blank where a key has
 /// no default.
-pub(crate) trait Table: ByHand + Default + 'static {
+pub trait Table: ByHand + Default + 'static {
     /// What the table is.
     const ABOUT: &'static str;
 
@@ -38,7 +38,7 @@ pub(crate) trait Table: ByHand + Default + 'static {
 }
 
 /// What of a table cannot be said key by key.
-pub(crate) trait ByHand: Sized {
+pub trait ByHand: Sized {
     /// Reads further keys, and finds fault with keys that contradict each other.
     fn more(&mut self, _: &mut Section<'_>) {}
 
@@ -50,47 +50,46 @@ pub(crate) trait ByHand: Sized {
 }
 
 /// A key and its value as TOML, or what its absence means.
-pub(crate) struct Entry {
-    pub(crate) key: &'static str,
-    pub(crate) value: Result<String, &'static str>,
+pub struct Entry {
+    /// The key.
+    pub key: &'static str,
+    /// The value, or what it means that there is none.
+    pub value: Result<String, &'static str>,
 }
 
 impl Entry {
-    pub(crate) fn new(key: &'static str, value: impl Into<String>) -> Self {
+    /// A key that has a value.
+    pub fn new(key: &'static str, value: impl Into<String>) -> Self {
         Self { key, value: Ok(value.into()) }
     }
 }
 
 /// A row of the reference page.
-pub(crate) struct Row {
-    pub(crate) key: &'static str,
+pub struct Row {
+    /// The key.
+    pub key: &'static str,
     /// What it does.
-    pub(crate) about: &'static str,
+    pub about: &'static str,
     /// Which values are valid.
-    pub(crate) values: String,
+    pub values: String,
     /// What is taken where it is left out; `None`: it has to be given.
-    pub(crate) default: Option<String>,
+    pub default: Option<String>,
     /// SIGHUP reloads it.
-    pub(crate) reloaded: bool,
+    pub reloaded: bool,
     /// The keys of a value that is a table.
-    pub(crate) keys: Vec<Row>,
+    pub keys: Vec<Row>,
 }
 
 impl Row {
     /// A key that is read by hand.
-    pub(crate) fn by_hand(
-        key: &'static str,
-        default: Option<&str>,
-        values: &str,
-        about: &'static str,
-    ) -> Self {
+    pub fn by_hand(key: &'static str, default: Option<&str>, values: &str, about: &'static str) -> Self {
         let (values, default) = (values.to_owned(), default.map(str::to_owned));
         Self { key, about, values, default, reloaded: false, keys: Vec::new() }
     }
 }
 
 /// What is taken for a key that is left out.
-pub(crate) struct Fallback<T> {
+pub struct Fallback<T> {
     value: T,
     /// It has to be given: what to add.
     needed: Option<&'static str>,
@@ -105,35 +104,38 @@ impl<T> From<T> for Fallback<T> {
 }
 
 /// The key has to be given; `add` tells what to write.
-pub(crate) fn need<T: Default>(add: &'static str) -> Fallback<T> {
+pub fn need<T: Default>(add: &'static str) -> Fallback<T> {
     Fallback { value: T::default(), needed: Some(add), words: None }
 }
 
 /// No value, which means `words`.
-pub(crate) const fn absent<T>(words: &'static str) -> Fallback<Option<T>> {
+pub const fn absent<T>(words: &'static str) -> Fallback<Option<T>> {
     Fallback { value: None, needed: None, words: Some(words) }
 }
 
 /// A default that depends on other keys, as `words` say: [`ByHand::more`] sets it, and it is `value` in an empty table.
-pub(crate) const fn depends<T>(words: &'static str, value: T) -> Fallback<T> {
+pub const fn depends<T>(words: &'static str, value: T) -> Fallback<T> {
     Fallback { value, needed: None, words: Some(words) }
 }
 
 /// A key of a table, as its row states it.
-pub(crate) struct Column<T> {
-    pub(crate) name: &'static str,
-    pub(crate) kind: Kind<T>,
-    pub(crate) fallback: Fallback<T>,
+pub struct Column<T> {
+    /// The key.
+    pub name: &'static str,
+    /// Which values are valid, and how one is read.
+    pub kind: Kind<T>,
+    /// What is taken where it is left out.
+    pub fallback: Fallback<T>,
 }
 
 impl<T: Toml> Column<T> {
     /// The default, or a blank.
-    pub(crate) fn blank(self) -> T {
+    pub fn blank(self) -> T {
         self.fallback.value
     }
 
     /// Reads the key into `value`.
-    pub(crate) fn read(&self, section: &mut Section<'_>, value: &mut T) {
+    pub fn read(&self, section: &mut Section<'_>, value: &mut T) {
         let item = match self.fallback.needed {
             Some(add) => section.need(self.name, add),
             None => section.item(self.name),
@@ -144,13 +146,13 @@ impl<T: Toml> Column<T> {
     }
 
     /// The key as it is shown.
-    pub(crate) fn entry(&self, value: &T) -> Entry {
+    pub fn entry(&self, value: &T) -> Entry {
         let value = value.toml().ok_or(self.fallback.words.unwrap_or_default());
         Entry { key: self.name, value }
     }
 
     /// The key on the reference page, where `usual` is its default as it is shown.
-    pub(crate) fn row(self, about: &'static str, usual: &[Entry], reloaded: bool) -> Row {
+    pub fn row(self, about: &'static str, usual: &[Entry], reloaded: bool) -> Row {
         let usual =
             usual.iter().find(|entry| entry.key == self.name).and_then(|entry| entry.value.as_ref().ok());
         let default = match (self.fallback.needed, self.fallback.words) {
@@ -165,6 +167,7 @@ impl<T: Toml> Column<T> {
 /// Defines a table: `/// meaning`, `field as "key": type = default, kind, reloaded;`. The key is the field's name unless it
 /// is given, the default is a value, `need`, `absent` or `depends`, and without `reloaded` a change needs a restart. Fields
 /// `by hand` are read by the table's [`ByHand`].
+#[macro_export]
 macro_rules! section {
     (
         $(#[doc = $about:literal])* $(#[derive($($derived:ident),*)])?
@@ -179,12 +182,12 @@ macro_rules! section {
         }
 
         const _: () = {
-            use $crate::config::kinds::{Kind, Toml};
-            use $crate::config::table::{ByHand, Column, Entry, Fallback, Row, Table, section};
+            use $crate::kinds::{Kind, Toml};
+            use $crate::table::{ByHand, Column, Entry, Fallback, Row, Table};
 
             $(fn $field() -> Column<$type> {
                 let (kind, fallback) = (Kind::from($kind), Fallback::from($default));
-                Column { name: section!(@key $field $($key)?), kind, fallback }
+                Column { name: $crate::section!(@key $field $($key)?), kind, fallback }
             })*
 
             /// Of an empty table; blank where a key has no default.
@@ -197,7 +200,7 @@ macro_rules! section {
             impl Table for $name {
                 const ABOUT: &'static str = concat!($($about),*);
 
-                fn read_keys(section: &mut $crate::config::reader::Section<'_>) -> Self {
+                fn read_keys(section: &mut $crate::reader::Section<'_>) -> Self {
                     let mut read = Self::default();
                     $($field().read(section, &mut read.$field);)*
                     read.more(section);
@@ -213,13 +216,13 @@ macro_rules! section {
                 fn rows() -> Vec<Row> {
                     let usual = Self::default().entries();
                     let mut rows =
-                        vec![$($field().row(concat!($($meaning),*), &usual, section!(@flag $($reloaded)?))),*];
+                        vec![$($field().row(concat!($($meaning),*), &usual, $crate::section!(@flag $($reloaded)?))),*];
                     Self::explain(&mut rows);
                     rows
                 }
 
                 fn reload(&mut self, _wanted: &Self) {
-                    $($(section!(@take $reloaded self.$field, _wanted.$field);)?)*
+                    $($($crate::section!(@take $reloaded self.$field, _wanted.$field);)?)*
                 }
             }
 
@@ -233,7 +236,7 @@ macro_rules! section {
                 }
             }
 
-            section!(@hooks $name $(by hand { $($hand)* })?);
+            $crate::section!(@hooks $name $(by hand { $($hand)* })?);
         };
     };
     (@key $field:ident) => { stringify!($field) };
@@ -244,4 +247,3 @@ macro_rules! section {
     (@hooks $name:ident) => { impl ByHand for $name {} };
     (@hooks $name:ident by hand { $($hand:ident)* }) => {};
 }
-pub(crate) use section;

@@ -3,8 +3,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::{Kinematics, Path, STEP_S, towards, turn};
-use crate::simulate::scenario::{Airspace, Birds, Clutter, Span};
-use crate::simulate::streams::{Entity, GaussMarkov, Stream, Streams};
+use crate::scenario::{Airspace, Birds, Clutter, Span};
+use crate::streams::{Entity, GaussMarkov, Stream, Streams};
 
 /// Rate of turn of birds: standard deviation, rad/s, and time constant, s (Gauss–Markov).
 const WHEELING: (f64, f64) = (0.15, 5.0);

@@ -2,10 +2,10 @@
 
 use nalgebra::Vector2;
 
-use super::ground::{Antenna, Ground};
-use super::radar::{Detection, Target};
-use super::scenario::{Radar, Span, VelocityModel};
-use super::streams::{GaussMarkov, Stream};
+use crate::ground::{Antenna, Ground};
+use crate::radar::{Detection, Target};
+use crate::scenario::{Radar, Span, VelocityModel};
+use crate::streams::{GaussMarkov, Stream};
 
 /// Time constant with which a turn raises the errors, and with which that fades, seconds.
 const TURN_S: f64 = 1.0;

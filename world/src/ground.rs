@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::scenario::{Place, Radar};
+use crate::scenario::{Place, Radar};
 use fusion::frames::{AtRadar, Geodetic, TangentPlane};
 
 /// The ground: one height above mean sea level, on a round Earth.

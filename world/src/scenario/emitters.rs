@@ -1,8 +1,9 @@
 //! The sections of what broadcasts beside CAT129: crewed aircraft with ADS-B, drones with Remote ID; and of cameras.
 
-use super::keys::{COUNT, METRES, SECONDS, SHARE, Span, plain_name};
-use crate::config::kinds::flag;
-use crate::config::table::section;
+use super::keys::{COUNT, METRES, SECONDS, SHARE, plain_name};
+use tables::kinds::Span;
+use tables::kinds::flag;
+use tables::section;
 
 section! {
     /// Crewed aircraft, and surface vehicles of an aerodrome; all have ADS-B.

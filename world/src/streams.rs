@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Exp1, StandardNormal};
 
-use super::scenario::Span;
+use crate::scenario::Span;
 
 /// Who draws; the numbers are part of every seed. Multirotors and fixed wings are counted apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,8 +1,9 @@
 //! The sections. Defaults are those of the error model in `docs/SIMULATION.md`.
 
-use super::keys::{Attack, COUNT, METRES, Pattern, SECONDS, SHARE, Span, VelocityModel, plain_name};
-use crate::config::kinds::{flag, named};
-use crate::config::table::section;
+use super::keys::{Attack, COUNT, METRES, Pattern, SECONDS, SHARE, VelocityModel, plain_name};
+use tables::kinds::Span;
+use tables::kinds::{flag, named};
+use tables::section;
 
 section! {
     /// The place, and the service that listens there.

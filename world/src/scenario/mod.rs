@@ -6,21 +6,22 @@ mod sections;
 
 use std::path::Path;
 
+use fusion::time::Time;
 use jiff::Timestamp;
 
 pub use emitters::{Adsb, Camera, Crewed, RemoteId};
-pub use keys::{Attack, Pattern, Span, VelocityModel};
+pub use keys::{Attack, Pattern, VelocityModel};
 pub use sections::{
     Airspace, Birds, Clutter, Drones, FixedWing, Multirotor, Network, Place, Radar, Transponder,
 };
+pub use tables::kinds::Span;
 
-use crate::config::ConfigErrors;
-use crate::config::error::{Faults, read_file};
-use crate::config::kinds::{Kind, Toml, flag, inline, number, parsed, tables};
-use crate::config::reader::{Item, Section};
-use crate::config::table::{ByHand, Table, need, section};
-use crate::config::tree::{self, quoted};
-use fusion::time::Time;
+use tables::error::{ConfigErrors, Faults, read_file};
+use tables::kinds::{Kind, flag, inline, number, parsed, tables};
+use tables::reader::{Item, Section};
+use tables::section;
+use tables::table::{ByHand, Table, need};
+use tables::tree;
 
 section! {
     /// What flies, what sees it, and how that fails.
@@ -28,7 +29,7 @@ section! {
         /// part of every stream of chance: another name flies otherwise
         name: String = need("name = …, of letters, digits, _ and -"), keys::plain_name();
         /// UTC
-        start: Time = default_start(), start_time();
+        start: Timestamp = default_start(), time();
         /// how long it lasts, seconds
         duration_s: f64 = 300.0, number(
             // At most half a day: which day a time of day belongs to is then plain all the way. At least what leaves something
@@ -180,6 +181,12 @@ impl Scenario {
         Ok(scenario)
     }
 
+    /// When it begins, unless whoever flies it says otherwise.
+    pub fn start_time(&self) -> Time {
+        let nanos = i64::try_from(self.start.as_nanosecond()).expect("a scenario begins before 2106");
+        Time::from_nanos(nanos)
+    }
+
     /// All drones.
     pub fn drone_count(&self) -> u32 {
         self.drones.multirotors + self.drones.fixed_wings
@@ -221,28 +228,16 @@ impl Scenario {
 /// The transponder receiver's name as a sensor.
 pub const TRANSPONDER_ID: &str = "drone-it";
 
-fn default_start() -> Time {
-    time_of(START).expect("the default start is a time")
+fn default_start() -> Timestamp {
+    stamp(START).expect("the default start is a time")
 }
 
-fn start_time() -> Kind<Time> {
+fn time() -> Kind<Timestamp> {
     const RULE: &str = "write it in quotes as \"2026-03-14T09:00:00Z\", years 1970 to 2105";
-    parsed(RULE, |text| time_of(text).ok_or(RULE))
+    parsed(RULE, |text| stamp(text).ok_or(RULE))
 }
 
-impl Toml for Time {
-    fn toml(&self) -> Option<String> {
-        Some(quoted(&rfc3339(*self)))
-    }
-}
-
-fn rfc3339(time: Time) -> String {
-    Timestamp::from_nanosecond(time.nanos().into())
-        .map_or_else(|_| time.to_string(), |stamp| stamp.to_string())
-}
-
-fn time_of(text: &str) -> Option<Time> {
+fn stamp(text: &str) -> Option<Timestamp> {
     let stamp: Timestamp = text.parse().ok()?;
-    let nanos = i64::try_from(stamp.as_nanosecond()).ok()?;
-    (0..=4_265_000_000_000_000_000).contains(&nanos).then(|| Time::from_nanos(nanos))
+    (0..=4_265_000_000).contains(&stamp.as_second()).then_some(stamp)
 }

@@ -2,14 +2,17 @@
 
 use std::fmt::Display;
 
-use super::tree::quoted;
+use crate::tree::quoted;
 
 /// An enumeration whose values have names in the configuration.
-pub(crate) trait Named: Sized + 'static {
+pub trait Named: Sized + 'static {
     /// Each name with its meaning.
     const NAMES: &'static [(&'static str, &'static str)];
 
     /// The value of that name; keys of its own are blank.
+    ///
+    /// # Errors
+    /// There is none of that name.
     fn named(name: &str) -> Result<Self, UnknownName>;
 }
 
@@ -17,8 +20,10 @@ pub(crate) trait Named: Sized + 'static {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no such {what}; use {}", alternatives(names))]
 pub struct UnknownName {
-    pub(crate) what: &'static str,
-    pub(crate) names: &'static [(&'static str, &'static str)],
+    /// What has names, `pattern`.
+    pub what: &'static str,
+    /// The names that there are, each with its meaning.
+    pub names: &'static [(&'static str, &'static str)],
 }
 
 fn alternatives(names: &[(&str, &str)]) -> impl Display {
@@ -26,6 +31,7 @@ fn alternatives(names: &[(&str, &str)]) -> impl Display {
 }
 
 /// Defines an enumeration: `/// meaning`, `Value = "name"`.
+#[macro_export]
 macro_rules! names {
     (
         $(#[doc = $about:literal])* $(#[derive($($derived:ident),*)])?
@@ -41,13 +47,13 @@ macro_rules! names {
             $value $(($inner))? $({ $(#[doc = $key_meaning])* $key: $type })?,
         )* }
 
-        impl $crate::config::names::Named for $name {
+        impl $crate::named::Named for $name {
             const NAMES: &'static [(&'static str, &'static str)] = &[$(($text, concat!($($meaning),*))),*];
 
-            fn named(name: &str) -> Result<Self, $crate::config::UnknownName> {
+            fn named(name: &str) -> Result<Self, $crate::named::UnknownName> {
                 match name {
                     $($text => Ok(Self::$value { $(0: <$inner>::default())? $($key: <$type>::default())? }),)*
-                    _ => Err($crate::config::UnknownName { what: $what, names: Self::NAMES }),
+                    _ => Err($crate::named::UnknownName { what: $what, names: Self::NAMES }),
                 }
             }
         }
@@ -61,22 +67,21 @@ macro_rules! names {
 
         /// By name.
         impl std::str::FromStr for $name {
-            type Err = $crate::config::UnknownName;
+            type Err = $crate::named::UnknownName;
 
             fn from_str(name: &str) -> Result<Self, Self::Err> {
-                $crate::config::names::Named::named(name)
+                $crate::named::Named::named(name)
             }
         }
     };
 }
-pub(crate) use names;
 
 /// Values that are written as their names.
+#[macro_export]
 macro_rules! written_by_name {
-    ($($name:ident),*) => { $(impl $crate::config::kinds::Toml for $name {
+    ($($name:ident),*) => { $(impl $crate::kinds::Toml for $name {
         fn toml(&self) -> Option<String> {
-            Some($crate::config::tree::quoted(self.name()))
+            Some($crate::tree::quoted(self.name()))
         }
     })* };
 }
-pub(crate) use written_by_name;

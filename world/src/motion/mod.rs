@@ -9,9 +9,8 @@ mod multirotor;
 use nalgebra::Vector3;
 
 pub use animal::{birds, clutter};
-pub(super) use crewed::{circuit, conflict, surface, transit};
-pub(super) use fleet::seeming;
-pub use fleet::{Crowded, fleet, number};
+pub use crewed::{circuit, conflict, surface, transit};
+pub use fleet::{Crowded, fleet, number, seeming};
 
 /// Samples of a path per second.
 pub const RATE_HZ: usize = 10;

@@ -52,7 +52,7 @@ pub struct ConfigErrors(Vec<ConfigError>);
 
 impl ConfigErrors {
     /// `errors` sorted by place, or `None` when there are none.
-    pub(super) fn of(mut errors: Vec<ConfigError>) -> Option<Self> {
+    pub fn of(mut errors: Vec<ConfigError>) -> Option<Self> {
         errors.sort_by(|a, b| a.place.cmp(&b.place));
         (!errors.is_empty()).then_some(Self(errors))
     }
@@ -64,7 +64,10 @@ impl ConfigErrors {
 }
 
 /// The text of the file at `path`, which is a `what`.
-pub(crate) fn read_file(path: &Path, what: &str) -> Result<String, ConfigErrors> {
+///
+/// # Errors
+/// It cannot be read.
+pub fn read_file(path: &Path, what: &str) -> Result<String, ConfigErrors> {
     #[expect(clippy::disallowed_methods, reason = "the one place that reads configurations and scenarios")]
     std::fs::read_to_string(path).map_err(|error| {
         ConfigErrors::from(ConfigError {
@@ -96,17 +99,19 @@ impl Display for ConfigErrors {
 }
 
 /// What has been found wrong so far.
-pub(crate) struct Faults {
+pub struct Faults {
     file: String,
     found: RefCell<Vec<ConfigError>>,
 }
 
 impl Faults {
-    pub(crate) fn new(file: &str) -> Self {
+    /// Of the file that errors name so.
+    pub fn new(file: &str) -> Self {
         Self { file: file.to_owned(), found: RefCell::default() }
     }
 
-    pub(crate) fn add(&self, place: &Place, key: &str, value: Option<String>, message: impl Display) {
+    /// Finds fault with the key at path `key`; `value` is what was refused.
+    pub fn add(&self, place: &Place, key: &str, value: Option<String>, message: impl Display) {
         self.found.borrow_mut().push(ConfigError {
             file: self.file.clone(),
             place: place.clone(),
@@ -116,24 +121,29 @@ impl Faults {
         });
     }
 
-    pub(crate) fn file(&self) -> &str {
+    /// The file, as it was named.
+    pub fn file(&self) -> &str {
         &self.file
     }
 
     /// Whether nothing is wrong with the key at `path`, with one inside it, or with a table around it.
-    pub(crate) fn none_of(&self, path: &str) -> bool {
+    pub fn none_of(&self, path: &str) -> bool {
         let is_in = |inner: &str, outer: &str| {
             inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
         };
         self.found.borrow().iter().all(|fault| !is_in(&fault.key, path) && !is_in(path, &fault.key))
     }
 
-    pub(crate) fn any(&self) -> bool {
+    /// Whether something is wrong.
+    pub fn any(&self) -> bool {
         !self.found.borrow().is_empty()
     }
 
     /// The faults so far as an error.
-    pub(crate) fn check(&self) -> Result<(), ConfigErrors> {
+    ///
+    /// # Errors
+    /// There are some.
+    pub fn check(&self) -> Result<(), ConfigErrors> {
         ConfigErrors::of(self.found.borrow().clone()).map_or(Ok(()), Err)
     }
 }

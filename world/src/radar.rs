@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
-use super::ground::Ground;
-use super::motion::Path;
-use super::scenario::Radar;
-use super::sight::{Look, Sight};
-use super::streams::{Entity, Stream, Streams, sight};
+use crate::ground::Ground;
+use crate::motion::Path;
+use crate::scenario::Radar;
+use crate::sight::{Look, Sight};
+use crate::streams::{Entity, Stream, Streams, sight};
 
 /// A radar's report of a target, errors included.
 #[derive(Clone, Copy, Debug, PartialEq)]

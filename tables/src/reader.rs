@@ -7,14 +7,14 @@ use std::ops::RangeInclusive;
 
 use jiff::SignedDuration;
 
-use super::error::{Faults, Place};
-use super::tree::{Node, Table, Value, quoted};
+use crate::error::{Faults, Place};
+use crate::tree::{Node, Table, Value, quoted};
 
 /// What stands for a number that whoever made a configuration could not know.
 pub const FILL_IN: &str = "fill in";
 
 /// A table that is asked for its keys one by one; what nobody asked for is unknown.
-pub(crate) struct Section<'a> {
+pub struct Section<'a> {
     key: String,
     place: &'a Place,
     entries: Option<&'a Table>,
@@ -24,47 +24,47 @@ pub(crate) struct Section<'a> {
 
 impl<'a> Section<'a> {
     /// The whole file.
-    pub(crate) fn top(root: &'a Table, faults: &'a Faults) -> Self {
+    pub fn top(root: &'a Table, faults: &'a Faults) -> Self {
         Self { key: String::new(), place: &Place::File, entries: Some(root), asked: Vec::new(), faults }
     }
 
     /// The key, where it is given.
-    pub(crate) fn item(&mut self, name: &'static str) -> Option<Item<'a>> {
+    pub fn item(&mut self, name: &'static str) -> Option<Item<'a>> {
         self.asked.push(name);
         self.written(name)
     }
 
     /// The key, where it is given; this does not count as asking for it.
-    pub(crate) fn written(&self, name: &str) -> Option<Item<'a>> {
+    pub fn written(&self, name: &str) -> Option<Item<'a>> {
         let node = self.entries?.get(name)?;
         Some(Item { key: join(&self.key, name), node, faults: self.faults })
     }
 
     /// The path of the table.
-    pub(crate) fn key(&self) -> &str {
+    pub fn key(&self) -> &str {
         &self.key
     }
 
     /// Whether nothing is wrong with any of the keys, so that they can be compared.
-    pub(crate) fn is_sound(&self, names: &[&str]) -> bool {
+    pub fn is_sound(&self, names: &[&str]) -> bool {
         names.iter().all(|name| self.faults.none_of(&join(&self.key, name)))
     }
 
     /// Finds fault with keys that contradict each other, at the first of them that is given; only where each of them is
     /// sound for itself.
-    pub(crate) fn contradict(&self, names: &[&str], message: impl Display) {
+    pub fn contradict(&self, names: &[&str], message: impl Display) {
         if let (true, Some(item)) = (self.is_sound(names), names.iter().find_map(|name| self.written(name))) {
             item.refuse(message);
         }
     }
 
     /// A key that does not belong here, where it is given; it is not offered as one that is expected.
-    pub(crate) fn stray(&mut self, name: &'static str) -> Option<Item<'a>> {
+    pub fn stray(&mut self, name: &'static str) -> Option<Item<'a>> {
         self.entries?.contains_key(name).then(|| self.item(name)).flatten()
     }
 
     /// The key, which has to be given; `meaning` tells what to write.
-    pub(crate) fn need(&mut self, name: &'static str, meaning: &str) -> Option<Item<'a>> {
+    pub fn need(&mut self, name: &'static str, meaning: &str) -> Option<Item<'a>> {
         let item = self.item(name);
         // A missing or broken section has been reported as a whole.
         if item.is_none() && self.entries.is_some() {
@@ -75,13 +75,13 @@ impl<'a> Section<'a> {
     }
 
     /// The table of that name; one without entries where it is absent.
-    pub(crate) fn section(&mut self, name: &'static str) -> Self {
+    pub fn section(&mut self, name: &'static str) -> Self {
         let item = self.item(name);
         self.open(name, item)
     }
 
     /// The same for a table that has to be given.
-    pub(crate) fn need_section(&mut self, name: &'static str, meaning: &str) -> Self {
+    pub fn need_section(&mut self, name: &'static str, meaning: &str) -> Self {
         let item = self.need(name, meaning);
         self.open(name, item)
     }
@@ -97,7 +97,7 @@ impl<'a> Section<'a> {
     }
 
     /// Every key with its value, for a table whose keys are the user's.
-    pub(crate) fn all(&self) -> impl Iterator<Item = (&'a str, Item<'a>)> {
+    pub fn all(&self) -> impl Iterator<Item = (&'a str, Item<'a>)> {
         self.entries.into_iter().flatten().map(|(name, node)| {
             let item = Item { key: join(&self.key, name), node, faults: self.faults };
             (name.as_str(), item)
@@ -105,17 +105,17 @@ impl<'a> Section<'a> {
     }
 
     /// Finds fault with the table as a whole.
-    pub(crate) fn refuse(&self, message: impl Display) {
+    pub fn refuse(&self, message: impl Display) {
         self.faults.add(self.place, &self.key, None, message);
     }
 
     /// Takes every key as asked for: what is meant cannot be told.
-    pub(crate) fn abandon(&mut self) {
+    pub fn abandon(&mut self) {
         self.entries = None;
     }
 
     /// Refuses the keys that nobody asked for.
-    pub(crate) fn finish(self) {
+    pub fn finish(self) {
         for (name, item) in self.all().filter(|(name, _)| !self.asked.contains(name)) {
             let near = self.asked.iter().find(|known| is_near(known, name));
             let near = near.map_or_else(String::new, |known| format!("did you mean {known}? "));
@@ -132,7 +132,7 @@ impl<'a> Section<'a> {
 
 /// One value, with its place and the path of its key.
 #[derive(Clone)]
-pub(crate) struct Item<'a> {
+pub struct Item<'a> {
     key: String,
     node: &'a Node,
     faults: &'a Faults,
@@ -140,7 +140,7 @@ pub(crate) struct Item<'a> {
 
 impl<'a> Item<'a> {
     /// Finds fault with the value.
-    pub(crate) fn refuse(&self, message: impl Display) {
+    pub fn refuse(&self, message: impl Display) {
         self.faults.add(&self.node.place, &self.key, self.node.value.shown(), message);
     }
 
@@ -158,7 +158,7 @@ impl<'a> Item<'a> {
     }
 
     /// A finite number that is `valid`; `rule` says which are.
-    pub(crate) fn number(&self, rule: &str, valid: impl Fn(f64) -> bool) -> Option<f64> {
+    pub fn number(&self, rule: &str, valid: impl Fn(f64) -> bool) -> Option<f64> {
         let number = match self.node.value {
             Value::Number(number) => number,
             Value::Whole(whole) => whole as f64,
@@ -176,14 +176,14 @@ impl<'a> Item<'a> {
     }
 
     /// A time of at most a day, rounded to nanoseconds, that is then `valid` in seconds.
-    pub(crate) fn seconds(&self, rule: &str, valid: impl Fn(f64) -> bool) -> Option<SignedDuration> {
+    pub fn seconds(&self, rule: &str, valid: impl Fn(f64) -> bool) -> Option<SignedDuration> {
         let nanos = |seconds: f64| (seconds * 1e9).round();
         let seconds = self.number(rule, |s| (0.0..=86_400.0).contains(&s) && valid(nanos(s) / 1e9))?;
         Some(SignedDuration::from_nanos(nanos(seconds) as i64))
     }
 
     /// The same without a fault where it is none.
-    pub(crate) fn any_seconds(&self) -> Option<SignedDuration> {
+    pub fn any_seconds(&self) -> Option<SignedDuration> {
         let seconds = match self.node.value {
             Value::Number(number) => number,
             Value::Whole(whole) => whole as f64,
@@ -195,7 +195,7 @@ impl<'a> Item<'a> {
     }
 
     /// A whole number in `range`; `rule` says which are.
-    pub(crate) fn whole<T>(&self, range: RangeInclusive<T>, rule: &str) -> Option<T>
+    pub fn whole<T>(&self, range: RangeInclusive<T>, rule: &str) -> Option<T>
     where
         T: TryFrom<i64> + PartialOrd,
     {
@@ -215,7 +215,7 @@ impl<'a> Item<'a> {
     }
 
     /// Text that is not blank.
-    pub(crate) fn text(&self) -> Option<&'a str> {
+    pub fn text(&self) -> Option<&'a str> {
         let Value::Text(text) = &self.node.value else {
             self.expected("text in quotes");
             return None;
@@ -228,7 +228,7 @@ impl<'a> Item<'a> {
     }
 
     /// True or false.
-    pub(crate) fn flag(&self) -> Option<bool> {
+    pub fn flag(&self) -> Option<bool> {
         let Value::Flag(flag) = self.node.value else {
             self.expected("true or false, without quotes");
             return None;
@@ -237,7 +237,7 @@ impl<'a> Item<'a> {
     }
 
     /// An IPv4 address.
-    pub(crate) fn ipv4(&self) -> Option<Ipv4Addr> {
+    pub fn ipv4(&self) -> Option<Ipv4Addr> {
         let address = self.text()?.parse().ok();
         if address.is_none() {
             self.refuse("expected an IPv4 address, such as \"127.0.0.1\"; names are not looked up");
@@ -246,7 +246,7 @@ impl<'a> Item<'a> {
     }
 
     /// The entries of a list.
-    pub(crate) fn list(&self) -> Option<Vec<Self>> {
+    pub fn list(&self) -> Option<Vec<Self>> {
         let Value::List(list) = &self.node.value else {
             self.expected("a list, such as [ … ]");
             return None;
@@ -256,7 +256,7 @@ impl<'a> Item<'a> {
     }
 
     /// The value as a table.
-    pub(crate) fn section(&self) -> Option<Section<'a>> {
+    pub fn section(&self) -> Option<Section<'a>> {
         let Value::Table(entries) = &self.node.value else {
             self.expected("a table, such as { key = value }");
             return None;
@@ -271,7 +271,7 @@ impl<'a> Item<'a> {
     }
 
     /// The path of the configuration file.
-    pub(crate) fn file(&self) -> &'a str {
+    pub fn file(&self) -> &'a str {
         self.faults.file()
     }
 }

@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 
 use super::animal::{anywhere, middle};
 use super::{Path, fixed_wing, multirotor, towards};
-use crate::simulate::scenario::{Airspace, Drones, Pattern, Scenario, Span};
-use crate::simulate::streams::{Entity, Stream, Streams};
+use crate::scenario::{Airspace, Drones, Pattern, Scenario, Span};
+use crate::streams::{Entity, Stream, Streams};
 
 /// A drone for which no path keeps the separation.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -58,12 +58,7 @@ pub fn number(drones: &Drones, drone: usize) -> usize {
 }
 
 /// The flight of a multirotor that does not exist, anywhere in this airspace.
-pub(in crate::simulate) fn seeming(
-    scenario: &Scenario,
-    airspace: &Airspace,
-    steps: usize,
-    stream: &mut Stream,
-) -> Path {
+pub fn seeming(scenario: &Scenario, airspace: &Airspace, steps: usize, stream: &mut Stream) -> Path {
     let way = |stream: &mut Stream| anywhere(airspace, airspace.height_agl_m, stream);
     let start = way(stream);
     multirotor::fly(&scenario.multirotor, steps, start, way, stream)

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::scenario::{Attack, Span, Transponder};
-use super::transponder::TransponderReport;
+use crate::scenario::{Attack, Span, Transponder};
+use crate::transponder::TransponderReport;
 
 /// What is done to a transponder, and when.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,25 +2,9 @@
 
 use std::ops::RangeInclusive;
 
-use crate::config::kinds::{Kind, Toml, is_plain, text};
-use crate::config::names::{names, written_by_name};
-use crate::config::table::Table;
-
-/// Evenly distributed between two ends, the lower first; in a file `[low, high]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Span {
-    /// The lower end.
-    pub low: f64,
-    /// The upper end.
-    pub high: f64,
-}
-
-impl Span {
-    /// From `low` to `high`.
-    pub const fn new(low: f64, high: f64) -> Self {
-        Self { low, high }
-    }
-}
+use tables::kinds::{Kind, is_plain, text};
+use tables::table::Table;
+use tables::{names, written_by_name};
 
 names! {
     /// How drones choose their way.
@@ -70,47 +54,6 @@ names! {
 written_by_name!(Attack);
 written_by_name!(Pattern);
 written_by_name!(VelocityModel);
-
-fn rule(limits: &RangeInclusive<f64>) -> String {
-    format!("this is between {} and {}", limits.start(), limits.end())
-}
-
-impl From<RangeInclusive<f64>> for Kind<f64> {
-    fn from(limits: RangeInclusive<f64>) -> Self {
-        let rule = rule(&limits);
-        Self::new(rule.clone(), move |item| item.number(&rule, |value| limits.contains(&value)))
-    }
-}
-
-impl From<RangeInclusive<f64>> for Kind<u32> {
-    fn from(limits: RangeInclusive<f64>) -> Self {
-        let rule = format!("{}, a whole number", rule(&limits));
-        let limits = *limits.start() as u32..=*limits.end() as u32;
-        Self::new(rule.clone(), move |item| item.whole(limits.clone(), &rule))
-    }
-}
-
-impl From<RangeInclusive<f64>> for Kind<Span> {
-    fn from(limits: RangeInclusive<f64>) -> Self {
-        let end = Kind::<f64>::from(limits);
-        Self::new(format!("[low, high]; {}", end.values), move |item| {
-            let ends: Option<Vec<f64>> = item.list()?.iter().map(&*end.read).collect();
-            match ends?[..] {
-                [low, high] if low <= high => Some(Span { low, high }),
-                _ => {
-                    item.refuse("two numbers are expected, the lower first: [low, high]");
-                    None
-                }
-            }
-        })
-    }
-}
-
-impl Toml for Span {
-    fn toml(&self) -> Option<String> {
-        Some(format!("[{:?}, {:?}]", self.low, self.high))
-    }
-}
 
 pub(super) fn plain_name() -> Kind<String> {
     text("use only letters A-Z a-z, digits, _ and -", is_plain)
