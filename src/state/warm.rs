@@ -177,6 +177,12 @@ pub struct WarmQueue {
 }
 
 impl WarmQueue {
+    /// To a test, and not to a file.
+    #[cfg(test)]
+    pub(crate) fn to(frames: SyncSender<Frame>) -> Self {
+        Self { frames, is_broken: true }
+    }
+
     /// Hands over a frame; one that does not fit is lost, with what would follow it.
     pub fn offer(&mut self, frame: impl FnOnce() -> Frame) {
         if self.is_broken {

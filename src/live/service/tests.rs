@@ -4,6 +4,7 @@ use std::net::{Ipv4Addr, SocketAddrV4};
 use std::sync::mpsc::sync_channel;
 
 use jiff::SignedDuration;
+use tokio::sync::broadcast::error::RecvError;
 
 use super::troubles::numbers_low;
 use super::*;
@@ -12,6 +13,7 @@ use crate::config::Profile;
 use crate::live::alerts::{Severity, Trouble};
 use crate::live::{Hub, Level, SensorState, now};
 use crate::simulate::{Scenario, simulate};
+use crate::state::Frame;
 
 /// A minute of a flight that waits whole, in the order in which it came; the last of it came this moment.
 const WAITS_S: i64 = 60;
@@ -20,6 +22,8 @@ struct Waiting {
     engine: Engine,
     hub: Hub,
     arrivals: Receiver<Arrival>,
+    /// Where further ones would come from.
+    sender: SyncSender<Arrival>,
 }
 
 fn waiting() -> Waiting {
@@ -39,12 +43,13 @@ fn waiting() -> Waiting {
         let (received, payload) = (datagram.received, datagram.payload);
         sender.try_send(Arrival { line: 0, received, from, payload }).unwrap();
     }
-    Waiting { engine: Engine::new(config, driver, outlets, Vec::new(), Clock::default()), hub, arrivals }
+    let engine = Engine::new(config, driver, outlets, Vec::new(), Clock::default());
+    Waiting { engine, hub, arrivals, sender }
 }
 
 #[test]
 fn an_engine_that_is_behind_says_that_it_is_overloaded_and_blames_nobody_else() {
-    let Waiting { mut engine, hub, arrivals } = waiting();
+    let Waiting { mut engine, hub, arrivals, .. } = waiting();
     assert_eq!(hub.lateness(), None, "nothing has been published");
     // Until half of it has been handled, however fast this machine is.
     let half = now() + SignedDuration::from_secs(-WAITS_S / 2);
@@ -75,6 +80,52 @@ fn an_engine_that_is_behind_says_that_it_is_overloaded_and_blames_nobody_else() 
     let status = hub.status().unwrap();
     assert_eq!((status.tally.clock_behind, status.tally.restarts), (0, 0));
     assert_eq!(status.tally.refused, BTreeMap::new());
+}
+
+/// It takes as long as there is between the making of a slot and its sending.
+#[test]
+fn a_checkpoint_waits_for_the_slot_that_is_made_to_be_sent() {
+    let Waiting { mut engine, hub, arrivals, sender } = waiting();
+    Arc::make_mut(&mut engine.config).state.checkpoint_s = 0.2;
+    let (frames, kept) = sync_channel(1 << 16);
+    let (numbers, _) = sync_channel(1);
+    let texts = || sync_channel(1).0;
+    engine.publisher.outlets.keepers = Some(KeeperQueues {
+        numbers,
+        registration: texts(),
+        decisions: texts(),
+        shelved: texts(),
+        warm: Some(WarmQueue::to(frames)),
+    });
+    let mut pictures = hub.pictures();
+    let mut published = BTreeMap::new();
+    let stop = &AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(move || engine.run(&arrivals, stop));
+        let end = now() + SignedDuration::from_secs(4);
+        while now() < end {
+            match pictures.blocking_recv() {
+                Ok(frame) => _ = published.insert(frame.picture.time, frame.published_at),
+                Err(RecvError::Lagged(_)) => {}
+                Err(RecvError::Closed) => break,
+            }
+        }
+        stop.store(true, Ordering::Relaxed);
+    });
+    drop(sender);
+    let mut checkpoints: Vec<(Time, Time)> = kept
+        .try_iter()
+        .filter_map(|frame| match frame {
+            Frame::Checkpoint { at, published, .. } => Some((at, published?)),
+            _ => None,
+        })
+        .collect();
+    // On stopping there is one at once.
+    checkpoints.pop();
+    let of_seen = checkpoints.iter().filter_map(|(at, made)| Some((at, published.get(made)?)));
+    let early: Vec<_> = of_seen.clone().filter(|(at, sent)| at < sent).collect();
+    assert!(of_seen.count() >= 5, "{checkpoints:?} {published:?}");
+    assert!(early.is_empty(), "{early:?}");
 }
 
 #[test]
