@@ -11,9 +11,10 @@
 //! `conflicts`, `alerts`, `areas`, `output`, `http`, `cluster`), with
 //! its field, default, check, meaning, and whether SIGHUP reloads it; `docs/CONFIGURATION.md` follows from there.
 //!
-//! On the way in: text → `tables::tree` (values that know their line) → `overrides` → the tables, which ask for their keys and refuse
-//! the rest. They go through the tree rather than through serde, which stops at the first fault.
+//! On the way in: text → `tables::tree` (values that know their line) → `overrides` → the tables, which ask for their keys and
+//! refuse the rest. They go through the tree rather than through serde, which stops at the first fault.
 
+mod adsb;
 mod alerts;
 mod areas;
 mod changes;
@@ -41,6 +42,7 @@ use std::path::Path;
 use asterix::DataSource;
 use asterix::cat021::Edition;
 
+pub use adsb::AdsB;
 pub use alerts::{AlertKind, AlertRule, Alerts, Severity};
 pub use areas::{AlertArea, Area, AreaKind, AreaSeverity};
 pub use changes::{Change, changes};
@@ -57,7 +59,7 @@ pub use output::{Output, Persistence, Record, SerialSource};
 pub use page::{keys, reference};
 pub use receivers::{Mqtt, Webhook};
 pub use sensors::{
-    AdsB, Camera, CameraAccuracy, Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind,
+    Camera, CameraAccuracy, Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind,
     Transponder, TransponderAccuracy,
 };
 pub use sinks::{Carrier, Cot, CotUrl, F3623, Sapient, TcpUrl};

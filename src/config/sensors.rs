@@ -1,19 +1,16 @@
 //! `[[sensors]]`.
 
-use asterix::cat021::Edition;
 use serde::{Deserialize, Serialize};
 
+use super::adsb::AdsB;
 use super::connections::Connection;
 use super::network::Input;
 use super::site::{Site, area_code, check_origin, identification_code};
 use tables::error::Faults;
-use tables::kinds::{
-    Kind, Toml, checked_tables, flag, inline, is_plain, named, number, parsed, tables, text, whole,
-};
+use tables::kinds::{Kind, Toml, checked_tables, flag, inline, is_plain, named, number, tables, text, whole};
 use tables::reader::Section;
 use tables::section;
 use tables::table::{ByHand, Entry, Row, Table, absent, depends, need};
-use tables::tree::quoted;
 use tables::{names, written_by_name};
 
 section! {
@@ -225,42 +222,6 @@ section! {
         /// that the default admits a city of 1000 drones. Not used by the `reference` profile.
         max_new_per_s: u32 = 50,
             whole("a rate of new transponders is a whole number a second, from 1 to 100000", 1..=100_000);
-    }
-}
-
-section! {
-    /// The keys of a sensor with `kind = "adsb"`: those of a transponder, and its edition.
-    AdsB {
-    } by hand {
-        /// Edition of CAT021 that it follows.
-        edition: Edition = Edition::default();
-        /// What it has in common with other receivers.
-        receiver: Transponder = Transponder::default();
-    }
-}
-
-fn edition() -> Kind<Edition> {
-    parsed("`\"2.1\"` to `\"2.7\"`", str::parse)
-}
-
-impl ByHand for AdsB {
-    fn more(&mut self, section: &mut Section<'_>) {
-        if let Some(edition) = section.item("edition").and_then(|item| (edition().read)(&item)) {
-            self.edition = edition;
-        }
-        self.receiver = Transponder::read_keys(section);
-    }
-
-    fn arrange(&self, entries: &mut Vec<Entry>) {
-        entries.push(Entry::new("edition", quoted(&self.edition.to_string())));
-        entries.extend(self.receiver.entries());
-    }
-
-    fn explain(rows: &mut Vec<Row>) {
-        let about = "Edition of CAT021 that it follows; `utm-fusion info` names the one that a capture fits.";
-        let usual = format!("`{}`", quoted(&Edition::default().to_string()));
-        rows.push(Row::by_hand("edition", Some(&usual), &edition().values, about));
-        rows.extend(Transponder::rows());
     }
 }
 

@@ -13,7 +13,7 @@ use crate::normalise::{nearest_day, time_of_day_count};
 use fusion::time::Time;
 use world::ground::{Antenna, Ground};
 use world::radar::Detection;
-use world::scenario::{Radar, Transponder};
+use world::scenario::{Radar, Span, Transponder};
 use world::streams::Stream;
 use world::transponder::TransponderReport;
 
@@ -77,7 +77,7 @@ pub fn radar_datagrams(
         // The first detection of a batch has waited longest.
         let shortest = radar.latency_s.low.min(radar.latency_s.high - batch_s).max(0.0);
         let longest = (radar.latency_s.high - batch_s).max(shortest);
-        let delay_s = stream.within(world::scenario::Span::new(shortest, longest));
+        let delay_s = stream.within(Span::new(shortest, longest));
         for (place, payload) in payloads.into_iter().enumerate() {
             let arrives = after(start, end_s + delay_s + place as f64 * 1e-4);
             sent.push(Sent { arrives, sensor, payload });

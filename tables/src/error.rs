@@ -52,7 +52,7 @@ pub struct ConfigErrors(Vec<ConfigError>);
 
 impl ConfigErrors {
     /// `errors` sorted by place, or `None` when there are none.
-    pub fn of(mut errors: Vec<ConfigError>) -> Option<Self> {
+    fn of(mut errors: Vec<ConfigError>) -> Option<Self> {
         errors.sort_by(|a, b| a.place.cmp(&b.place));
         (!errors.is_empty()).then_some(Self(errors))
     }

@@ -8,7 +8,7 @@ use asterix::cat021::{
 use asterix::{DataSource, TimeOfDay, encode_block};
 use nalgebra::Vector3;
 
-use super::{Others, Receiver, Scene, silent};
+use super::{Others, Receiver, Scene};
 use crate::config::{self, SensorKind};
 use crate::evaluate::Label;
 use crate::normalise::time_of_day_count;
@@ -16,6 +16,7 @@ use crate::simulate::wire::{Sent, after, stamped};
 use world::motion::Path;
 use world::scenario::{Adsb, Span};
 use world::streams::{Entity, GaussMarkov, Stream};
+use world::transponder::episodes;
 
 /// Metres in a foot.
 const FOOT_M: f64 = 0.3048;
@@ -158,7 +159,7 @@ fn of_aircraft(
     let mut stream = aircraft.stream.clone();
     let stream = &mut stream;
     let fitted = Fitted::new(model, aircraft, stream);
-    let gaps = silent(model.gap_every_s, model.gap_s, duration_s, stream);
+    let gaps = episodes(model.gap_every_s, model.gap_s, duration_s, stream);
     let mut bias = [model.gnss_horizontal_m, model.gnss_horizontal_m, model.gnss_vertical_m]
         .map(|sigma_m| GaussMarkov::new(sigma_m, model.gnss_time_s, 0.0, stream));
     let stands = Vector3::new(model.east_m, model.north_m, 10.0);

@@ -18,7 +18,7 @@ use fusion::time::Time;
 use world::ground::Ground;
 use world::motion::{self, Path};
 use world::radar::Target;
-use world::scenario::{Network, Scenario, Span};
+use world::scenario::{Network, Scenario};
 use world::streams::{Entity, Streams};
 
 pub use adsb::Aircraft;
@@ -191,9 +191,4 @@ fn sensor(
     let inputs = site::inputs(scenario, Ipv4Addr::from(group), port);
     let (id, connections) = (id.to_owned(), Vec::new());
     Sensor { id, sac: sac as u8, sic: sic as u8, period_s: Some(period_s), inputs, connections, kind }
-}
-
-/// Episodes, see [`world::transponder`].
-fn silent(every_s: f64, lasting_s: Span, duration_s: f64, stream: &mut super::Stream) -> Vec<Span> {
-    world::transponder::episodes(every_s, lasting_s, duration_s, stream)
 }
