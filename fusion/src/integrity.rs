@@ -286,7 +286,7 @@ pub enum Concern {
         /// How far its positions are off, metres, where that is known.
         offset_m: Option<f64>,
     },
-    /// An identity has fallen silent whom a radar still sees.
+    /// An identity has been silent for longer than gaps last, by itself, and a radar still sees it.
     Silent {
         /// Who.
         identity: Identity,

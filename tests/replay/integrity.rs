@@ -277,3 +277,24 @@ fn a_drone_without_a_transponder_is_uncooperative_where_one_would_be_heard() {
     assert_eq!(alert["severity"], "warning");
     assert!(alert["text"].as_str().unwrap().contains("without a transponder"), "{alert}");
 }
+
+/// Gaps are what transponders have; who is silent for longer is missed.
+#[test]
+fn a_gap_is_no_alert_and_a_silence_is_one() {
+    let silences = |gap_s: &str| -> Vec<Value> {
+        let scratch = Scratch::new();
+        let scenario = format!(
+            "name = \"gaps\"\nduration_s = 240\n[drones]\nmultirotors = 6\nequipped = 6\n\
+             [transponder]\ngap_every_s = 90\ngap_s = {gap_s}\n"
+        );
+        let scenario = scratch.file("gaps.toml", scenario);
+        let flown = ran(utm_fusion("simulate").arg(scenario).arg("--out").arg(scratch.path("flight")));
+        assert_eq!(flown.code, 0, "{}", flown.stderr);
+        scratch.file("kept.numbers.json", "{\"version\":1,\"numbers\":[]}\n");
+        let (_, alerts, _) = replayed(&scratch, "ndjson", &[]);
+        let alerts = alerts.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+        alerts.filter(|alert| alert["kind"] == "silent" && alert.get("until").is_none()).collect()
+    };
+    assert_eq!(silences("[12, 20]"), [] as [Value; 0]);
+    assert!(!silences("[50, 60]").is_empty());
+}

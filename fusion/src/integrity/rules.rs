@@ -204,6 +204,12 @@ impl ReportRules {
         })
     }
 
+    /// Whether an identity has been silent for longer than gaps of a single transponder last, and not with many others.
+    pub(crate) fn is_missed(&self, identity: Identity) -> bool {
+        let is_long = self.ledgers.get(&identity).is_some_and(|ledger| ledger.silence.long_since.is_some());
+        is_long && self.jammed().is_none_or(|jammed| !jammed.identities.contains(&identity))
+    }
+
     /// Who fell silent at once, while it lasts.
     pub(crate) fn jammed(&self) -> Option<&Jammed> {
         self.jamming.jammed()

@@ -263,7 +263,13 @@ impl Integrities {
             }
         }
         lost::explain(points, reports, targets, cycle);
-        let mut concerns: Vec<Concern> = judges.values_mut().flat_map(Judge::concerns).collect();
+        // A gap is no concern of anybody's; a jamming is one, and not as many as it silences.
+        let concerns = |concern: &Concern| match concern {
+            Concern::Silent { identity, .. } => reports.is_missed(*identity),
+            _ => true,
+        };
+        let mut concerns: Vec<Concern> =
+            judges.values_mut().flat_map(Judge::concerns).filter(concerns).collect();
         if let Some(Jammed { identities, places, since }) = reports.jammed().cloned() {
             concerns.push(Concern::Jamming { identities, places, since });
         }

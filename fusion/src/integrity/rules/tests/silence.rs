@@ -44,6 +44,32 @@ fn silent_is_who_is_not_heard_for_three_periods_or_10_s() {
 }
 
 #[test]
+fn missed_is_who_is_not_heard_for_six_periods_or_27_s_and_is_not_jammed() {
+    for (period_s, after_s) in [(0.5, 27.0), (4.0, 27.0), (6.0, 36.0)] {
+        let mut reports = flight(1, period_s, (0.0, 80.0), 0.5, eastward);
+        let last_s = reports[reports.len() - 1].1.time.seconds_since(at(0.0));
+        reports.extend(flight(2, 1.0, (0.0, 200.0), 0.5, eastward));
+        let mut since = Vec::new();
+        run(&reports, |at_s, rules| {
+            assert!(!rules.is_missed(identity(2)) && !rules.is_missed(identity(3)));
+            since.extend(rules.is_missed(identity(1)).then_some(at_s));
+        });
+        assert_eq!(since[0], ((last_s + after_s) / SLOT_S).floor() * SLOT_S + SLOT_S, "{period_s}");
+    }
+    let mut lasts_s = [300.0; 8];
+    lasts_s[..4].copy_from_slice(&[100.0, 101.0, 103.0, 200.0]);
+    run(&fleet(&lasts_s), |at_s, rules| {
+        let missed = (1..=8).filter(|&number| rules.is_missed(identity(number))).collect::<Vec<_>>();
+        match at_s {
+            // Until there are three of them nobody knows that they are jammed.
+            125.0..131.0 => {}
+            ..225.0 => assert!(missed.is_empty(), "{at_s} {missed:?}"),
+            _ => assert!(at_s < 228.0 || missed == [4], "{at_s} {missed:?}"),
+        }
+    });
+}
+
+#[test]
 fn three_of_eight_that_fall_silent_at_once_are_jammed_within_30_s() {
     let mut lasts_s = [300.0; 8];
     lasts_s[..3].copy_from_slice(&[100.0, 101.0, 103.0]);
