@@ -28,6 +28,8 @@ const THINNED_S: [f64; 2] = [30.0, 75.0];
 /// A row that is behind by more than this is given up once it is older than `BEHIND_AFTER_S`.
 const BEHIND: f64 = -12.0;
 const BEHIND_AFTER_S: f64 = 20.0;
+/// Lies for which there is room when others had to be made room for: a row has some 1.5 kB, and a city's drones have 10,000.
+const SPARE: usize = 4;
 /// Where a radar track of another aircraft may be: sigma of the offset, each axis, metres.
 pub(crate) const ELSEWHERE_M: f64 = 150.0;
 /// The protection level is that of a lie which began at least this long ago.
@@ -248,7 +250,7 @@ impl Bank {
             self.walks.push(walk);
         }
         if self.begun_late.is_none_or(|begun| look.time.seconds_since(begun) >= LATE_EVERY_S) {
-            self.lies.push(self.honest.branch(Kind::Late, look.time));
+            self.follow(self.honest.branch(Kind::Late, look.time));
             self.begun_late = Some(look.time);
         }
     }
@@ -291,9 +293,16 @@ impl Bank {
             if kind == Kind::Jump {
                 row.relate(JUMP_COST);
             }
-            self.lies.push(row);
+            self.follow(row);
         }
         self.begun = Some(time);
+    }
+
+    fn follow(&mut self, lie: Row) {
+        if self.lies.len() == self.lies.capacity() {
+            self.lies.reserve_exact(SPARE);
+        }
+        self.lies.push(lie);
     }
 
     /// Gives up the rows that say nothing any more; likelihoods are relative to that of honesty.
