@@ -12,10 +12,6 @@ use super::measurement::{Measurement, StateEstimate};
 use super::state::{Jumps, Moves, State};
 use crate::time::Time;
 
-/// Nodes for which there is room when others had to be made room for. A node has some 3.5 kB, and a target soon as many of them as
-/// it ever has: with room for twice as many, as a collection makes by itself, a city's would take half as much memory again.
-const SPARE: usize = 2;
-
 /// A measurement and what is known with it.
 #[derive(Debug)]
 struct Node<const P: usize, const M: usize, const H: usize, const S: usize> {
@@ -34,7 +30,9 @@ struct Node<const P: usize, const M: usize, const H: usize, const S: usize> {
 #[derive(Debug)]
 pub(super) struct Filter<K, const P: usize, const M: usize, const H: usize, const S: usize> {
     models: K,
-    nodes: VecDeque<Node<P, M, H, S>>,
+    /// Each by itself: it has some 3.5 kB, and few are kept for long of those that there are for a moment, for which the room
+    /// would stay.
+    nodes: VecDeque<Box<Node<P, M, H, S>>>,
 }
 
 impl<K, const P: usize, const M: usize, const H: usize, const S: usize> Filter<K, P, M, H, S>
@@ -67,7 +65,7 @@ where
         let mut filter = Self::new(models);
         if let Some((measurement, placed, state)) = first {
             let smoothed = (state.told, state.height);
-            filter.nodes.push_back(Node { measurement, placed, state, back: None, smoothed });
+            filter.nodes.push_back(Box::new(Node { measurement, placed, state, back: None, smoothed }));
             filter.measure(measurement.time, &later);
         }
         Some(filter)
@@ -87,10 +85,6 @@ where
             return;
         }
         self.nodes.truncate(old + same);
-        let room = measurements.len() - same;
-        if self.nodes.len() + room > self.nodes.capacity() {
-            self.nodes.reserve_exact(room + SPARE);
-        }
         for measurement in &measurements[same..] {
             let (state, back) = match self.nodes.back() {
                 None => (State::first(measurement, &self.models), None),
@@ -105,7 +99,7 @@ where
                 true => self.nodes.back().and_then(|last| last.placed),
                 false => Some(*measurement),
             };
-            self.nodes.push_back(Node { measurement: *measurement, placed, state, back, smoothed });
+            self.nodes.push_back(Box::new(Node { measurement: *measurement, placed, state, back, smoothed }));
         }
         self.smooth();
     }

@@ -28,8 +28,6 @@ const THINNED_S: [f64; 2] = [30.0, 75.0];
 /// A row that is behind by more than this is given up once it is older than `BEHIND_AFTER_S`.
 const BEHIND: f64 = -12.0;
 const BEHIND_AFTER_S: f64 = 20.0;
-/// Lies for which there is room when others had to be made room for: a row has some 1.5 kB, and a city's drones have 10,000.
-const SPARE: usize = 4;
 /// Where a radar track of another aircraft may be: sigma of the offset, each axis, metres.
 pub(crate) const ELSEWHERE_M: f64 = 150.0;
 /// The protection level is that of a lie which began at least this long ago.
@@ -99,7 +97,9 @@ pub(crate) struct Bank {
     honest: Row,
     /// Honest, while the radar track walks off.
     walks: Vec<Row>,
-    lies: Vec<Row>,
+    /// Each by itself: it has some 1.5 kB, a city's drones have 10,000, and the room for those that went would stay.
+    #[expect(clippy::vec_box, reason = "a row by itself is given back by itself")]
+    lies: Vec<Box<Row>>,
     /// A drift that began while nobody looked: it bounds what could hide until one that was looked at is old enough.
     unseen: Option<Row>,
     /// The time of the last look, and that of the last rows.
@@ -184,7 +184,8 @@ impl Bank {
     }
 
     fn best(&self, is_kind: impl Fn(Kind) -> bool) -> Option<&Row> {
-        self.lies.iter().filter(|row| is_kind(row.kind)).max_by(|a, b| a.log().total_cmp(&b.log()))
+        let lies = self.lies.iter().map(|row| &**row);
+        lies.filter(|row| is_kind(row.kind)).max_by(|a, b| a.log().total_cmp(&b.log()))
     }
 
     /// How much likelier it is that the place is a lie than that it is not, natural logarithm.
@@ -207,7 +208,7 @@ impl Bank {
     /// The lie that radar would not have shown at `time`, metres: radius that holds 95 %. `None`: any lie.
     pub(crate) fn protection_level_m(&self, time: Time) -> Option<f64> {
         let is_drift = |row: &&Row| row.kind == Kind::Drift;
-        let drifts = || self.unseen.iter().chain(&self.lies).filter(is_drift);
+        let drifts = || self.unseen.iter().chain(self.lies.iter().map(|row| &**row)).filter(is_drift);
         let begun = time + -PROTECTION;
         // The youngest that is old enough; where all of these were given up, the oldest.
         let old_enough = drifts().filter(|row| row.since <= begun).max_by_key(|row| row.since);
@@ -250,7 +251,7 @@ impl Bank {
             self.walks.push(walk);
         }
         if self.begun_late.is_none_or(|begun| look.time.seconds_since(begun) >= LATE_EVERY_S) {
-            self.follow(self.honest.branch(Kind::Late, look.time));
+            self.lies.push(Box::new(self.honest.branch(Kind::Late, look.time)));
             self.begun_late = Some(look.time);
         }
     }
@@ -281,7 +282,8 @@ impl Bank {
     }
 
     fn all(&mut self) -> impl Iterator<Item = &mut Row> {
-        [&mut self.honest].into_iter().chain(&mut self.walks).chain(&mut self.lies).chain(&mut self.unseen)
+        let lies = self.lies.iter_mut().map(|row| &mut **row);
+        [&mut self.honest].into_iter().chain(&mut self.walks).chain(lies).chain(&mut self.unseen)
     }
 
     /// Rows of lies that begin then.
@@ -293,16 +295,9 @@ impl Bank {
             if kind == Kind::Jump {
                 row.relate(JUMP_COST);
             }
-            self.follow(row);
+            self.lies.push(Box::new(row));
         }
         self.begun = Some(time);
-    }
-
-    fn follow(&mut self, lie: Row) {
-        if self.lies.len() == self.lies.capacity() {
-            self.lies.reserve_exact(SPARE);
-        }
-        self.lies.push(lie);
     }
 
     /// Gives up the rows that say nothing any more; likelihoods are relative to that of honesty.
