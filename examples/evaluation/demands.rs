@@ -411,6 +411,11 @@ fn speed(speed: &Speed) -> Vec<Asked> {
         .required(AtMost(20.0))
         .ambition(AtMost(5.0)),
         Asked::new("`city` live: resident memory, MB", measured(speed.live[1], None))
+            .why(
+                "some 60 are the engine's, 30 a checkpoint for as long as it is written, each half a minute, \
+                 20 the pictures of the last 16 s, for readers of the stream, and 15 the program; the rest \
+                 is what the allocator keeps.",
+            )
             .now("161 MiB")
             .required(AtMost(150.0))
             .ambition(AtMost(100.0)),
