@@ -416,6 +416,7 @@ fn speed(speed: &Speed) -> Vec<Asked> {
                  20 the pictures of the last 16 s, for readers of the stream, and 15 the program; the rest \
                  is what the allocator keeps.",
             )
+            .decimals(0)
             .now("161 MiB")
             .required(AtMost(150.0))
             .ambition(AtMost(100.0)),

@@ -211,6 +211,11 @@ fn document(args: &Args) -> Result<(), Failure> {
         flights.extend(sheet::flights(base, seeds.clone())?);
     }
     let recordings = args.recordings();
+    if recordings.is_none() {
+        eprintln!(
+            "the real flights are nowhere (--recordings DIR): their rows will say that they are not measured"
+        );
+    }
     flights.extend(recordings.iter().flat_map(|folder| flights::recorded(folder, seeds.clone())));
     let scored = score::score(&flights, args.threads)?;
     eprintln!("registration");
