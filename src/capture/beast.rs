@@ -19,7 +19,7 @@ pub(super) const ESCAPE: u8 = 0x1a;
 const RECOGNISED: usize = 4;
 /// Octets in which they are, each of them doubled.
 pub(super) const SAMPLE: usize = RECOGNISED * 2 * (2 + 7 + 14);
-/// Octets looked at in one go.
+/// Octets looked at in one go, and those between two frames that are told of in one piece.
 const STEP: usize = 4096;
 /// Bits of the counter.
 const STAMP_BITS: u32 = 48;
@@ -56,6 +56,9 @@ pub(super) struct Beast {
     /// Offset of the frame that is being read.
     frame_at: u64,
     was_within: bool,
+    /// Octets of no frame, up to here, and where they begin: they are one piece in however many parts they were read.
+    unframed: Vec<u8>,
+    unframed_at: u64,
     has_ended: bool,
 }
 
@@ -66,6 +69,8 @@ impl Beast {
             clock: StampClock { start: start(name), last: None, astray: None, elapsed: 0 },
             frame_at: 0,
             was_within: false,
+            unframed: Vec::new(),
+            unframed_at: 0,
             has_ended: false,
         }
     }
@@ -91,18 +96,25 @@ impl Beast {
         skipped: &mut Skipped,
     ) -> Result<Option<Datagram>, Damage> {
         loop {
-            let (position, octets) = (window.position(), window.peek(1)?);
+            let position = window.position();
+            let octets = window.glimpse(1);
             if octets.is_empty() {
+                if !self.unframed.is_empty() {
+                    return Ok(Some(self.take_unframed()));
+                }
+                // Why it breaks off, where it does.
+                window.peek(1)?;
                 if !std::mem::replace(&mut self.has_ended, true) && self.translator.end() {
                     skipped.add(SkipReason::Truncated);
                 }
                 return Ok(None);
             }
             let octets = &octets[..octets.len().min(STEP)];
-            let (mut found, mut taken, mut outside) = (None, 0, 0..0);
+            let (mut found, mut taken, mut is_whole) = (None, 0, false);
             for octet in octets {
+                let at = position + taken as u64;
                 if !self.was_within {
-                    self.frame_at = position + taken as u64;
+                    self.frame_at = at;
                 }
                 let before = self.translator.outside();
                 let clock = &mut self.clock;
@@ -110,21 +122,24 @@ impl Beast {
                 self.was_within = self.translator.is_within();
                 taken += 1;
                 if self.translator.outside() > before {
-                    outside = if outside.is_empty() { taken - 1..taken } else { outside.start..taken };
-                } else if !outside.is_empty() {
+                    if self.unframed.is_empty() {
+                        self.unframed_at = at;
+                    }
+                    self.unframed.push(*octet);
+                    is_whole = self.unframed.len() == STEP;
+                } else {
                     // A frame begins, and none ends.
-                    break;
+                    is_whole = !self.unframed.is_empty();
                 }
                 match step {
                     None | Some(Step::Noted) => {}
                     Some(Step::Dropped(reason)) => skipped.add(reason_of(reason)),
-                    Some(Step::Translated(payload)) => {
-                        found = Some(payload);
-                        break;
-                    }
+                    Some(Step::Translated(payload)) => found = Some(payload),
+                }
+                if is_whole || found.is_some() {
+                    break;
                 }
             }
-            let unframed = octets[outside.clone()].to_vec();
             window.consume(taken);
             if let Some(payload) = found {
                 let since_start = self.clock.elapsed_ns();
@@ -138,16 +153,15 @@ impl Beast {
                     ..Datagram::default()
                 }));
             }
-            if !unframed.is_empty() {
-                let origin = position + outside.start as u64;
-                return Ok(Some(Datagram {
-                    origin,
-                    payload: unframed,
-                    contents: Contents::Unframed,
-                    ..Datagram::default()
-                }));
+            if is_whole {
+                return Ok(Some(self.take_unframed()));
             }
         }
+    }
+
+    fn take_unframed(&mut self) -> Datagram {
+        let payload = std::mem::take(&mut self.unframed);
+        Datagram { origin: self.unframed_at, payload, contents: Contents::Unframed, ..Datagram::default() }
     }
 }
 
