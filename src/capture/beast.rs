@@ -121,9 +121,16 @@ impl Beast {
                 let step = self.translator.take_octet(*octet, |frame| clock.time(frame));
                 self.was_within = self.translator.is_within();
                 taken += 1;
+                if self.was_within && matches!(step, Some(Step::Dropped(Reason::Cut))) {
+                    // It is cut by the next one, which began with the escape before this octet.
+                    self.frame_at = at - 1;
+                }
                 if self.translator.outside() > before {
+                    // Of two escapes the first is of no frame, and the second begins one.
+                    let outside_at =
+                        if self.was_within { std::mem::replace(&mut self.frame_at, at) } else { at };
                     if self.unframed.is_empty() {
-                        self.unframed_at = at;
+                        self.unframed_at = outside_at;
                     }
                     self.unframed.push(*octet);
                     is_whole = self.unframed.len() == STEP;

@@ -1,5 +1,6 @@
 //! Captures built in memory, and the recordings of the project, through the public reader.
 
+mod beasts;
 mod corpus;
 mod damage;
 mod finals;
