@@ -8,7 +8,8 @@ use crate::Trickle;
 
 /// Where octets that belong to no frame begin, and how many they are.
 fn unframed(reader: Box<dyn Read + Send>) -> Vec<(u64, usize)> {
-    let capture = Capture::from_reader("x.beast".to_owned(), reader, None).unwrap();
+    let capture =
+        Capture::from_reader("x.beast".to_owned(), reader, None).expect("it begins with four frames");
     let datagrams = capture.map(Result::unwrap).filter(|datagram| datagram.contents == Contents::Unframed);
     datagrams.map(|datagram| (datagram.origin, datagram.payload.len())).collect()
 }
