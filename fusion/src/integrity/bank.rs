@@ -97,7 +97,7 @@ pub(crate) struct Bank {
     honest: Row,
     /// Honest, while the radar track walks off.
     walks: Vec<Row>,
-    /// Each by itself: it has some 1.5 kB, a city's drones have 10,000, and the room for those that went would stay.
+    /// Each by itself: it has some 1.5 kB, a city's drones have thousands, and the room for those that went would stay.
     #[expect(clippy::vec_box, reason = "a row by itself is given back by itself")]
     lies: Vec<Box<Row>>,
     /// A drift that began while nobody looked: it bounds what could hide until one that was looked at is old enough.
