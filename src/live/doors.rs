@@ -13,7 +13,7 @@ use rumqttc::v5::mqttbytes::v5::{Filter, Login, RetainForwardRule, Subscribe};
 use tokio::io::AsyncReadExt;
 use tokio::net::TcpStream;
 use tokio::sync::watch;
-use tokio::time::{sleep, timeout};
+use tokio::time::{sleep, sleep_until, timeout};
 use tracing::{error, info};
 
 use super::clock::Clock;
@@ -190,11 +190,11 @@ impl Door {
         };
         self.counters.joined.store(true, Ordering::Relaxed);
         info!("subscribed");
-        let pause = broker.pause;
         loop {
+            let ping_due = broker.ping_due();
             tokio::select! {
                 heard = broker.listen() => heard?.into_iter().for_each(&mut take),
-                () = sleep(pause) => broker.ping(&mut take).await?,
+                () = sleep_until(ping_due) => broker.ping(&mut take).await?,
                 () = stop(&mut stopped) => {
                     // A broker answers in order: what it has sent by now comes before the answer.
                     let _ = broker.ping(&mut take).await;
@@ -235,4 +235,47 @@ fn subscription(topic: &str) -> Subscribe {
         retain_forward_rule: RetainForwardRule::Never,
     };
     Subscribe::new(filter, None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Address;
+    use crate::net::mqtt::scripted::pings_while_flooded;
+
+    #[tokio::test]
+    async fn busy_broker_gets_pings_within_the_keep_alive() {
+        let counters = Arc::<LineCounters>::default();
+        let (heard, (stop, stopped)) = (counters.clone(), watch::channel(false));
+        let pings = pings_while_flooded("remote-id/a", |port| async move {
+            let connection = Connection {
+                format: ConnectionFormat::Mqtt,
+                address: format!("mqtt://127.0.0.1:{port}"),
+                topic: "remote-id/a".to_owned(),
+                ..Connection::default()
+            };
+            let line = Line {
+                address: Address::Unicast(Ipv4Addr::LOCALHOST),
+                port,
+                sources: Vec::new(),
+                sensors: vec![0],
+                connection: Some(connection),
+            };
+            let door = Door {
+                index: 0,
+                line: Arc::new(line),
+                counters,
+                clock: Clock::default(),
+                stopped,
+                source: DataSource { sac: 25, sic: 1 },
+                sensor: "gateway".to_owned(),
+                origin: [52.0, 4.0],
+            };
+            door.keep_reading(|_| true).await;
+        });
+        let pings = pings.await;
+        assert!(pings >= 2, "{pings} pings");
+        assert!(heard.joined.load(Ordering::Relaxed));
+        drop(stop);
+    }
 }

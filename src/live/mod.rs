@@ -37,8 +37,8 @@ mod timings;
 
 pub use alert_desk::{AlertDesk, AlertRecords};
 pub use alerts::{
-    Acknowledged, Ahead, Alert, AlertJson, AlertKind, AlertSettings, AlertWish, Alerts, Change, Details,
-    NotDone, Severity, Shelved, Trouble, UnknownArea, Wanted,
+    Acknowledged, Ahead, Alert, AlertJson, AlertKind, AlertSettings, AlertWish, Alerts, AreaName, Change,
+    Details, NotDone, Severity, Shelved, Trouble, UnknownArea, Wanted,
 };
 pub use clock::{Clock, now};
 pub use condition::{Cause, Condition, Facts, Lateness, Level, Punctuality, Reason};

@@ -68,14 +68,22 @@ pub(crate) struct Connection {
     read: BytesMut,
     /// The largest packet that the broker takes.
     largest: Option<u32>,
-    /// Time between two signs of life.
-    pub(crate) pause: Duration,
+    /// Longest time between two packets that this side sends.
+    pause: Duration,
+    /// When the next ping is due, unless another packet is sent before.
+    ping_due: Instant,
 }
 
 impl Connection {
     pub(crate) async fn open(dial: &Dial, caller: Caller<'_>) -> Result<Self, Broken> {
         let stream = timeout(PATIENCE, dial.dial()).await.map_err(|_| Broken::Silent)??;
-        let mut connection = Self { stream, read: BytesMut::new(), largest: None, pause: Duration::ZERO };
+        let mut connection = Self {
+            stream,
+            read: BytesMut::new(),
+            largest: None,
+            pause: Duration::ZERO,
+            ping_due: Instant::now(),
+        };
         let properties = ConnectProperties { max_packet_size: Some(LARGEST), ..ConnectProperties::new() };
         let connect = Connect {
             keep_alive: KEEP_ALIVE_S,
@@ -103,6 +111,7 @@ impl Connection {
         connection.largest = said.and_then(|said| said.max_packet_size);
         let keep_alive_s = said.and_then(|said| said.server_keep_alive).filter(|&seconds| seconds > 0);
         connection.pause = Duration::from_secs(keep_alive_s.unwrap_or(KEEP_ALIVE_S).into()) / 2;
+        connection.ping_due = Instant::now() + connection.pause;
         Ok(connection)
     }
 
@@ -153,7 +162,13 @@ impl Connection {
         }
     }
 
-    /// Asks for a sign of life.
+    /// When the broker needs a ping to keep the connection. Messages that are received do not move it: only what this side
+    /// sends counts as a sign of life (MQTT 5, 3.1.2.10).
+    pub(crate) const fn ping_due(&self) -> Instant {
+        self.ping_due
+    }
+
+    /// Sends a ping, and waits for the answer.
     pub(crate) async fn ping(&mut self, found: impl FnMut(Found)) -> Result<(), Broken> {
         self.write(&Packet::PingReq(PingReq)).await?;
         let wanted = |packet: &Packet| matches!(packet, Packet::PingResp(_)).then_some(());
@@ -219,6 +234,11 @@ impl Connection {
             self.stream.write_all(&octets).await?;
             self.stream.flush().await
         };
-        Ok(timeout(PATIENCE, written).await.map_err(|_| Broken::Silent)??)
+        timeout(PATIENCE, written).await.map_err(|_| Broken::Silent)??;
+        self.ping_due = Instant::now() + self.pause;
+        Ok(())
     }
 }
+
+#[cfg(test)]
+pub(crate) mod scripted;

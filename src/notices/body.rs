@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::batch::{Batch, Summary};
 use super::queue::Notice;
 use crate::live::{Alert, AlertJson, AlertKind, Change, Details, Severity};
 use crate::picture::Rfc3339;
@@ -20,8 +21,26 @@ struct Body<'a> {
     alert: AlertJson,
 }
 
-/// That of a notice; `id`: the same wherever the content is.
-pub(super) fn of_notice(notice: &Notice, id: &str, site: &str) -> Vec<u8> {
+/// Many notices in one.
+#[derive(Debug, Serialize)]
+struct SummaryBody<'a> {
+    id: &'a str,
+    site: &'a str,
+    change: &'static str,
+    at: Rfc3339,
+    summary: Summary,
+}
+
+/// Body of a delivery; `id` is the same wherever the content is.
+pub(super) fn of_batch(batch: &Batch, id: &str, site: &str) -> Vec<u8> {
+    if let Some(notice) = batch.single() {
+        return of_notice(notice, id, site);
+    }
+    let (at, summary) = (batch.at().into(), batch.summary());
+    json(&SummaryBody { id, site, change: "summary", at, summary })
+}
+
+fn of_notice(notice: &Notice, id: &str, site: &str) -> Vec<u8> {
     let Notice { change, earlier, alert, at, .. } = notice;
     let (change, earlier) = (name(*change), earlier.iter().copied().map(name).collect());
     json(&Body { id, site, change, earlier, at: (*at).into(), alert: AlertJson::from(&**alert) })
@@ -111,6 +130,7 @@ pub(super) mod tests {
             earlier: vec![Change::Began],
             alert: alert(7),
             at: Time::from_nanos(1_763_000_001_250_000_000),
+            severity: Severity::Warning,
         };
         let body = String::from_utf8(of_notice(&notice, "a-3", "north")).unwrap();
         let wanted = concat!(

@@ -3,7 +3,7 @@
 /// Why a notice was lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loss {
-    /// Too many waited, and it was the oldest.
+    /// Too many waited, and it was the oldest of the least severe ones.
     Full,
     /// The receiver does not want it.
     Refused,
@@ -28,7 +28,7 @@ impl Loss {
 /// Of one receiver, since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Notices that it took.
+    /// Notices that it took; a summary counts as all that are in it.
     pub sent: u64,
     /// Attempts that failed.
     pub failed: u64,

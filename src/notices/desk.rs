@@ -6,10 +6,10 @@ use std::time::Duration;
 use tokio::sync::Notify;
 use tracing::{info, warn};
 
+use super::batch::Batch;
 use super::counts::Counts;
 use super::mirror::{Mirror, Topic};
 use super::outbox::Outbox;
-use super::queue::Notice;
 use crate::live::{Alert, Change, Trouble, now};
 use crate::net::health::{Answer, News};
 use fusion::time::Time;
@@ -28,7 +28,7 @@ pub(super) enum Owed {
     /// What is retained there; `None`: nothing.
     State(Topic, Option<Arc<Alert>>),
     /// An event.
-    Event(Notice),
+    Event(Batch),
 }
 
 impl Desk {
@@ -58,25 +58,26 @@ impl Desk {
         self.outbox().trouble(&self.name, now)
     }
 
-    /// The next notice, where there is one.
-    pub(super) fn take(&self) -> Option<Notice> {
+    /// The next delivery, where there is one.
+    pub(super) fn take(&self) -> Option<Batch> {
         self.outbox().take(now())
     }
 
-    /// Waits for the next notice.
-    pub(super) async fn next(&self) -> Notice {
+    /// Waits for the next delivery.
+    pub(super) async fn next(&self) -> Batch {
         loop {
-            if let Some(notice) = self.take() {
-                return notice;
+            if let Some(batch) = self.take() {
+                return batch;
             }
             self.wake.notified().await;
         }
     }
 
-    /// What a broker is owed, where there is something: how things are comes before what happened.
+    /// The next message for a broker, where there is one: critical alerts first, and retained messages before events.
     pub(super) fn take_owed(&self) -> Option<Owed> {
         let mut outbox = self.outbox();
-        let state = outbox.mirror.as_mut().and_then(Mirror::take);
+        let is_event = outbox.is_urgent() && !outbox.mirror.as_ref().is_some_and(Mirror::is_urgent);
+        let state = outbox.mirror.as_mut().filter(|_| !is_event).and_then(Mirror::take);
         let state = state.map(|(topic, alert)| Owed::State(topic, alert));
         state.or_else(|| outbox.take(now()).map(Owed::Event))
     }
@@ -98,9 +99,9 @@ impl Desk {
         }
     }
 
-    /// What came of a notice; how long to wait then.
-    pub(super) fn settle(&self, notice: Notice, answer: Answer) -> Duration {
-        let (wait, news) = self.outbox().settle(notice, answer, now());
+    /// Settles a delivery; returns how long to wait then.
+    pub(super) fn settle(&self, batch: Batch, answer: Answer) -> Duration {
+        let (wait, news) = self.outbox().settle(batch, answer, now());
         self.tell(news);
         wait
     }

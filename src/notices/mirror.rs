@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::live::Alert;
+use crate::live::{Alert, Severity};
 
 /// The end of a topic, behind the prefix: `alerts/area/area-7`.
 pub(super) type Topic = String;
@@ -49,9 +49,23 @@ impl Mirror {
         self.news = self.retained.clone();
     }
 
-    /// The next topic whose message has changed; `None`: it is to be cleared.
+    /// Whether a critical alert waits to be published.
+    pub(super) fn is_urgent(&self) -> bool {
+        self.first_critical().is_some()
+    }
+
+    fn first_critical(&self) -> Option<&Topic> {
+        let is_critical = |topic: &&Topic| {
+            self.wanted.get(*topic).is_some_and(|alert| alert.severity == Severity::Critical)
+        };
+        self.news.iter().find(is_critical)
+    }
+
+    /// The next topic whose message has changed, critical alerts first; `None`: it is to be cleared.
     pub(super) fn take(&mut self) -> Option<(Topic, Option<Arc<Alert>>)> {
-        while let Some(topic) = self.news.pop_first() {
+        let mut critical = self.first_critical().cloned();
+        critical.iter().for_each(|topic| _ = self.news.remove(topic));
+        while let Some(topic) = critical.take().or_else(|| self.news.pop_first()) {
             if let Some(alert) = self.wanted.get(&topic) {
                 self.retained.insert(topic.clone());
                 return Some((topic, Some(alert.clone())));
@@ -111,6 +125,17 @@ mod tests {
         mirror.note(&alert(3), true);
         mirror.note(&over(3), true);
         assert_eq!(taken(&mut mirror), [(topic(1), false)]);
+    }
+
+    #[test]
+    fn critical_alert_is_published_before_others() {
+        let mut mirror = Mirror::default();
+        mirror.note(&alert(1), true);
+        assert!(!mirror.is_urgent());
+        mirror.note(&Arc::new(Alert { severity: Severity::Critical, ..Alert::clone(&alert(2)) }), true);
+        mirror.note(&alert(3), true);
+        assert!(mirror.is_urgent());
+        assert_eq!(taken(&mut mirror), [(topic(2), true), (topic(1), true), (topic(3), true)]);
     }
 
     #[test]

@@ -8,6 +8,7 @@
 //! `Outbox` decides what is sent, what is lost and how long to wait; it knows neither clock nor socket. Each
 //! receiver has a task of its own: one that is slow or gone hinders nobody else.
 
+mod batch;
 mod body;
 mod counts;
 mod desk;

@@ -10,12 +10,12 @@ use rumqttc::v5::mqttbytes::QoS;
 use rumqttc::v5::mqttbytes::v5::{
     Filter, LastWill, Login, Publish, PublishProperties, RetainForwardRule, Subscribe,
 };
-use tokio::time::sleep;
+use tokio::time::{sleep, sleep_until};
 
+use super::batch::Batch;
 use super::body;
 use super::desk::{Desk, Owed};
 use super::mirror::Mirror;
-use super::queue::Notice;
 use crate::live::now;
 use crate::net::dial::Dial;
 use crate::net::health::Answer;
@@ -56,7 +56,7 @@ impl Broker {
             let Err(broken) = self.session(&mut closing, &mut unsent).await else { return };
             let why = broken.to_string();
             let wait = match unsent {
-                Some(notice) => self.desk.settle(notice, Answer::Later { why, after: None }),
+                Some(batch) => self.desk.settle(batch, Answer::Later { why, after: None }),
                 None => self.desk.fails(why),
             };
             tokio::select! {
@@ -83,8 +83,8 @@ impl Broker {
         }
     }
 
-    /// A connection from its beginning on. `unsent` is the notice that it broke with.
-    async fn session(&self, closing: &mut Closing, unsent: &mut Option<Notice>) -> Result<(), Broken> {
+    /// A connection from its beginning on. `unsent` is what it broke with.
+    async fn session(&self, closing: &mut Closing, unsent: &mut Option<Batch>) -> Result<(), Broken> {
         let topic = self.topic("status");
         let will = LastWill::new(topic, OFFLINE, QoS::AtLeastOnce, true, None);
         let caller = Caller { client_id: &self.client_id, login: self.login.clone(), will: Some(will) };
@@ -96,15 +96,15 @@ impl Broker {
         // A broker answers in order: what it retains has come by then.
         connection.ping(found).await?;
         self.desk.works();
-        let pause = connection.pause;
         loop {
+            let ping_due = connection.ping_due();
             let owed = tokio::select! {
                 owed = self.desk.owed() => owed,
                 heard = connection.listen() => {
                     heard?.into_iter().for_each(found);
                     continue;
                 }
-                () = sleep(pause) => {
+                () = sleep_until(ping_due) => {
                     connection.ping(found).await?;
                     continue;
                 }
@@ -127,7 +127,7 @@ impl Broker {
         &self,
         connection: &mut Connection,
         owed: Owed,
-        unsent: &mut Option<Notice>,
+        unsent: &mut Option<Batch>,
     ) -> Result<(), Broken> {
         let found = |message: Found| self.found(&message);
         match owed {
@@ -142,15 +142,15 @@ impl Broker {
                     Published::Refused(why) => _ = self.desk.fails(why),
                 }
             }
-            Owed::Event(notice) => {
-                let id = format!("{}-{}", self.run, notice.number);
-                let message = self.event(body::of_notice(&notice, &id, &self.site));
-                *unsent = Some(notice);
+            Owed::Event(batch) => {
+                let id = batch.id(&self.run);
+                let message = self.event(body::of_batch(&batch, &id, &self.site));
+                *unsent = Some(batch);
                 let answer = match connection.publish(message, found).await? {
                     Published::Taken => Answer::Taken,
                     Published::Refused(why) => Answer::Refused { why },
                 };
-                unsent.take().map(|notice| self.desk.settle(notice, answer));
+                unsent.take().map(|batch| self.desk.settle(batch, answer));
             }
         }
         Ok(())
@@ -198,5 +198,38 @@ impl Broker {
 
     fn topic(&self, end: &str) -> String {
         format!("{}/{end}", self.prefix)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tokio::sync::watch;
+
+    use super::super::outbox::Outbox;
+    use super::super::selection::Selection;
+    use super::*;
+    use crate::live::Severity;
+    use crate::net::mqtt::scripted::pings_while_flooded;
+
+    #[tokio::test]
+    async fn busy_broker_gets_pings_within_the_keep_alive() {
+        let (closing, closed) = watch::channel(false);
+        let pings = pings_while_flooded("north/alerts/area/area-1", |port| async move {
+            let selection = Selection::new("mqtt".to_owned(), None, Severity::Warning);
+            let broker = Broker {
+                desk: Arc::new(Desk::new("mqtt".to_owned(), Outbox::new(selection, Some(Mirror::default())))),
+                dial: Dial::plain("127.0.0.1", port),
+                client_id: "test".to_owned(),
+                login: None,
+                prefix: "north".to_owned(),
+                site: "north".to_owned(),
+                run: "run".to_owned(),
+            };
+            broker.deliver(closed).await;
+        });
+        let pings = pings.await;
+        // The first one is sent when the connection begins.
+        assert!(pings >= 3, "{pings} pings");
+        drop(closing);
     }
 }

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::batch::Batch;
 use super::counts::{Counts, Loss};
 use super::mirror::Mirror;
-use super::queue::{Notice, Queue, WAITING};
+use super::queue::{ALIKE, Notice, Queue, WAITING};
 use super::selection::Selection;
 use crate::live::{Alert, Change, Severity, Trouble};
 use crate::net::health::{Ailing, Answer, Health, News};
@@ -23,7 +24,7 @@ pub(super) struct Outbox {
 
 impl Outbox {
     pub(super) fn new(selection: Selection, mirror: Option<Mirror>) -> Self {
-        let queue = Queue::new(WAITING);
+        let queue = Queue::new(WAITING, ALIKE);
         Self { selection, queue, mirror, health: Health::default(), counts: Counts::default() }
     }
 
@@ -34,13 +35,18 @@ impl Outbox {
             mirror.note(alert, is_shown);
         }
         if self.selection.admits(change, alert) {
-            let lost = self.queue.push(change, alert.clone(), at);
-            self.lose(lost);
+            let dropped = self.queue.push(change, alert.clone(), at);
+            self.drop_waiting(dropped);
         }
     }
 
-    /// The next notice.
-    pub(super) fn take(&mut self, now: Time) -> Option<Notice> {
+    /// Whether a critical notice waits.
+    pub(super) fn is_urgent(&self) -> bool {
+        self.queue.is_urgent()
+    }
+
+    /// The next delivery.
+    pub(super) fn take(&mut self, now: Time) -> Option<Batch> {
         let Self { queue, counts, health, .. } = self;
         queue.take(now, |loss| {
             counts.lose(loss);
@@ -49,21 +55,21 @@ impl Outbox {
     }
 
     /// What came of it; how long to wait then, and what is worth a line in the log.
-    pub(super) fn settle(&mut self, notice: Notice, answer: Answer, now: Time) -> (Duration, Option<News>) {
+    pub(super) fn settle(&mut self, batch: Batch, answer: Answer, now: Time) -> (Duration, Option<News>) {
         match answer {
             Answer::Taken => {
-                self.counts.sent += 1;
+                self.counts.sent += batch.len() as u64;
                 (Duration::ZERO, self.works(now))
             }
             Answer::Later { why, after } => {
                 let news = self.fails(why, now);
-                let lost = self.queue.put_back(notice);
-                self.lose(lost);
+                let dropped = self.queue.put_back(batch);
+                self.drop_waiting(dropped);
                 (self.health.wait(after), news)
             }
             Answer::Refused { why } => {
                 let news = self.fails(why, now);
-                self.lose(Some(Loss::Refused));
+                batch.notices().for_each(|_| self.lose(Loss::Refused));
                 (self.health.wait(None), news)
             }
         }
@@ -101,11 +107,19 @@ impl Outbox {
         Some(Trouble { about: name.to_owned().into(), severity: Severity::Warning, text })
     }
 
-    fn lose(&mut self, loss: Option<Loss>) {
-        if let Some(loss) = loss {
-            self.counts.lose(loss);
-            self.health.lose();
+    /// Counts notices that were dropped. The end of an alert is not sent where its beginning never was.
+    fn drop_waiting(&mut self, dropped: impl IntoIterator<Item = Notice>) {
+        for notice in dropped {
+            if notice.is_first() {
+                self.selection.forget(notice.alert.id);
+            }
+            self.lose(Loss::Full);
         }
+    }
+
+    fn lose(&mut self, loss: Loss) {
+        self.counts.lose(loss);
+        self.health.lose();
     }
 }
 
@@ -152,9 +166,9 @@ mod tests {
         let text = |outbox: &Outbox| outbox.trouble("mqtt", at(60)).map(|trouble| trouble.text);
         outbox.fails("closed".to_owned(), at(0));
         assert_eq!(text(&outbox).as_deref(), Some("mqtt: alerts are not delivered: closed"));
-        outbox.lose(Some(Loss::Refused));
+        outbox.lose(Loss::Refused);
         assert_eq!(text(&outbox).as_deref(), Some("mqtt: one notice of an alert is lost: closed"));
-        outbox.lose(Some(Loss::Refused));
+        outbox.lose(Loss::Refused);
         assert_eq!(text(&outbox).as_deref(), Some("mqtt: 2 notices of alerts are lost: closed"));
         outbox.works(at(61));
         assert_eq!(text(&outbox), None);
@@ -168,6 +182,16 @@ mod tests {
         }
         let counts = outbox.counts();
         assert_eq!((counts.waiting, counts.lost(Loss::Full)), (WAITING, 2_000 - WAITING as u64));
-        assert_eq!(outbox.take(Time::default()).unwrap().alert.id, 2_000 - WAITING as u64);
+        let summary = outbox.take(Time::default()).unwrap();
+        assert_eq!((summary.len(), outbox.counts().waiting), (WAITING, 0));
+        assert_eq!(summary.notices().next().unwrap().alert.id, 2_000 - WAITING as u64);
+        // The end is sent only of alerts whose beginning was sent.
+        outbox.settle(summary, Answer::Taken, Time::default());
+        assert_eq!(outbox.counts().sent, WAITING as u64);
+        outbox.note(Change::Ended, &alert(0), Time::default());
+        outbox.note(Change::Ended, &alert(1_999), Time::default());
+        let end = outbox.take(Time::default()).unwrap();
+        assert_eq!(end.single().map(|notice| notice.alert.id), Some(1_999));
+        assert_eq!(outbox.take(Time::default()), None);
     }
 }

@@ -46,6 +46,11 @@ impl Selection {
         }
         is_admitted
     }
+
+    /// It was not told of this alert after all.
+    pub(super) fn forget(&mut self, alert: u64) {
+        self.known.remove(&alert);
+    }
 }
 
 #[cfg(test)]

@@ -36,19 +36,19 @@ impl Webhook {
     /// Delivers what comes, one at a time, until the service ends and nothing waits, or what waits cannot be delivered.
     pub(super) async fn deliver(self, mut closing: Closing) {
         loop {
-            let notice = tokio::select! {
-                notice = self.desk.next() => notice,
+            let batch = tokio::select! {
+                batch = self.desk.next() => batch,
                 () = closed(&mut closing) => match self.desk.take() {
-                    Some(notice) => notice,
+                    Some(batch) => batch,
                     None => return,
                 },
             };
-            let id = format!("{}-{}", self.run, notice.number);
-            let answer = match self.post(&id, body::of_notice(&notice, &id, &self.site)).await {
+            let id = batch.id(&self.run);
+            let answer = match self.post(&id, body::of_batch(&batch, &id, &self.site)).await {
                 Ok(parts) => answer(&parts, now()),
                 Err(why) => Answer::Later { why, after: None },
             };
-            let wait = self.desk.settle(notice, answer);
+            let wait = self.desk.settle(batch, answer);
             if wait.is_zero() {
                 continue;
             }

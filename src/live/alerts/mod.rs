@@ -28,7 +28,7 @@ use areas::Approaches;
 
 pub use crate::config::{AlertKind, Severity};
 pub use areas::Ahead;
-pub use details::Details;
+pub use details::{AreaName, Details};
 pub use json::AlertJson;
 pub use operators::{Acknowledged, AlertWish, NotDone, Shelved, Wanted};
 pub use rules::{AlertSettings, UnknownArea};

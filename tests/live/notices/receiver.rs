@@ -53,7 +53,17 @@ impl Receiver {
         Self::on(TcpListener::bind("127.0.0.1:0").unwrap(), answers)
     }
 
+    /// Answers 204, each time when it is told to.
+    pub(crate) fn held() -> (Self, Sender<()>) {
+        let (answer, held) = channel();
+        (Self::open(TcpListener::bind("127.0.0.1:0").unwrap(), &[], Some(held)), answer)
+    }
+
     pub(crate) fn on(listener: TcpListener, answers: &[Say]) -> Self {
+        Self::open(listener, answers, None)
+    }
+
+    fn open(listener: TcpListener, answers: &[Say], held: Option<Heard<()>>) -> Self {
         let port = listener.local_addr().unwrap().port();
         let (hears, heard) = channel();
         let mut answers = answers.to_vec();
@@ -66,6 +76,7 @@ impl Receiver {
                 if hears.send(posted).is_err() {
                     return;
                 }
+                held.iter().for_each(|held| _ = held.recv());
                 match answers.pop().unwrap_or(Say::Status(204, "")) {
                     Say::Status(status, headers) => {
                         let answer = format!("HTTP/1.1 {status} X\r\n{headers}Content-Length: 0\r\n\r\n");

@@ -146,6 +146,28 @@ fn a_receiver_that_comes_back_hears_how_things_are_now() {
 }
 
 #[test]
+fn critical_alert_overtakes_a_flood_at_a_slow_webhook() {
+    let (receiver, answer) = Receiver::held();
+    let mut desk = Desk::open(&site(&hook("a", &receiver.url(), "")));
+    desk.note(Change::Began, &alert(1));
+    assert_eq!(receiver.next().told().0, "area-1");
+    // It is not answered yet.
+    (2..=500).for_each(|id| desk.note(Change::Began, &alert(id)));
+    desk.note(Change::Began, &Alert { severity: Severity::Critical, ..alert(501) });
+    answer.send(()).unwrap();
+    assert_eq!(receiver.next().told().0, "area-501", "it is the next call");
+    answer.send(()).unwrap();
+    let notice = receiver.next().json();
+    let summary = &notice["summary"];
+    assert_eq!((&notice["change"], &summary["count"]), (&"summary".into(), &499.into()));
+    assert_eq!((&summary["kind"], &summary["effect"]), (&"area".into(), &"began".into()));
+    answer.send(()).unwrap();
+    wait_for("all are sent", || desk.counts("webhook:a").sent == 501);
+    assert_eq!(Loss::ALL.map(|loss| desk.counts("webhook:a").lost(loss)), [0; 3]);
+    assert!(receiver.is_done());
+}
+
+#[test]
 fn what_waits_is_sent_when_the_service_ends() {
     let receiver = Receiver::start(&[]);
     let mut desk = Desk::open(&site(&hook("a", &receiver.url(), "")));
