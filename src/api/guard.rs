@@ -1,6 +1,6 @@
 //! What every request passes: limits, CORS, the token, the parameters' names; and what every response carries.
 
-use std::net::IpAddr;
+use std::net::{IpAddr, Ipv4Addr};
 use std::time::Duration;
 
 use axum::Router;
@@ -11,6 +11,7 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header}
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{MethodFilter, on};
+use futures_util::FutureExt;
 
 use super::ask::{Answer, Ask};
 use super::auth;
@@ -18,7 +19,8 @@ use super::client::{Peer, Subscriber, client};
 use super::problem::Problem;
 use super::query::Query;
 use super::rate::Who;
-use super::route::Route;
+use super::render::{Taken, bug};
+use super::route::{Lane, Route};
 use super::routes::ROUTES;
 use super::state::ApiState;
 use super::tokens::Pass;
@@ -42,7 +44,7 @@ pub fn router(state: ApiState) -> Router {
         let method = if route.post { MethodFilter::POST } else { MethodFilter::GET };
         let handler = move |State(state): State<ApiState>, id, request: Request| async move {
             let answered = match ask(route, state, id, &request) {
-                Ok(ask) => answer(route, ask, request).await,
+                Ok(ask) => answered(route, ask, request).await,
                 Err(problem) => Err(problem),
             };
             answered.unwrap_or_else(IntoResponse::into_response)
@@ -62,15 +64,47 @@ pub fn router(state: ApiState) -> Router {
         .with_state(state)
 }
 
-/// The answer, once the body is there where one is read.
-async fn answer(route: &Route, mut ask: Ask, request: Request) -> Answer {
+/// The answer, once the body is there where one is read, and once its turn has come where it takes long.
+async fn answered(route: &'static Route, mut ask: Ask, request: Request) -> Answer {
+    let is_gzip = takes_gzip(&request);
     if route.body.is_some() {
         let read = tokio::time::timeout(BODY_WITHIN, to_bytes(request.into_body(), BODY as usize)).await;
         let body = read.map_err(|_| Problem::new(StatusCode::REQUEST_TIMEOUT, "the body did not come"))?;
         // Who broke off hears no answer.
         ask.body = body.map_err(|_| too_large())?;
     }
-    (route.reply.answer)(ask).await
+    let weight = match route.lane {
+        Lane::Direct => return (route.reply.answer)(ask).await,
+        Lane::Quick => 0,
+        Lane::Weighed(weight) => weight(&ask),
+    };
+    let (state, client) = (ask.state.clone(), ask.client);
+    if weight == 0 {
+        return state.renderer.quick(move || written(route, ask, is_gzip)).await?;
+    }
+    // One is charged already.
+    if let Some(client) = client.filter(|_| weight > 1) {
+        state.charge(Who::Address(Subscriber::at(client)), weight - 1)?;
+    }
+    if let Some(token) = ask.pass.0.filter(|_| weight > 1) {
+        state.charge(Who::Token(token), weight - 1)?;
+    }
+    let client = Subscriber::at(client.unwrap_or(Ipv4Addr::UNSPECIFIED.into()));
+    let (response, in_flight) = state.renderer.in_time(client, move || written(route, ask, is_gzip)).await?;
+    let (parts, body) = response?.into_parts();
+    let octets = to_bytes(body, usize::MAX).await.map_err(|error| bug(&error))?;
+    Ok(Response::from_parts(parts, Body::new(Taken::new(octets, in_flight))))
+}
+
+/// The answer, compressed where that is wanted. Not on a thread that reads or writes sockets.
+fn written(route: &Route, ask: Ask, is_gzip: bool) -> Answer {
+    let late = || bug(&"an answer was not ready");
+    let response = (route.reply.answer)(ask).now_or_never().ok_or_else(late)??;
+    gzip::answer(response, is_gzip).now_or_never().ok_or_else(late)
+}
+
+fn takes_gzip(request: &Request) -> bool {
+    gzip::is_accepted(request.headers()) && request.method() != Method::HEAD
 }
 
 /// The request as the handlers see it, where it may be answered.
@@ -117,7 +151,7 @@ async fn guard(State(state): State<ApiState>, mut request: Request, next: Next) 
         terms.cors.iter().any(known)
     });
     let origin = origin.cloned();
-    let takes_gzip = gzip::is_accepted(request.headers()) && request.method() != Method::HEAD;
+    let takes_gzip = takes_gzip(&request);
     let preflight = request.method() == Method::OPTIONS
         && request.headers().contains_key(header::ACCESS_CONTROL_REQUEST_METHOD);
     let allowed = too_often(&state, &request)

@@ -10,7 +10,7 @@ use axum::response::{IntoResponse, Response};
 use flate2::{Compress, Compression, Crc, FlushCompress};
 
 use super::payload::Payload;
-use super::problem::Problem;
+use super::render::bug;
 
 /// Of 1 to 9. 404 kB of a city's tracks become 61, 53, 46, 44, 43, 42 kB in 0.8, 1.4, 2.2, 2.3, 3.0, 6.8 ms.
 const LEVEL: Compression = Compression::new(4);
@@ -113,9 +113,16 @@ pub fn label(headers: &mut HeaderMap, is_gzip: bool) {
     }
 }
 
+/// Marks a response that is as the client takes it.
+#[derive(Clone, Copy, Debug)]
+struct Answered;
+
 /// The answer as the client takes it: whole texts from about a kilobyte on are compressed. What is in the response's
 /// extensions as its [`Payload`] is compressed once for all.
 pub async fn answer(mut response: Response, accepted: bool) -> Response {
+    if response.extensions_mut().insert(Answered).is_some() {
+        return response;
+    }
     let is_text = response.headers().get(header::CONTENT_TYPE).is_some_and(is_text);
     if response.headers().contains_key(header::CONTENT_ENCODING) || !is_text {
         return response;
@@ -134,10 +141,7 @@ pub async fn answer(mut response: Response, accepted: bool) -> Response {
         // Its size is known: all of it is there, and nothing is waited for.
         None => match axum::body::to_bytes(body, usize::MAX).await {
             Ok(octets) => octets.into(),
-            Err(error) => {
-                let detail = format!("this is a bug: {error}");
-                return Problem::new(StatusCode::INTERNAL_SERVER_ERROR, detail).into_response();
-            }
+            Err(error) => return bug(&error).into_response(),
         },
     };
     parts.headers.remove(header::CONTENT_LENGTH);

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::ask::{Answer, Ask, GEO_JSON, json, live};
 use super::geometry::{CollectionType, Feature, Geometry, Point, Position};
 use super::problem::Problem;
+use super::trails::PLACES_OF_A_REQUEST;
 use crate::history::{SavedTrack, Store};
 use crate::json::rounded;
 use crate::picture::Rfc3339;
@@ -23,10 +24,21 @@ const PLACES: usize = 86_400;
 /// Greatest age of a snapshot at the time asked for: one picture per second is kept.
 const WITHIN: SignedDuration = SignedDuration::from_secs(2);
 
+/// Cost of a trail in requests, by the number of positions that its time span may have.
+pub fn trail_weight(ask: &Ask) -> u32 {
+    let seconds = span(ask).map_or(0.0, |(since, until)| until.seconds_since(since));
+    1 + seconds.clamp(0.0, PLACES as f64) as u32 / PLACES_OF_A_REQUEST
+}
+
+/// From when to when.
+fn span(ask: &Ask) -> Result<(Time, Time), Problem> {
+    let until = ask.query.time("until")?.unwrap_or_else(|| ask.state.now());
+    Ok((ask.query.time("since")?.unwrap_or(until + -TRAIL), until))
+}
+
 /// `/api/v1/tracks/{id}/trail`.
 pub fn trail(ask: &Ask) -> Answer {
-    let until = ask.query.time("until")?.unwrap_or_else(|| ask.state.now());
-    let since = ask.query.time("since")?.unwrap_or(until + -TRAIL);
+    let (since, until) = span(ask)?;
     let format = ask.query.text("format").unwrap_or("geojson");
     type Write = fn(&str, &[(Time, SavedTrack)]) -> String;
     let written: Option<(&'static str, Write)> = match format {

@@ -44,6 +44,7 @@ mod raw;
 mod reader;
 mod readsb;
 mod remote_id;
+mod render;
 mod replay;
 mod route;
 pub mod routes;

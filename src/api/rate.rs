@@ -34,17 +34,21 @@ pub struct Limiter {
 }
 
 impl Limiter {
-    /// A request; a problem where it is one too many.
-    pub fn take(&self, who: Who, limit: Option<RateLimit>, now: Time) -> Result<(), Problem> {
+    /// A request that counts as `weight` of the usual ones; a problem where that is too many.
+    pub fn take(&self, who: Who, weight: u32, limit: Option<RateLimit>, now: Time) -> Result<(), Problem> {
         let Some(limit) = limit else { return Ok(()) };
         let mut buckets = self.buckets.lock().unwrap_or_else(PoisonError::into_inner);
-        let Err(wait_ns) = buckets.take(who, limit, now) else { return Ok(()) };
+        let Err(wait_ns) = buckets.take(who, weight, limit, now) else { return Ok(()) };
         self.refused.fetch_add(1, Ordering::Relaxed);
         let whose = match who {
             Who::Address(_) => "this address",
             Who::Token(_) => "this token",
         };
-        let detail = format!("{whose} may ask {} times a second (http.requests_per_s)", limit.requests_per_s);
+        let mut detail =
+            format!("{whose} may ask {} times a second (http.requests_per_s)", limit.requests_per_s);
+        if weight > 1 {
+            detail += &format!("; what this request asks for counts as {weight} more");
+        }
         let wait_s = u32::try_from(wait_ns / SECOND + 1).unwrap_or(u32::MAX);
         Err(Problem::new(StatusCode::TOO_MANY_REQUESTS, detail).retry_after_s(wait_s))
     }
@@ -65,8 +69,9 @@ struct Buckets {
 }
 
 impl Buckets {
-    /// Takes a request out; where there is none, how long until there is, nanoseconds.
-    fn take(&mut self, who: Who, limit: RateLimit, now: Time) -> Result<(), i64> {
+    /// Takes a request of that weight out, at most all that a full bucket has; where there is not enough, how long until
+    /// there is, nanoseconds.
+    fn take(&mut self, who: Who, weight: u32, limit: RateLimit, now: Time) -> Result<(), i64> {
         let now = now.nanos();
         // Rounded up, so that the rate is never exceeded.
         let rate = i64::from(limit.requests_per_s);
@@ -75,10 +80,11 @@ impl Buckets {
         let full_at = self.bucket(who, now);
         // Beyond that only where the clock stepped back, or the limit changed.
         *full_at = (*full_at).clamp(now, empty);
-        if *full_at + each > empty {
-            return Err(*full_at + each - empty);
+        let taken = each.saturating_mul(weight.min(limit.burst).into());
+        if *full_at + taken > empty {
+            return Err(*full_at + taken - empty);
         }
-        *full_at += each;
+        *full_at += taken;
         Ok(())
     }
 
@@ -116,38 +122,50 @@ mod tests {
         fn never_more_than_the_burst_and_the_rate(
             requests_per_s in 1..100u32,
             burst in 1..50u32,
-            steps in prop::collection::vec((0..300_000_000i64, 0..3u32), 1..400),
+            steps in prop::collection::vec((0..300_000_000i64, 0..3u32, 1..4u32), 1..400),
             stepped_back_s in 0..100_000i64,
         ) {
             let limit = RateLimit { requests_per_s, burst };
             let mut buckets = Buckets::default();
             let mut now = 1_000_000 * SECOND;
             for who in 0..3 {
-                let _ = buckets.take(address(who), limit, Time::from_nanos(now + stepped_back_s * SECOND));
+                let _ = buckets.take(address(who), 1, limit, Time::from_nanos(now + stepped_back_s * SECOND));
             }
-            let mut accepted: BTreeMap<u32, Vec<i64>> = BTreeMap::new();
-            for (step, who) in steps {
+            let mut accepted: BTreeMap<u32, Vec<(i64, u32)>> = BTreeMap::new();
+            for (step, who, weight) in steps {
                 now += step;
-                match buckets.take(address(who), limit, Time::from_nanos(now)) {
-                    Ok(()) => accepted.entry(who).or_default().push(now),
+                let weight = weight.min(burst);
+                match buckets.take(address(who), weight, limit, Time::from_nanos(now)) {
+                    Ok(()) => accepted.entry(who).or_default().push((now, weight)),
                     Err(wait) => {
                         // Not sooner, and then it is so.
                         prop_assert!(wait > 0);
                         let mut later = Buckets { full_at: buckets.full_at.clone(), ..Buckets::default() };
-                        prop_assert!(later.take(address(who), limit, Time::from_nanos(now + wait - 1)).is_err());
-                        prop_assert!(later.take(address(who), limit, Time::from_nanos(now + wait)).is_ok());
+                        prop_assert!(later.take(address(who), weight, limit, Time::from_nanos(now + wait - 1)).is_err());
+                        prop_assert!(later.take(address(who), weight, limit, Time::from_nanos(now + wait)).is_ok());
                     }
                 }
             }
             for times in accepted.values() {
-                for (from, first) in times.iter().enumerate() {
-                    for (to, last) in times.iter().enumerate().skip(from) {
+                for (from, (first, _)) in times.iter().enumerate() {
+                    for (to, (last, _)) in times.iter().enumerate().skip(from) {
                         let allowed = f64::from(burst) + f64::from(requests_per_s) * (last - first) as f64 * 1e-9;
-                        prop_assert!((to - from + 1) as f64 <= allowed + 1e-6);
+                        let taken: u32 = times[from..=to].iter().map(|&(_, weight)| weight).sum();
+                        prop_assert!(f64::from(taken) <= allowed + 1e-6);
                     }
                 }
             }
         }
+    }
+
+    #[test]
+    fn request_heavier_than_the_burst_takes_the_whole_bucket() {
+        let limit = RateLimit { requests_per_s: 1, burst: 5 };
+        let mut buckets = Buckets::default();
+        let at = |seconds: i64| Time::from_nanos((1_000 + seconds) * SECOND);
+        assert!(buckets.take(address(1), 1_000_000, limit, at(0)).is_ok());
+        assert_eq!(buckets.take(address(1), 1, limit, at(0)), Err(SECOND));
+        assert!(buckets.take(address(1), 1_000_000, limit, at(5)).is_ok());
     }
 
     #[test]
@@ -156,9 +174,9 @@ mod tests {
         let mut buckets = Buckets::default();
         let at = |seconds: i64| Time::from_nanos((1_000 + seconds) * SECOND);
         let crowd = 3 * BUCKETS as u32;
-        let accepted = (0..crowd).filter(|&who| buckets.take(address(who), limit, at(0)).is_ok()).count();
+        let accepted = (0..crowd).filter(|&who| buckets.take(address(who), 1, limit, at(0)).is_ok()).count();
         assert_eq!((accepted, buckets.full_at.len()), (BUCKETS + 1, BUCKETS));
-        assert!(buckets.take(address(crowd), limit, at(2)).is_ok());
+        assert!(buckets.take(address(crowd), 1, limit, at(2)).is_ok());
         assert_eq!(buckets.full_at.len(), 1);
     }
 }

@@ -2,12 +2,16 @@
 //! connection can take it, so one that does not read costs the others nothing, and is told to start again when it comes back.
 
 use std::collections::{BTreeSet, HashSet, VecDeque};
+use std::fmt;
+use std::net::Ipv4Addr;
+use std::pin::Pin;
 use std::sync::Arc;
 
 use axum::http::StatusCode;
 use tokio::sync::watch;
 
 use super::ask::Ask;
+use super::client::Subscriber;
 use super::endings::Endings;
 use super::events::{self, Closed, Resync};
 use super::filter::Filter;
@@ -15,6 +19,7 @@ use super::log::{Event, Next};
 use super::payload::Payload;
 use super::piece::Piece;
 use super::problem::Problem;
+use super::render::InFlight;
 use super::seats::Seat;
 use super::shown::Shown;
 use super::state::ApiState;
@@ -24,6 +29,15 @@ use crate::config::PictureKind;
 use fusion::time::Time;
 
 const INTERVAL: &str = "a whole number of milliseconds, 250 to 10000";
+
+/// A snapshot that is made elsewhere; `None`: that failed.
+struct Making(Pin<Box<dyn Future<Output = (Option<Payload>, InFlight)> + Send>>);
+
+impl fmt::Debug for Making {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Making")
+    }
+}
 
 #[derive(Debug)]
 pub struct Reader {
@@ -44,6 +58,12 @@ pub struct Reader {
     ended: BTreeSet<Arc<str>>,
     sent: Option<Time>,
     out: VecDeque<Payload>,
+    prepare: fn(&Payload),
+    /// The snapshot that is being made.
+    making: Option<Making>,
+    /// The one that was handed to the connection last, while it may not have been taken.
+    in_flight: Option<InFlight>,
+    client: Subscriber,
     closed: bool,
     /// Looked at again and again: a token may be withdrawn.
     pass: Pass,
@@ -54,9 +74,11 @@ pub struct Reader {
 impl Reader {
     /// What a request asks for, from the event `last` on where that is remembered.
     ///
+    /// `prepare` makes the form of an expensive snapshot in which the connection takes it.
+    ///
     /// # Errors
     /// 400 for a parameter that breaks its rule, 429 where too many are open, 503 while the service stops.
-    pub fn open(ask: &Ask, last: Option<&str>) -> Result<Self, Problem> {
+    pub fn open(ask: &Ask, last: Option<&str>, prepare: fn(&Payload)) -> Result<Self, Problem> {
         let (filter, kind, trail_s) = (filter(ask)?, kind(ask)?, trail_s(ask)?);
         let interval_ms = ask.query.value("interval_ms", INTERVAL, |ms: &i64| (250..=10_000).contains(ms))?;
         let state = ask.state.clone();
@@ -76,6 +98,10 @@ impl Reader {
             ended: BTreeSet::new(),
             sent: None,
             out: VecDeque::new(),
+            making: None,
+            prepare,
+            in_flight: None,
+            client: Subscriber::at(ask.client.unwrap_or(Ipv4Addr::UNSPECIFIED.into())),
             closed: false,
             interval_ns: interval_ms.map(|ms| ms * 1_000_000),
             state,
@@ -115,8 +141,24 @@ impl Reader {
             self.sent = Some(shown.time());
             self.note(shown);
         }
-        let collection = picture(&self.state, (latest.as_deref(), self.kind), &self.filter, self.trail_s);
-        self.push(events::SNAPSHOT, &collection.plain());
+        let (state, kind, filter, trail_s) =
+            (self.state.clone(), self.kind, self.filter.clone(), self.trail_s);
+        if trail_s.is_none() {
+            let collection = picture(&state, (latest.as_deref(), kind), &filter, trail_s);
+            return self.push(events::SNAPSHOT, &collection.plain());
+        }
+        let (client, id, prepare) = (self.client, state.event_id(self.place), self.prepare);
+        self.making = Some(Making(Box::pin(async move {
+            let in_flight = state.renderer.turn(client).await;
+            let of = state.clone();
+            let make = move || {
+                let collection = picture(&of, (latest.as_deref(), kind), &filter, trail_s);
+                let snapshot = Payload::from(events::written(&id, events::SNAPSHOT, &collection.plain()));
+                prepare(&snapshot);
+                snapshot
+            };
+            (state.renderer.expensive(&in_flight, make).await.ok(), in_flight)
+        })));
     }
 
     /// The next event; `None` at the end. Nothing is lost where it is not waited for.
@@ -124,6 +166,17 @@ impl Reader {
         loop {
             if let Some(event) = self.out.pop_front() {
                 return Some(event);
+            }
+            // The connection asks for more, so it has taken the snapshot.
+            self.in_flight = None;
+            if let Some(Making(making)) = &mut self.making {
+                // It stays where it is while this is not waited for.
+                let (snapshot, in_flight) = making.await;
+                self.making = None;
+                // Without it the stream makes no sense.
+                self.out.push_back(snapshot?);
+                self.in_flight = Some(in_flight);
+                return self.out.pop_front();
             }
             if self.closed {
                 return None;

@@ -34,6 +34,8 @@ pub struct Route {
     pub problems: &'static [u16],
     /// Whether requests count against `http.requests_per_s`; probes do not.
     pub limited: bool,
+    /// Where the answer is made.
+    pub(super) lane: Lane,
     /// What answers.
     pub(super) reply: Reply,
 }
@@ -54,13 +56,14 @@ impl Route {
             scope,
             problems,
             limited: true,
+            lane: Lane::Quick,
             reply,
         }
     }
 
     /// One that does something.
     pub(super) fn post(path: &'static str, summary: &'static str, scope: Scope, reply: Reply) -> Self {
-        Self { post: true, scope: Some(scope), ..Self::get(path, summary, reply) }
+        Self { post: true, scope: Some(scope), lane: Lane::Direct, ..Self::get(path, summary, reply) }
     }
 
     /// With these parameters.
@@ -93,10 +96,31 @@ impl Route {
         Self { scope, ..self }
     }
 
+    /// Which opens a stream.
+    pub(super) fn streams(self) -> Self {
+        Self { lane: Lane::Direct, ..self }
+    }
+
+    /// Sets the cost of an expensive answer, in requests; 0: this request is cheap.
+    pub(super) fn weighs(self, weight: fn(&Ask) -> u32) -> Self {
+        Self { lane: Lane::Weighed(weight), ..self }
+    }
+
     /// For everybody, as often as they like.
     pub(super) fn probe(self) -> Self {
-        Self { scope: None, limited: false, ..self }
+        Self { scope: None, limited: false, lane: Lane::Direct, ..self }
     }
+}
+
+/// Where an answer is made.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Lane {
+    /// By the task of the connection: it takes no time, or waits for something else.
+    Direct,
+    /// On a thread that makes answers.
+    Quick,
+    /// On the threads for what takes long, where the weight is not 0.
+    Weighed(fn(&Ask) -> u32),
 }
 
 /// What answers, with the type of its body: neither can be given without the other.

@@ -207,7 +207,8 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
             Reply::octets::<Tracks<'_>>(GEO_JSON, tracks::all),
         )
         .with(&PAGE)
-        .or(&[304]),
+        .or(&[304, 503])
+        .weighs(tracks::weight),
         Route::get(
             "/api/v1/tracks/{id}",
             "One track with its contributors and their competitors",
@@ -220,14 +221,16 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
             Reply::octets::<Trail<'_>>(GEO_JSON, history::trail),
         )
         .with(&TRAIL)
-        .or(&[404, 503]),
+        .or(&[404, 503])
+        .weighs(history::trail_weight),
         Route::get(
             "/api/v1/snapshot",
             "The picture at a past time, to a second",
             Reply::geo(history::snapshot),
         )
         .with(&TIME)
-        .or(&[404, 503]),
+        .or(&[404, 503])
+        .weighs(|_| 1),
         Route::get(
             "/api/v1/correlations",
             "Correlations that operators have decided and that are in force",
@@ -296,7 +299,8 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         )
         .with(&STREAM)
         .needs(Some(Scope::Stream))
-        .or(&[503]),
+        .or(&[503])
+        .streams(),
         Route::get(
             "/api/v1/stream/ws",
             "The same events as messages of a WebSocket, each the text of a JSON object",
@@ -304,7 +308,8 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         )
         .with(&WEBSOCKET)
         .needs(Some(Scope::Stream))
-        .or(&[426, 503]),
+        .or(&[426, 503])
+        .streams(),
         Route::post(
             "/api/v1/stream-tickets",
             "A ticket that opens one stream within 30 s",
@@ -389,7 +394,8 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
             Reply::json(uss::flights),
         )
         .with(&VIEW)
-        .or(&[413]),
+        .or(&[413, 503])
+        .weighs(uss::weight),
         Route::get(
             "/uss/flights/{id}/details",
             "ASTM F3411-22a display data: who a flight is",

@@ -1,6 +1,6 @@
 //! What all requests share: the hub, the log of events, who may ask, and what is counted.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 use std::ops::Deref;
 use std::path::Path;
@@ -13,18 +13,22 @@ use tokio::time::Instant;
 use tracing::error;
 
 use super::door::Door;
+use super::filter::Filter;
 use super::log::Log;
+use super::payload::Payload;
 use super::problem::Problem;
 use super::rate::{Limiter, Who};
+use super::render::Renderer;
 use super::seats::Seats;
+use super::shown::Shown;
 use super::terms::Terms;
 use super::tokens::Tickets;
-use super::trails::Trails;
+use super::trails::{Trail, Trails};
 use crate::basemap::Basemap;
-use crate::config::Tiles;
+use crate::config::{PictureKind, Tiles};
 use crate::current::Current;
 use crate::history::Store;
-use crate::live::{Condition, Hub, Level, Player};
+use crate::live::{Condition, Hub, Level, Player, PublishedPicture};
 use crate::notices::Notices;
 use crate::sinks::SinkMeter;
 use fusion::time::Time;
@@ -80,6 +84,14 @@ impl Default for Options {
     }
 }
 
+/// A picture with trails.
+struct Trailed {
+    frame: Arc<PublishedPicture>,
+    kind: PictureKind,
+    seconds: u32,
+    payload: Payload,
+}
+
 /// What all requests share; cheap to clone.
 #[derive(Clone)]
 pub struct ApiState(Arc<Inner>);
@@ -94,7 +106,11 @@ pub struct Inner {
     pub(super) door: Door,
     pub(super) seats: Seats,
     limiter: Limiter,
+    /// Writes the answers.
+    pub(super) renderer: Renderer,
     trails: Mutex<Trails>,
+    /// The picture with trails that was written last; identical requests share it.
+    trailed: Mutex<Option<Trailed>>,
     /// The base map of the page.
     pub(super) basemap: Option<Basemap>,
     /// What the page may load.
@@ -124,7 +140,9 @@ impl ApiState {
             limiter: Limiter::default(),
             door: Door::new(connections, options.reserved),
             seats: Seats::new(options.streams, options.streams_per_address),
+            renderer: Renderer::default(),
             trails: Mutex::default(),
+            trailed: Mutex::default(),
             basemap: hub.config.map.pmtiles.as_deref().and_then(open),
             policy: policy(hub.config.http.tiles.as_ref()),
             answered: Mutex::default(),
@@ -151,7 +169,12 @@ impl ApiState {
 
     /// A request of that address or token, unless it asks too often.
     pub(super) fn limit(&self, who: Who) -> Result<(), Problem> {
-        self.limiter.take(who, self.terms().limit, self.now())
+        self.charge(who, 1)
+    }
+
+    /// Charges a request that costs as much as `weight` usual ones.
+    pub(super) fn charge(&self, who: Who, weight: u32) -> Result<(), Problem> {
+        self.limiter.take(who, weight, self.terms().limit, self.now())
     }
 
     /// Requests that were refused because of that.
@@ -165,6 +188,27 @@ impl ApiState {
 
     pub(super) fn trails(&self) -> MutexGuard<'_, Trails> {
         self.trails.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The trail of each track over the last `seconds` before `now`. The lock is released before the trails are put together.
+    pub(super) fn last_trails(&self, seconds: u32, now: Time) -> HashMap<Arc<str>, Trail> {
+        let last = self.trails().last(seconds, now);
+        Trail::all(&last)
+    }
+
+    /// The unfiltered picture with trails of that length. Identical requests in a row share one answer.
+    pub(super) fn with_trails(&self, shown: &Shown, kind: PictureKind, seconds: u32) -> Payload {
+        let filter = Filter::default();
+        let mut trailed = self.trailed.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_same = |last: &&Trailed| {
+            Arc::ptr_eq(&last.frame, &shown.frame) && (last.kind, last.seconds) == (kind, seconds)
+        };
+        if let Some(last) = trailed.as_ref().filter(is_same) {
+            return last.payload.clone();
+        }
+        let payload = shown.with_trails(&filter, &self.last_trails(seconds, shown.time()));
+        *trailed = Some(Trailed { frame: shown.frame.clone(), kind, seconds, payload: payload.clone() });
+        payload
     }
 
     pub(super) fn now(&self) -> Time {

@@ -9,12 +9,14 @@ use futures_util::stream;
 
 use super::ask::{Answer, Ask, with_type};
 use super::gzip::{self, GzipStream};
+use super::payload::Payload;
 use super::reader::Reader;
 
 /// Opens a stream.
 pub fn open(ask: &Ask) -> Answer {
-    let reader = Reader::open(ask, ask.header("last-event-id"))?;
     let is_gzip = gzip::is_accepted(&ask.headers);
+    let prepare = if is_gzip { |snapshot: &Payload| _ = snapshot.blocks() } else { |_: &Payload| {} };
+    let reader = Reader::open(ask, ask.header("last-event-id"), prepare)?;
     let gzip = is_gzip.then(GzipStream::default);
     let events = stream::unfold((reader, gzip), async |(mut reader, mut gzip)| {
         let octets = match (reader.next().await, &mut gzip) {

@@ -8,7 +8,7 @@ use super::payload::Payload;
 use super::problem::Problem;
 use super::shown::{Shown, nothing_yet};
 use super::state::ApiState;
-use super::trails::LONGEST_S;
+use super::trails::{LONGEST_S, PLACES_OF_A_REQUEST};
 use crate::config::PictureKind;
 
 /// The picture.
@@ -56,6 +56,12 @@ pub fn trail_s(ask: &Ask) -> Result<Option<u32>, Problem> {
     ask.query.value("trail_s", "a whole number of seconds, 1 to 600", |s| (1..=LONGEST_S).contains(s))
 }
 
+/// Cost of the picture in requests; 0: it is cheap.
+pub fn weight(ask: &Ask) -> u32 {
+    let seconds = trail_s(ask).ok().flatten();
+    seconds.map_or(0, |seconds| 1 + ask.state.trails().places(seconds) as u32 / PLACES_OF_A_REQUEST)
+}
+
 /// A picture of this kind, filtered, with trails where asked for.
 pub fn picture(
     state: &ApiState,
@@ -66,10 +72,8 @@ pub fn picture(
     match (shown, trail_s) {
         (None, _) => nothing_yet(&state.hub.config, kind),
         (Some(shown), None) => shown.filtered(filter),
-        (Some(shown), Some(seconds)) => {
-            let trails = state.trails().last(seconds, shown.time());
-            shown.with_trails(filter, &trails)
-        }
+        (Some(shown), Some(seconds)) if filter.is_default() => state.with_trails(shown, kind, seconds),
+        (Some(shown), Some(seconds)) => shown.with_trails(filter, &state.last_trails(seconds, shown.time())),
     }
 }
 

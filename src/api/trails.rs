@@ -18,17 +18,21 @@ pub const LONGEST_S: u32 = 600;
 /// shorter.
 const PLACES: usize = 100_000;
 
+/// Places that cost about as much as a usual request.
+pub const PLACES_OF_A_REQUEST: u32 = 5_000;
+
 /// The last seconds, the oldest first.
 #[derive(Debug, Default)]
 pub struct Trails {
-    seconds: VecDeque<Second>,
+    seconds: VecDeque<Arc<Second>>,
     places: usize,
     /// One name per track: those of the slots, of which each has its own, would lie scattered over all the memory.
     names: HashSet<Arc<str>>,
 }
 
+/// The places of a second.
 #[derive(Debug)]
-struct Second {
+pub struct Second {
     time: Time,
     places: Vec<(Arc<str>, Place)>,
 }
@@ -52,6 +56,20 @@ pub struct Trail {
 }
 
 impl Trail {
+    /// The trail of each track over these seconds.
+    pub fn all(seconds: &[Arc<Second>]) -> HashMap<Arc<str>, Self> {
+        let mut trails: HashMap<Arc<str>, Self> = HashMap::new();
+        for second in seconds {
+            let time = second.time.to_string();
+            for (id, place) in &second.places {
+                let trail = trails.entry(id.clone()).or_default();
+                trail.times.push(time.clone());
+                trail.coordinates.push(*place);
+            }
+        }
+        trails
+    }
+
     /// Each time with longitude, latitude and, where it was measured, ellipsoidal height.
     pub fn places(&self) -> impl Iterator<Item = (&str, f64, f64, Option<f64>)> {
         self.times.iter().zip(&self.coordinates).map(|(time, place)| match *place {
@@ -84,7 +102,7 @@ impl Trails {
         };
         let places: Vec<_> = pieces.map(place).collect();
         self.places += places.len();
-        self.seconds.push_back(Second { time, places });
+        self.seconds.push_back(Arc::new(Second { time, places }));
         let oldest = Time::from_nanos(time.nanos() - i64::from(LONGEST_S) * SECOND);
         while self.places > PLACES || self.seconds.front().is_some_and(|second| second.time < oldest) {
             self.seconds.pop_front().inspect(|second| self.places -= second.places.len());
@@ -92,18 +110,18 @@ impl Trails {
         self.names.retain(|name| Arc::strong_count(name) > 1);
     }
 
-    /// The trail of each track over the last `seconds` before `now`.
-    pub fn last(&self, seconds: u32, now: Time) -> HashMap<Arc<str>, Trail> {
+    /// The last `seconds` before `now`.
+    pub fn last(&self, seconds: u32, now: Time) -> Vec<Arc<Second>> {
         let since = now.nanos() - i64::from(seconds) * SECOND;
-        let mut trails: HashMap<Arc<str>, Trail> = HashMap::new();
-        for second in self.seconds.iter().filter(|second| second.time.nanos() >= since && second.time < now) {
-            let time = second.time.to_string();
-            for (id, place) in &second.places {
-                let trail = trails.entry(id.clone()).or_default();
-                trail.times.push(time.clone());
-                trail.coordinates.push(*place);
-            }
-        }
-        trails
+        let is_wanted = |second: &&Arc<Second>| second.time.nanos() >= since && second.time < now;
+        self.seconds.iter().filter(is_wanted).cloned().collect()
+    }
+
+    /// How many places the last `seconds` have.
+    pub fn places(&self, seconds: u32) -> usize {
+        let Some(newest) = self.seconds.back() else { return 0 };
+        let since = newest.time.nanos() - i64::from(seconds) * SECOND;
+        let last = self.seconds.iter().rev().take_while(|second| second.time.nanos() >= since);
+        last.map(|second| second.places.len()).sum()
     }
 }

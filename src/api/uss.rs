@@ -14,7 +14,7 @@ use super::ask::Ask;
 use super::piece::Piece;
 use super::problem::Problem;
 use super::shown::Shown;
-use super::trails::Trail;
+use super::trails::{PLACES_OF_A_REQUEST, Trail};
 use crate::json::rounded;
 use crate::picture::{PictureTrack, TrackClass, serial_text};
 use fusion::Identity;
@@ -108,6 +108,11 @@ struct PastPosition {
     alt: f64,
 }
 
+/// Cost of `/uss/flights` in requests.
+pub fn weight(ask: &Ask) -> u32 {
+    1 + ask.state.trails().places(WINDOW_S) as u32 / PLACES_OF_A_REQUEST
+}
+
 /// `/uss/flights`.
 pub fn flights(ask: &Ask) -> Result<Flights, Problem> {
     let view = ask.query.numbers::<4>("view", VIEW)?.ok_or_else(|| Problem::parameter("view", VIEW))?;
@@ -135,7 +140,7 @@ pub fn flights(ask: &Ask) -> Result<Flights, Problem> {
     };
     // A track's time is its slot's centre; the standard has whole tenths.
     let accuracy_s = (ask.state.hub.config.fusion.slot.as_secs_f64() * 5.0).ceil() / 10.0;
-    let trails = ask.state.trails().last(WINDOW_S, latest.time());
+    let trails = ask.state.last_trails(WINDOW_S, latest.time());
     let mut told = HashSet::new();
     let mut flights = Vec::new();
     for (piece, track, part) in slots.iter().flat_map(|shown| identified(shown)) {

@@ -26,12 +26,16 @@ pub use signals::{Signals, Stop};
 /// Any error, for people.
 pub type Failure = Box<dyn Error + Send + Sync>;
 
-/// A runtime of that many threads.
+/// A runtime of that many threads. HTTP is served by another one ([`Served`]).
 ///
 /// # Errors
 /// The system gives no threads.
 pub fn runtime(threads: usize) -> io::Result<Runtime> {
-    Builder::new_multi_thread().worker_threads(threads).enable_all().build()
+    named_runtime("service", threads)
+}
+
+fn named_runtime(name: &str, threads: usize) -> io::Result<Runtime> {
+    Builder::new_multi_thread().worker_threads(threads).thread_name(name).enable_all().build()
 }
 
 /// The outputs of a configuration.

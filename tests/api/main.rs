@@ -18,6 +18,7 @@ mod operational;
 mod rate;
 mod registration;
 mod remote_id;
+mod render;
 mod replay;
 mod routes;
 mod schema;

@@ -68,6 +68,8 @@ pub fn text(ask: &Ask) -> Answer {
     out.by("http_responses_total", "HTTP responses by status", "status", state.answered());
     let help = "Requests refused with 429 because an address or a token asked too often";
     out.one("http_requests_limited_total", help, state.limited());
+    let help = "Requests refused with 503 because too many expensive answers were asked for at once";
+    out.one("http_expensive_refused_total", help, state.renderer.refused());
     if let Some(history) = &state.options.history {
         out.one("history_failing", "Whether the history cannot be written", u8::from(history.is_failing()));
         out.one("history_lost_total", "Pictures missing in the history", history.lost());

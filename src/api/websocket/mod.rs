@@ -17,6 +17,7 @@ use tracing::debug;
 
 use super::ask::{Answer, Ask};
 use super::door::Place;
+use super::payload::Payload;
 use super::reader::Reader;
 use super::seats::Dropped;
 use frames::{Code, Control};
@@ -33,8 +34,14 @@ pub fn open(ask: &Ask) -> Answer {
         id.split_once('-').is_some_and(|(start, number)| are_digits(start) && are_digits(number))
     };
     let last = ask.query.value("last_event_id", "the id of an event", is_id)?;
-    let reader = Reader::open(ask, last.as_deref().or_else(|| ask.header("last-event-id")))?;
-    let (Some(agreed), Some(upgrade)) = (Agreed::of(&ask.headers), ask.upgrade.clone()) else {
+    let last = last.as_deref().or_else(|| ask.header("last-event-id"));
+    let agreed = Agreed::of(&ask.headers);
+    let prepare = match &agreed {
+        Some(agreed) if agreed.is_deflated => |snapshot: &Payload| _ = snapshot.message(true),
+        _ => |snapshot: &Payload| _ = snapshot.message(false),
+    };
+    let reader = Reader::open(ask, last, prepare)?;
+    let (Some(agreed), Some(upgrade)) = (agreed, ask.upgrade.clone()) else {
         return Ok(handshake::required());
     };
     let (place, seats, is_deflated) = (ask.place.clone(), ask.state.seats.clone(), agreed.is_deflated);
