@@ -13,6 +13,7 @@ use crate::json::rounded;
 use crate::picture::TrackClass;
 use crate::picture::serial_text;
 use fusion::point::TransponderPart;
+use fusion::report::Space;
 
 const FEET_PER_METRE: f64 = 1.0 / 0.3048;
 /// Knots in a metre per second.
@@ -29,12 +30,14 @@ pub struct Picture {
     aircraft: Vec<Aircraft>,
 }
 
-/// Nothing here is ADS-B: a radar's track is what readsb calls a track file; the rest is `other`, and nothing claims an
-/// ICAO address. There is no barometric height, and none is made up.
+/// A track as readsb describes an aircraft. Only an aircraft that is heard by ADS-B has an ICAO address. Barometric heights are
+/// not known and left out.
 #[derive(Serialize, JsonSchema)]
 struct Aircraft {
+    /// ICAO address, six digits; of a track without one `~` and a hash of its id.
     hex: String,
-    #[schemars(extend("enum" = ["tisb_trackfile", "other"]))]
+    /// `tisb_trackfile`: radar alone.
+    #[schemars(extend("enum" = ["adsb_icao", "tisb_trackfile", "other"]))]
     r#type: &'static str,
     lat: f64,
     lon: f64,
@@ -42,11 +45,21 @@ struct Aircraft {
     seen_pos: f64,
     mlat: [(); 0],
     tisb: [(); 0],
-    /// Emitter category of ADS-B, by which displays choose an icon: B6, unmanned. Of what is crewed, no drone, or not known to
-    /// be one, there is none: nobody says how heavy it is, and no category is a bird's.
+    /// Emitter category of ADS-B, by which displays choose an icon: the one that the aircraft states, else B6 (unmanned) of a
+    /// drone. Absent where neither is known.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("enum" = ["B6"]))]
+    #[schemars(extend("enum" = [
+        "A1", "A2", "A3", "A4", "A5", "A6", "A7", "B1", "B2", "B3", "B4", "B6", "B7", "C1", "C2", "C3", "C4", "C5"
+    ]))]
     category: Option<&'static str>,
+    /// ICAO type designator of a drone. tar1090 draws B6 alone as an aeroplane; for UHEL it takes the icon with rotors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = ["UHEL"]))]
+    t: Option<&'static str>,
+    /// Description of the type, shown beside `t`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = ["Drone"]))]
+    desc: Option<&'static str>,
     /// Serial number of the transponder, else the track's id.
     flight: String,
     /// Above the ellipsoid, feet.
@@ -76,26 +89,38 @@ pub fn aircraft(ask: &Ask) -> Result<Picture, Problem> {
         return Ok(Picture { now: ask.state.now().as_seconds(), messages, aircraft: Vec::new() });
     };
     let mut taken = BTreeSet::new();
-    let aircraft = shown.usual().map(|piece| entry(piece, &shown, hex(&piece.id, &mut taken))).collect();
+    let aircraft = shown.usual().map(|piece| entry(piece, &shown, &mut taken)).collect();
     Ok(Picture { now: rounded(shown.frame.published_at.as_seconds(), 3), messages, aircraft })
 }
 
-fn entry(piece: &Piece, shown: &Shown, hex: u32) -> Aircraft {
+fn entry(piece: &Piece, shown: &Shown, taken: &mut BTreeSet<u32>) -> Aircraft {
     let track = shown.track(piece);
     let (motion, vertical) = (track.motion.as_ref(), track.vertical_motion());
     let age_s = rounded(shown.frame.published_at.seconds_since(shown.time()), 1);
     let transponder = track.point.source.transponder();
+    let icao24 = transponder.map(|part| part.identity).filter(|identity| identity.space() == Space::Address);
+    let stated = transponder.and_then(|part| part.aircraft.emitter_category).and_then(emitter_category);
+    let is_drone = piece.class == TrackClass::Drone;
     let feet = |metres: f64| (metres * FEET_PER_METRE).round() as i64;
     Aircraft {
-        hex: format!("~{hex:06x}"),
-        r#type: if piece.source == "radar" { "tisb_trackfile" } else { "other" },
+        hex: icao24.map_or_else(
+            || format!("~{:06x}", hash(&piece.id, taken)),
+            |icao24| serial_text(icao24).to_lowercase(),
+        ),
+        r#type: match (icao24, piece.source) {
+            (Some(_), _) => "adsb_icao",
+            (None, "radar") => "tisb_trackfile",
+            (None, _) => "other",
+        },
         lat: rounded(piece.lat, 6),
         lon: rounded(piece.lng, 6),
         seen: age_s,
         seen_pos: age_s,
         mlat: [],
         tisb: [],
-        category: (piece.class == TrackClass::Drone).then_some("B6"),
+        category: stated.or(is_drone.then_some("B6")),
+        t: is_drone.then_some("UHEL"),
+        desc: is_drone.then_some("Drone"),
         flight: transponder.map_or(piece.id.to_string(), called),
         alt_geom: piece.height_m.map(feet),
         gs: motion.map(|motion| rounded(motion.speed() * KNOTS, 1)),
@@ -113,8 +138,33 @@ fn called(part: &TransponderPart) -> String {
     if callsign.is_empty() { serial_text(part.identity) } else { callsign.to_owned() }
 }
 
+/// The category of ADS-B (set and number) for a value of I021/020; `None` of one that says nothing.
+fn emitter_category(code: u8) -> Option<&'static str> {
+    Some(match code {
+        1 => "A1",
+        2 => "A2",
+        3 => "A3",
+        4 => "A4",
+        5 => "A5",
+        6 => "A6",
+        10 => "A7",
+        11 => "B1",
+        12 => "B2",
+        13 => "B6",
+        14 => "B7",
+        15 => "B4",
+        16 => "B3",
+        20 => "C1",
+        21 => "C2",
+        22 => "C3",
+        23 => "C4",
+        24 => "C5",
+        _ => return None,
+    })
+}
+
 /// A number of 24 bits from the id: the same as long as no other track of the picture has it.
-fn hex(id: &str, taken: &mut BTreeSet<u32>) -> u32 {
+fn hash(id: &str, taken: &mut BTreeSet<u32>) -> u32 {
     let hash =
         id.bytes().fold(0x811c_9dc5_u32, |hash, octet| (hash ^ u32::from(octet)).wrapping_mul(0x0100_0193));
     let mut hex = (hash ^ hash >> 24) & HEX;

@@ -224,6 +224,8 @@ async fn display_data_says_how_it_moves_and_how_well_that_is_known() {
     assert!(
         crafts.iter().filter(|craft| craft["category"] != "B6").all(|craft| craft.get("category").is_none())
     );
+    // tar1090 chooses the icon by the type designator first: a drone has rotors.
+    assert!(crafts.iter().all(|craft| (craft["category"] == "B6") == (craft["t"] == "UHEL")));
 
     let mut reference = Site::plain();
     reference.publish(1).await;

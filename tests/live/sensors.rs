@@ -73,6 +73,26 @@ fn five_kinds_of_sensors_are_one_picture_and_their_recording_replays_to_it() {
     }
     assert!(tracks.len() > 8 && tracks.values().all(|&count| count == 1), "{tracks:?}");
 
+    // readsb's clients find aircraft with ADS-B under their ICAO address.
+    let aircraft = json(address, "/data/aircraft.json");
+    let aircraft = aircraft["aircraft"].as_array().unwrap();
+    let by_adsb = |track: &&Value| !track["properties"]["aircraft"]["icao24"].is_null();
+    let crewed: Vec<&Value> = picture["features"].as_array().unwrap().iter().filter(by_adsb).collect();
+    assert!(!crewed.is_empty());
+    for track in crewed {
+        let icao24 = &track["properties"]["aircraft"]["icao24"];
+        let entry = aircraft.iter().find(|entry| entry["hex"] == *icao24);
+        let entry = entry.unwrap_or_else(|| panic!("{icao24} is not in aircraft.json"));
+        assert_eq!((&entry["type"], entry.get("t")), (&"adsb_icao".into(), None), "{entry}");
+        let states_category = !track["properties"]["aircraft"]["emitter_category"].is_null();
+        assert_eq!(entry.get("category").is_some(), states_category, "{entry}");
+    }
+    let others = aircraft.iter().filter(|entry| entry["type"] != "adsb_icao");
+    assert!(
+        others.clone().count() > 0
+            && others.clone().all(|entry| entry["hex"].as_str().unwrap().starts_with('~'))
+    );
+
     let looked_at = json(address, "/api/v1/tracks?sensor=camera");
     for track in looked_at["features"].as_array().unwrap() {
         assert!(by_camera(&track["properties"]).is_some(), "{track}");
