@@ -2,89 +2,80 @@
 
 use std::io::{self, Write};
 
-use crate::config::Config;
+use super::table::{Cell, Column, ColumnKind, Commas, Table};
+use super::tracks::{set_cells, track_columns};
+use crate::config::{Config, Profile};
 use crate::picture::{Picture, PictureMaker, PictureTrack};
-use fusion::integrity::Reason;
 
-/// The columns of a site: those of integrity are there only where it is judged.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Columns {
-    with_integrity: bool,
+/// The columns of every profile, in their order.
+const BASE: [&str; 10] =
+    ["time", "id", "source", "track_number", "radar_track", "transponder", "lat", "lon", "alt_msl", "flags"];
+
+/// Columns of Parquet whose values the base columns have under other names.
+const IN_BASE: [&str; 6] =
+    ["latitude_deg", "longitude_deg", "altitude_msl_m", "interpolated", "extrapolated", "transponder_number"];
+
+/// Writes a line per track. `reference` has the base columns; `operational` adds those of Parquet under the same names.
+pub(super) struct CsvWriter<W: Write> {
+    table: Box<Commas<W>>,
+    /// Indices of the added columns among those of Parquet.
+    added: Vec<usize>,
 }
 
-impl Columns {
-    /// Of a configuration.
-    pub(super) fn of(config: &Config) -> Self {
-        Self { with_integrity: config.judges_integrity() }
-    }
-
-    /// Writes their names.
-    pub(super) fn header(self, out: &mut impl Write) -> io::Result<()> {
-        write!(out, "time,id,source,track_number,radar_track,transponder,lat,lon,alt_msl,flags")?;
-        if self.with_integrity {
-            write!(
-                out,
-                ",integrity,integrity_index,protection_level_m,offset_m,reasons,linked,uncooperative"
-            )?;
-        }
-        writeln!(out)
+impl<W: Write> CsvWriter<W> {
+    /// Writes the names of the columns.
+    pub(super) fn new(out: W, config: &Config) -> io::Result<Self> {
+        let all = track_columns();
+        let is_added = |column: &Column| {
+            let name = &*column.name;
+            config.fusion.profile == Profile::Operational && !BASE.contains(&name) && !IN_BASE.contains(&name)
+        };
+        let added: Vec<usize> = (0..all.len()).filter(|&index| is_added(&all[index])).collect();
+        let base = BASE.into_iter().map(|name| Column::new(name, ColumnKind::Text));
+        let columns: Vec<Column> = base.chain(added.iter().map(|&index| all[index].clone())).collect();
+        Ok(Self { table: Box::new(Commas::new(out, &columns)?), added })
     }
 
     /// Writes a line per track: seconds UTC since the epoch, degrees, metres above mean sea level; unknown values are empty.
-    pub(super) fn picture(
-        self,
-        out: &mut impl Write,
-        picture: &Picture,
-        maker: &PictureMaker,
-    ) -> io::Result<()> {
+    pub(super) fn picture(&mut self, picture: &Picture, maker: &PictureMaker) -> io::Result<()> {
         picture.tracks.iter().try_for_each(|track| {
-            line(out, track, maker)?;
-            if self.with_integrity {
-                integrity(out, track)?;
+            for (column, text) in base(track, maker).into_iter().enumerate() {
+                self.table.set(column, Cell::Text(text.into()));
             }
-            writeln!(out)
+            let added = self.added.iter().copied();
+            set_cells(&mut *self.table, BASE.len(), added, track, maker);
+            self.table.end_row()
         })
+    }
+
+    /// Writes everything that is buffered.
+    pub(super) fn finish(self) -> io::Result<()> {
+        self.table.finish()
     }
 }
 
-fn line(out: &mut impl Write, track: &PictureTrack, maker: &PictureMaker) -> io::Result<()> {
+/// The cells of the base columns.
+fn base(track: &PictureTrack, maker: &PictureMaker) -> [String; BASE.len()] {
     let source = &track.point.source;
     let nanos = track.time.nanos();
-    // Whole microseconds, exactly: the centre of a slot of whole milliseconds.
-    write!(out, "{}.{:06}", nanos.div_euclid(1_000_000_000), nanos.rem_euclid(1_000_000_000) / 1000)?;
-    write!(out, ",{},{},{}", maker.track_id(track), track.source_name(), track.point.number)?;
-    let optional = |number: Option<u32>| number.map_or(String::new(), |number| number.to_string());
-    write!(out, ",{}", optional(source.radar().map(|part| part.track.number.into())))?;
-    write!(out, ",{}", optional(source.transponder().map(|part| part.number)))?;
-    write!(out, ",{:.9},{:.9},", track.position.latitude_deg(), track.position.longitude_deg())?;
-    if let Some(altitude) = track.altitude_amsl_m {
-        write!(out, "{altitude:.4}")?;
-    }
+    let optional = |number: Option<u32>| number.map_or_else(String::new, |number| number.to_string());
     let flags = [
         (track.is_interpolated(), "interpolated"),
         (track.is_extrapolated(), "extrapolated"),
         (track.radar_height_missing(), "radar-height-missing"),
     ];
     let flags: Vec<&str> = flags.into_iter().filter_map(|(set, name)| set.then_some(name)).collect();
-    write!(out, ",{}", flags.join("+"))
-}
-
-/// State, index, protection level, offset, reasons, ids of the tracks that are disputed with it, and whether it is
-/// uncooperative.
-fn integrity(out: &mut impl Write, track: &PictureTrack) -> io::Result<()> {
-    let (linked, uncooperative) = (track.disputed.join("+"), track.is_uncooperative);
-    let Some(integrity) = &track.point.integrity else {
-        return write!(out, ",,,,,,{linked},{uncooperative}");
-    };
-    let metres = |metres: Option<f64>| metres.map_or(String::new(), |metres| format!("{metres:.1}"));
-    let reasons: Vec<&str> = integrity.reasons.iter().map(Reason::name).collect();
-    write!(
-        out,
-        ",{},{:.2},{},{},{},{linked},{uncooperative}",
-        integrity.state.name(),
-        integrity.index,
-        metres(integrity.protection_level_m),
-        metres(integrity.offset_m),
-        reasons.join("+"),
-    )
+    [
+        // Whole microseconds, exactly: the centre of a slot of whole milliseconds.
+        format!("{}.{:06}", nanos.div_euclid(1_000_000_000), nanos.rem_euclid(1_000_000_000) / 1000),
+        maker.track_id(track),
+        track.source_name().to_owned(),
+        track.point.number.to_string(),
+        optional(source.radar().map(|part| part.track.number.into())),
+        optional(source.transponder().map(|part| part.number)),
+        format!("{:.9}", track.position.latitude_deg()),
+        format!("{:.9}", track.position.longitude_deg()),
+        track.altitude_amsl_m.map_or_else(String::new, |altitude| format!("{altitude:.4}")),
+        flags.join("+"),
+    ]
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::csv::Columns;
+use super::csv::CsvWriter;
 use super::mcap::{Look, McapWriter};
 use super::table::{Parquet, Table};
 use super::{Cat062Encoder, Cat129Encoder, PcapWriter, UdpFlow, pack, track_columns, write_track};
@@ -68,7 +68,7 @@ enum Form<W: Write + Send> {
     Cat062 { out: W },
     Ndjson { out: W, lines: Vec<u8> },
     Geojson { out: W, features: u64 },
-    Csv { out: W, columns: Columns },
+    Csv(CsvWriter<W>),
     Parquet(Box<Parquet<W>>),
     Mcap(McapWriter<W>),
 }
@@ -99,11 +99,7 @@ impl<W: Write + Send> PictureWriter<W> {
                 out.write_all(b"{\"type\":\"FeatureCollection\",\"features\":[")?;
                 Form::Geojson { out, features: 0 }
             }
-            OutputFormat::Csv => {
-                let columns = Columns::of(config);
-                columns.header(&mut out)?;
-                Form::Csv { out, columns }
-            }
+            OutputFormat::Csv => Form::Csv(CsvWriter::new(out, config)?),
             OutputFormat::Parquet => Form::Parquet(Box::new(Parquet::new(out, &track_columns())?)),
             OutputFormat::Mcap => Form::Mcap(McapWriter::new(out)?),
         };
@@ -148,7 +144,7 @@ impl<W: Write + Send> PictureWriter<W> {
                 *features += 1;
                 Ok(serde_json::to_writer(&mut *out, &Feature::new(track, maker, None))?)
             }),
-            Form::Csv { out, columns } => columns.picture(out, picture, maker),
+            Form::Csv(writer) => writer.picture(picture, maker),
             Form::Parquet(table) => {
                 picture.tracks.iter().try_for_each(|track| write_track(&mut **table, track, maker))
             }
@@ -159,10 +155,10 @@ impl<W: Write + Send> PictureWriter<W> {
     /// Writes the format's end, and everything buffered.
     pub fn finish(self) -> io::Result<()> {
         match self.form {
-            Form::Asterix { mut out, .. }
-            | Form::Cat062 { mut out }
-            | Form::Ndjson { mut out, .. }
-            | Form::Csv { mut out, .. } => out.flush(),
+            Form::Asterix { mut out, .. } | Form::Cat062 { mut out } | Form::Ndjson { mut out, .. } => {
+                out.flush()
+            }
+            Form::Csv(writer) => writer.finish(),
             Form::Pcap { mut out, .. } => out.flush(),
             Form::Geojson { mut out, .. } => {
                 out.write_all(b"\n]}\n")?;

@@ -112,6 +112,18 @@ pub fn write_track(
     track: &PictureTrack,
     maker: &PictureMaker,
 ) -> std::io::Result<()> {
+    set_cells(table, 0, 0..COLUMNS.len(), track, maker);
+    table.end_row()
+}
+
+/// Sets the cells of some of [`track_columns`], by their indices, in consecutive columns of the table's row from `first` on.
+pub(super) fn set_cells(
+    table: &mut (impl Table + ?Sized),
+    first: usize,
+    chosen: impl IntoIterator<Item = usize>,
+    track: &PictureTrack,
+    maker: &PictureMaker,
+) {
     let source = &track.point.source;
     let row = Row {
         track,
@@ -124,12 +136,12 @@ pub fn write_track(
         },
         integrity: track.point.integrity.as_ref(),
     };
-    for (column, (_, _, cell)) in COLUMNS.iter().enumerate() {
+    for (column, index) in chosen.into_iter().enumerate() {
+        let (_, _, cell) = COLUMNS[index];
         if let Some(cell) = cell(&row) {
-            table.set(column, cell);
+            table.set(first + column, cell);
         }
     }
-    table.end_row()
 }
 
 /// An identity of this kind.

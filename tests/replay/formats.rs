@@ -232,3 +232,48 @@ fn what_nobody_measured_and_is_known_too_poorly_is_in_no_file() {
     assert!(few.iter().any(|line| is_poor(&line)), "measured, however poorly");
     assert!(few.iter().any(|line| !is_measured(&line)), "not measured, but known well");
 }
+
+/// The columns of CSV that only `operational` has, against those of Parquet that NDJSON confirms.
+#[test]
+fn csv_of_operational_has_identity_speed_and_accuracy() {
+    let flight = super::common::demo();
+    let mut replay = flight.replay(&[&flight.capture()]);
+    replay.args(["--profile", "operational", "-o", "-", "--output-format"]);
+    let (csv, ndjson) = (ran(replay.arg("csv")), {
+        let mut replay = flight.replay(&[&flight.capture()]);
+        ran(replay.args(["--profile", "operational", "-o", "-", "--output-format", "ndjson"]))
+    });
+    let mut reader = csv::Reader::from_reader(&csv.stdout[..]);
+    let names: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+    let base = [
+        "time",
+        "id",
+        "source",
+        "track_number",
+        "radar_track",
+        "transponder",
+        "lat",
+        "lon",
+        "alt_msl",
+        "flags",
+    ];
+    assert_eq!(names[..10], base);
+    let at = |name: &str| names.iter().position(|known| known == name).unwrap_or_else(|| panic!("no {name}"));
+    let (serial, speed, accuracy) = (at("serial_number"), at("speed_m_s"), at("accuracy_h_m"));
+    let records: Vec<_> = reader.records().map(|record| record.unwrap()).collect();
+    let lines: Vec<Value> = String::from_utf8(ndjson.stdout)
+        .unwrap()
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert!(records.len() == lines.len() && records.len() > 100);
+    for (record, track) in records.iter().zip(&lines) {
+        assert_eq!(record[1], *track["id"].as_str().unwrap());
+        assert_eq!(record[serial], *track["uas_id"]["serial_number"].as_str().unwrap_or_default());
+        assert!((record[speed].parse::<f64>().unwrap() - track["speed"].as_f64().unwrap()).abs() < 0.011);
+        assert!(
+            (record[accuracy].parse::<f64>().unwrap() - track["accuracy_h_m"].as_f64().unwrap()).abs()
+                < 0.011
+        );
+    }
+}
