@@ -39,6 +39,22 @@ pub struct CotSecond {
 }
 
 impl CotWriter {
+    /// The uid of a track's events.
+    pub fn uid(&self, track: &PictureTrack, maker: &PictureMaker) -> String {
+        format!("{}.{}", self.site, maker.track_id(track))
+    }
+
+    /// The event that removes the symbol of a track that has ended, `uid` being that of its events.
+    pub fn delete(&self, uid: &str, due: Time) -> String {
+        let (uid, stale) = (escape(uid), due + self.stale);
+        format!(
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+             <event version=\"2.0\" uid=\"{uid}.ended\" type=\"t-x-d-d\" how=\"m-g\" time=\"{due}\" start=\"{due}\" stale=\"{stale}\">\
+             <point lat=\"0\" lon=\"0\" hae=\"{UNKNOWN_M:.1}\" ce=\"{UNKNOWN_M:.1}\" le=\"{UNKNOWN_M:.1}\"/>\
+             <detail><link uid=\"{uid}\" type=\"none\" relation=\"none\"/><__forcedelete/></detail></event>\n"
+        )
+    }
+
     /// The event of a track with its XML declaration, one line each; `None`: no event can hold its position.
     pub fn event(&self, track: &PictureTrack, maker: &PictureMaker, second: CotSecond) -> Option<String> {
         let (latitude, longitude) = (track.position.latitude_deg(), track.position.longitude_deg());
@@ -55,11 +71,10 @@ impl CotWriter {
         // Writing into a text does not fail.
         let _ = write!(
             event,
-            "<event version=\"2.0\" uid=\"{}.{}\" type=\"{}\" how=\"{}\" time=\"{}\" start=\"{}\" stale=\"{}\">\
+            "<event version=\"2.0\" uid=\"{}\" type=\"{}\" how=\"{}\" time=\"{}\" start=\"{}\" stale=\"{}\">\
              <point lat=\"{latitude:.7}\" lon=\"{longitude:.7}\" hae=\"{height_m:.1}\" ce=\"{ce_m:.1}\" le=\"{le_m:.1}\"/>\
              <detail><contact callsign=\"{}\"/>",
-            escape(&self.site),
-            escape(&id),
+            escape(&self.uid(track, maker)),
             kind(maker.class(track), track, is_doubted),
             how(track, second.is_predicted),
             second.due,
@@ -124,7 +139,7 @@ fn callsign(track: &PictureTrack, id: &str, is_doubted: bool) -> String {
     if is_doubted { format!("? {name}") } else { name }
 }
 
-/// What the track is, in words; what speaks against it comes first.
+/// The track in words: doubts about it first, the state of the service last.
 fn remarks(track: &PictureTrack, class: TrackClass, second: CotSecond) -> String {
     let mut said: Vec<String> = Vec::new();
     if let Some(known) = track.point.integrity.filter(|known| known.state.is_flagged()) {
@@ -141,9 +156,6 @@ fn remarks(track: &PictureTrack, class: TrackClass, second: CotSecond) -> String
     }
     if track.is_uncooperative {
         said.push("Without a transponder where one would be heard.".to_owned());
-    }
-    if second.is_degraded {
-        said.push("The service reports that it is degraded.".to_owned());
     }
     let source = &track.point.source;
     said.push(
@@ -174,6 +186,9 @@ fn remarks(track: &PictureTrack, class: TrackClass, second: CotSecond) -> String
     }
     if track.altitude_amsl_m.is_none() {
         said.push("Height not known.".to_owned());
+    }
+    if second.is_degraded {
+        said.push("The service reports that it is degraded.".to_owned());
     }
     said.join(" ")
 }

@@ -1,5 +1,6 @@
 //! `[[output.cot]]`: Cursor on Target, to a group or a host over UDP, or to a TAK server over TCP or TLS.
 
+use std::collections::BTreeSet;
 use std::net::Ipv4Addr;
 use std::sync::Arc;
 
@@ -30,7 +31,7 @@ pub(super) fn open(cot: &config::Cot, site: &Site) -> Result<Sink, String> {
             // A group stays in its network unless somebody says otherwise; a host may be anywhere.
             let ttl = cot.ttl.unwrap_or(if is_group { 1 } else { 64 });
             return Ok(Sink::Datagrams(Datagrams {
-                messages: Box::new(datagrams(writer, desk.clone())),
+                messages: Box::new(datagrams(CotEvents::new(writer), desk.clone())),
                 desk,
                 to: *to,
                 interface,
@@ -40,7 +41,7 @@ pub(super) fn open(cot: &config::Cot, site: &Site) -> Result<Sink, String> {
         Carrier::Tcp(host, port) => Dial::plain(host, *port),
         Carrier::Tls(host, port) => Dial::tls(host, *port, &proofs)?,
     };
-    Ok(Sink::Peer(Peer { desk, dial, dialogue: Box::new(Events { writer }) }))
+    Ok(Sink::Peer(Peer { desk, dial, dialogue: Box::new(Events { events: CotEvents::new(writer) }) }))
 }
 
 /// For people.
@@ -58,44 +59,62 @@ pub(super) fn warning(cot: &config::Cot) -> Option<String> {
 /// Events on a connection. What a TAK server sends, the events of others among it, is of no use here.
 #[derive(Debug)]
 struct Events {
-    writer: CotWriter,
+    events: CotEvents,
 }
 
 impl Dialogue for Events {
     fn say(&mut self, second: &Second) -> Result<Said, String> {
         let mut said = Said::default();
-        for event in events(&self.writer, second) {
-            match event {
-                Some(event) => {
-                    said.octets.extend(event.into_bytes());
-                    said.messages += 1;
-                }
-                None => said.left_out += 1,
-            }
-        }
+        said.left_out = self.events.of(second, |event| {
+            said.octets.extend(event.into_bytes());
+            said.messages += 1;
+        });
         Ok(said)
     }
 }
 
-fn datagrams(writer: CotWriter, desk: Arc<Desk>) -> impl FnMut(&Second) -> Vec<Vec<u8>> {
+fn datagrams(mut events: CotEvents, desk: Arc<Desk>) -> impl FnMut(&Second) -> Vec<Vec<u8>> {
     move |second| {
-        let (mut datagrams, mut left_out) = (Vec::new(), 0);
-        for event in events(&writer, second) {
-            match event {
-                Some(event) => datagrams.push(event.into_bytes()),
-                None => left_out += 1,
-            }
-        }
+        let mut datagrams = Vec::new();
+        let left_out = events.of(second, |event| datagrams.push(event.into_bytes()));
         desk.left_out(left_out);
         datagrams
     }
 }
 
-fn events(writer: &CotWriter, second: &Second) -> impl Iterator<Item = Option<String>> {
-    let of_second = CotSecond {
-        due: second.due,
-        is_predicted: second.kind == PictureKind::Now,
-        is_degraded: second.level > Level::Ok,
-    };
-    second.tracks().map(move |track| writer.event(track, &second.maker, of_second))
+/// The events of each second, and the deletion of the tracks that have ended.
+#[derive(Debug)]
+struct CotEvents {
+    writer: CotWriter,
+    /// The uids that the receiver shows.
+    shown: BTreeSet<String>,
+}
+
+impl CotEvents {
+    fn new(writer: CotWriter) -> Self {
+        Self { writer, shown: BTreeSet::new() }
+    }
+
+    /// Hands on the events of a second; the number of tracks that no event can hold.
+    fn of(&mut self, second: &Second, mut hand_on: impl FnMut(String)) -> u64 {
+        let of_second = CotSecond {
+            due: second.due,
+            is_predicted: second.kind == PictureKind::Now,
+            is_degraded: second.level > Level::Ok,
+        };
+        let (mut shown, mut left_out) = (BTreeSet::new(), 0);
+        for track in second.tracks() {
+            match self.writer.event(track, &second.maker, of_second) {
+                Some(event) => {
+                    shown.insert(self.writer.uid(track, &second.maker));
+                    hand_on(event);
+                }
+                None => left_out += 1,
+            }
+        }
+        let ended = self.shown.difference(&shown);
+        ended.for_each(|uid| hand_on(self.writer.delete(uid, second.due)));
+        self.shown = shown;
+        left_out
+    }
 }

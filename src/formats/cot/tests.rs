@@ -224,7 +224,8 @@ fn a_doubted_track_looks_doubted() {
     assert!(Seen::of(&dark).text_of("remarks").contains("Without a transponder"));
     let degraded = CotSecond { is_degraded: true, ..SECOND };
     let text = writer().event(&dark, &site().1, degraded).unwrap();
-    assert!(text.contains("degraded"), "{text}");
+    assert!(text.contains("<remarks>Without a transponder where one would be heard."), "{text}");
+    assert!(text.contains("The service reports that it is degraded.</remarks>"), "{text}");
 }
 
 proptest! {

@@ -16,6 +16,7 @@ use tokio_rustls::rustls::pki_types::pem::PemObject;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use tokio_rustls::rustls::server::WebPkiClientVerifier;
 use tokio_rustls::rustls::{RootCertStore, ServerConfig, ServerConnection, StreamOwned};
+use utm_fusion::live::PublishedPicture;
 use utm_fusion::picture::PictureTrack;
 use utm_fusion::sinks::Loss;
 
@@ -33,12 +34,15 @@ pub(super) struct Event {
     stale: String,
     place: [f64; 2],
     callsign: String,
+    /// The uid whose symbol it removes.
+    deletes: Option<String>,
 }
 
 impl Event {
     pub(super) fn parse(text: &str) -> Self {
         let document = roxmltree::Document::parse(text).unwrap_or_else(|error| panic!("{error}: {text}"));
-        let element = |name: &str| document.descendants().find(|node| node.has_tag_name(name)).unwrap();
+        let found = |name: &str| document.descendants().find(|node| node.has_tag_name(name));
+        let element = |name: &str| found(name).unwrap();
         let of = |node: roxmltree::Node<'_, '_>, name: &str| node.attribute(name).unwrap().to_owned();
         let event = document.root_element();
         let metres = |name: &str| of(element("point"), name).parse::<f64>().unwrap();
@@ -50,7 +54,8 @@ impl Event {
             start: of(event, "start"),
             stale: of(event, "stale"),
             place: [metres("lat"), metres("lon")],
-            callsign: of(element("contact"), "callsign"),
+            callsign: found("contact").map_or_else(String::new, |contact| of(contact, "callsign")),
+            deletes: found("link").map(|link| of(link, "uid")),
         }
     }
 
@@ -76,6 +81,49 @@ fn text_of_one(socket: &UdpSocket) -> String {
     let mut octets = [0; 4096];
     let length = socket.recv(&mut octets).unwrap();
     String::from_utf8(octets[..length].to_vec()).unwrap()
+}
+
+/// A picture of the flight without this track.
+fn without(frame: &PublishedPicture, id: &str) -> PublishedPicture {
+    let mut frame = frame.clone();
+    frame.picture.tracks.retain(|track| flown().maker.track_id(track) != id);
+    frame
+}
+
+#[test]
+fn ended_track_is_deleted_once() {
+    let socket = udp();
+    let port = socket.local_addr().unwrap().port();
+    let mut site = Site::open(&format!("[[output.cot]]\nid = \"host\"\nurl = \"udp://127.0.0.1:{port}\"\n"));
+    let frames = &flown().frames[..3];
+    let ended = flown().maker.track_id(tracks(&frames[0])[0]);
+    let uid = format!("{}.{ended}", flown().config.site.name);
+    site.writer.publish(frames[0].clone());
+    let mut shown = Vec::new();
+    for _ in tracks(&frames[0]) {
+        shown.push(Event::parse(&text_of_one(&socket)).uid);
+    }
+    assert!(shown.contains(&uid));
+    for (frame, deleted) in frames[1..].iter().zip([1, 0]) {
+        let frame = without(frame, &ended);
+        site.writer.publish(frame.clone());
+        for _ in tracks(&frame) {
+            let event = Event::parse(&text_of_one(&socket));
+            assert!(event.deletes.is_none() && event.uid != uid, "{event:?}");
+        }
+        for _ in 0..deleted {
+            let event = Event::parse(&text_of_one(&socket));
+            assert_eq!((&*event.kind, event.deletes.as_deref()), ("t-x-d-d", Some(&*uid)), "{event:?}");
+        }
+    }
+    site.close();
+    assert_eq!(
+        socket
+            .set_read_timeout(Some(Duration::from_millis(200)))
+            .map(|()| socket.recv(&mut [0; 8]).is_err())
+            .ok(),
+        Some(true)
+    );
 }
 
 #[test]
