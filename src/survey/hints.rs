@@ -3,20 +3,26 @@
 use std::collections::BTreeSet;
 use std::net::IpAddr;
 
-use super::report::{LineHint, SensorHint, SourceReport};
+use super::report::{EditionReport, LineHint, SensorHint, SourceReport};
 use crate::capture::Endpoints;
 
 /// A sensor sends at least a twentieth of the busiest one's records; others are strays.
 const STRAY: u64 = 20;
 
-/// Radars and transponder receivers among the sources.
-pub(super) fn sensors(sources: &[SourceReport]) -> Vec<SensorHint> {
+/// Radars, receivers of transponders and of ADS-B among the sources, and one receiver where Remote ID was heard: Remote ID itself
+/// has no SAC and SIC, so the sensor gets a SIC that no other one has.
+pub(super) fn sensors(
+    sources: &[SourceReport],
+    editions: &[EditionReport],
+    has_remote_id: bool,
+) -> Vec<SensorHint> {
     let busiest = |category: u8| {
         let records = sources.iter().filter(|other| other.category == category).map(|other| other.records);
         records.max().unwrap_or(0)
     };
     let hint = |source: &SourceReport| {
         let kind = match source.category {
+            21 => "adsb",
             48 => "radar",
             129 => "transponder",
             _ => return None,
@@ -24,19 +30,34 @@ pub(super) fn sensors(sources: &[SourceReport]) -> Vec<SensorHint> {
         let is_stray = source.records.saturating_mul(STRAY) < busiest(source.category);
         let (sac, sic) = source.sac.zip(source.sic).filter(|_| !is_stray)?;
         let inputs: BTreeSet<_> = source.lines.iter().filter_map(input).collect();
+        let period = source.interval.filter(|interval| kind != "adsb" && interval.of != "record");
+        let edition = editions.iter().find(|edition| (edition.sac, edition.sic) == (Some(sac), Some(sic)));
         Some(SensorHint {
             kind,
             sac,
             sic,
-            period_s: source
-                .interval
-                .filter(|interval| interval.of != "record")
-                .and_then(|interval| period_s(interval.median_s)),
+            period_s: period.and_then(|interval| period_s(interval.median_s)),
             classification: (kind == "radar").then(|| classification(source)),
+            edition: edition.filter(|_| kind == "adsb").and_then(|edition| edition.edition),
             inputs: inputs.into_iter().collect(),
         })
     };
-    sources.iter().filter_map(hint).collect()
+    let mut sensors: Vec<SensorHint> = sources.iter().filter_map(hint).collect();
+    if has_remote_id {
+        let sac = sensors.first().map_or(0, |sensor| sensor.sac);
+        let is_free =
+            |&sic: &u8| !sources.iter().any(|other| (other.sac, other.sic) == (Some(sac), Some(sic)));
+        sensors.push(SensorHint {
+            kind: "remote-id",
+            sac,
+            sic: (1..u8::MAX).rev().find(is_free).unwrap_or(u8::MAX),
+            period_s: None,
+            classification: None,
+            edition: None,
+            inputs: Vec::new(),
+        });
+    }
+    sensors
 }
 
 /// Two decimals are enough for a period of the configuration, which is at most an hour.

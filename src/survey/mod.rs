@@ -284,6 +284,7 @@ impl Survey {
             counts.report(category, source, uap, dated, all_records)
         };
         let sources: Vec<_> = self.sources.iter().map(source).collect();
+        let editions = self.editions.report();
         SurveyReport {
             datagrams: self.datagrams,
             octets: self.octets,
@@ -291,7 +292,7 @@ impl Survey {
             span: self.span(),
             streams: self.streams.iter().map(|(endpoints, stream)| stream.report(*endpoints)).collect(),
             datagrams_of_more_streams: self.datagrams_of_more_streams,
-            sensors: hints::sensors(&sources),
+            sensors: hints::sensors(&sources, &editions, self.transmitters.len() > 0),
             sources,
             records_of_more_sources: self.records_of_more_sources,
             categories: self
@@ -305,7 +306,7 @@ impl Survey {
                     records: counts.records,
                 })
                 .collect(),
-            editions: self.editions.report(),
+            editions,
             remote_id: (self.transmitters.len() > 0)
                 .then(|| RemoteIdReport { transmitters: self.transmitters.len() as u64, ..self.remote_id }),
             errors: self.errors.values().cloned().collect(),

@@ -296,7 +296,7 @@ pub struct ErrorReport {
 /// A sensor as a configuration would have it, with the names of its keys.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SensorHint {
-    /// `radar` or `transponder`.
+    /// `radar`, `transponder`, `adsb` or `remote-id`.
     pub kind: &'static str,
     /// System area code.
     pub sac: u8,
@@ -306,6 +306,8 @@ pub struct SensorHint {
     pub period_s: Option<f64>,
     /// Where a radar says how likely a target is a UAV, as its items suggest.
     pub classification: Option<&'static str>,
+    /// The edition of CAT021 that fits best; `None` where several do.
+    pub edition: Option<&'static str>,
     /// What to listen on.
     pub inputs: Vec<LineHint>,
 }

@@ -87,7 +87,7 @@ fn a_configuration_is_written_of_what_is_there_only() {
     fs::write(folder.0.join("nothing.pcap"), pcap(&[(10.0, 8048, block(200, &["0102".to_owned()]))]))
         .unwrap();
     let (code, told) = said(&["info", "nothing.pcap", "--config-out", "site.toml"]);
-    assert!(code == Some(1) && told.contains("not written: no radar (CAT048)"), "{told}");
+    assert!(code == Some(1) && told.contains("not written: the input has no sensor"), "{told}");
     assert!(!folder.0.join("site.toml").exists());
 
     // Two lines of one radar, and a receiver, in three files: the radar once, with both inputs.
@@ -109,6 +109,27 @@ fn a_configuration_is_written_of_what_is_there_only() {
     let (code, told) = said(&["check", "c.toml"]);
     assert!(code == Some(3) && told.lines().count() == 5, "{told}");
     assert!(told.lines().all(|line| line.contains("this is still to be filled in; ")), "{told}");
+}
+
+/// The site of a recording without CAT048 and CAT129: after the radar's place is filled in, it is complete.
+#[test]
+fn config_out_lists_adsb_and_remote_id_receivers() {
+    let folder = Temporary::folder("config-out-others");
+    let said = |args: &[&str]| in_folder(&folder.0, args);
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenarios/event.toml");
+    let scenario = fs::read_to_string(scenario).unwrap().replace("duration_s = 300", "duration_s = 20");
+    fs::write(folder.0.join("event.toml"), scenario).unwrap();
+    let (code, told) = said(&["simulate", "event.toml", "--out", "event"]);
+    assert_eq!(code, Some(0), "{told}");
+    let (code, told) = said(&["info", "event/capture.pcap", "--config-out", "site.toml"]);
+    assert_eq!(code, Some(0), "{told}");
+    let site = fs::read_to_string(folder.0.join("site.toml")).unwrap();
+    for kind in ["radar", "transponder", "adsb", "remote-id"] {
+        assert!(site.contains(&format!("kind = \"{kind}\"\n")), "{kind}: {site}");
+    }
+    fs::write(folder.0.join("whole.toml"), site.replace("\"fill in\"", "50.0")).unwrap();
+    let (code, told) = said(&["check", "whole.toml"]);
+    assert_eq!(code, Some(0), "{told}\n{site}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::fs::OpenOptions;
 use std::io::{self, Write as _};
 use std::path::Path;
 
-use super::text::{classification, inputs};
+use super::text::{classification, edition, inputs};
 use crate::commands::Usage;
 use crate::config::FILL_IN;
 use crate::survey::SensorHint;
@@ -39,7 +39,8 @@ pub(super) fn write(
     if sensors.is_empty() {
         let file = file.display();
         return Err(format!(
-            "--config-out {file}: not written: no radar (CAT048) and no transponder receiver (CAT129) is in the input"
+            "--config-out {file}: not written: the input has no sensor that a site can have: no radar (CAT048) and no receiver of transponders \
+             (CAT129), ADS-B (CAT021, Beast) or Remote ID"
         )
         .into());
     }
@@ -107,13 +108,15 @@ fn site(file: &Path, seen_in: &[String], sensors: &[SensorHint]) -> String {
         if let Some(period_s) = sensor.period_s {
             _ = writeln!(text, "period_s = {period_s:?}");
         }
-        let keys = classification(sensor).into_iter().chain(inputs(sensor));
+        let keys = classification(sensor).into_iter().chain(edition(sensor)).chain(inputs(sensor));
         keys.for_each(|key| _ = writeln!(text, "{key}"));
         text += match sensor.kind {
             "radar" => {
                 "# Standard deviations, from the data sheet; usual ones are taken where they are not given:\n\
                  # accuracy = { range_m = …, azimuth_deg = …, height_m = … }\n"
             }
+            // These state the accuracy of each report themselves.
+            "adsb" | "remote-id" => "",
             _ => {
                 "# Standard deviations, from the data sheet; usual ones are taken where they are not given:\n\
                  # accuracy = { horizontal_m = …, vertical_m = … }\n"

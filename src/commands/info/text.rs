@@ -306,6 +306,7 @@ fn sensors(text: &mut String, sensors: &[SensorHint]) -> fmt::Result {
         let mut keys = vec![format!("sac = {}", sensor.sac), format!("sic = {}", sensor.sic)];
         keys.extend(sensor.period_s.map(|period_s| format!("period_s = {period_s:?}")));
         keys.extend(classification(sensor));
+        keys.extend(edition(sensor));
         keys.extend(inputs(sensor));
         wrapped(text, &format!("{:<11}  ", sensor.kind), &keys)?;
     }
@@ -318,6 +319,11 @@ pub(super) fn classification(sensor: &SensorHint) -> Option<String> {
         "constant" => "classification = { source = \"constant\", value = 1.0 }".to_owned(),
         source => format!("classification = {{ source = \"{source}\" }}"),
     })
+}
+
+/// The key `edition`, of a receiver of ADS-B.
+pub(super) fn edition(sensor: &SensorHint) -> Option<String> {
+    sensor.edition.map(|edition| format!("edition = \"{edition}\""))
 }
 
 /// The key `inputs`, where the capture tells any.
