@@ -18,9 +18,9 @@ section! {
     Connection {
         /// What it speaks.
         format: ConnectionFormat = need(
-            "format = \"beast\" or \"avr\" (kind = \"adsb\"), \"mqtt\" or \"http\" (kind = \"remote-id\") or \"mavlink\" (kind = \"transponder\")",
+            "format = \"beast\" or \"avr\" (kind = \"adsb\"), \"asterix\" (\"adsb\", \"radar\" or \"transponder\"), \"mqtt\" or \"http\" (kind = \"remote-id\") or \"mavlink\" (kind = \"transponder\")",
         ), tables::kinds::named();
-        /// `"beast"`, `"avr"`: address and port of the receiver, such as `127.0.0.1:30005`. `"mqtt"`: the broker,
+        /// `"beast"`, `"avr"`, `"asterix"`: address and port of the receiver, such as `127.0.0.1:30005`. `"mqtt"`: the broker,
         /// `mqtt://host:1883`, or with TLS `mqtts://host:8883`. `"mavlink"`: own address and UDP port to listen on. `"http"` has
         /// none: gateways post to the service's own API.
         address: String = depends("none with `\"http\"`, else it is needed", String::new()), any_text();
@@ -50,6 +50,8 @@ names! {
         Beast = "beast",
         /// The same as text.
         Avr = "avr",
+        /// ASTERIX data blocks over TCP, as readsb sends CAT021.
+        Asterix = "asterix",
         /// Lines of Remote ID from a broker of MQTT 5.
         Mqtt = "mqtt",
         /// Lines of Remote ID that gateways post to `/api/v1/remote-id` of this service (docs/API.md).
@@ -162,6 +164,7 @@ impl ConnectionFormat {
     pub(super) const fn kinds(self) -> &'static [&'static str] {
         match self {
             Self::Beast | Self::Avr => &["adsb"],
+            Self::Asterix => &["adsb", "radar", "transponder"],
             Self::Mqtt | Self::Http => &["remote-id"],
             Self::Mavlink => &["transponder", "mavlink"],
         }

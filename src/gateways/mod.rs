@@ -4,6 +4,7 @@
 //! | room | takes | gives |
 //! |---|---|---|
 //! | [`adsb`] | frames of a 1090 MHz receiver, Beast or AVR | CAT021, edition 2.6 |
+//! | [`blocks`] | ASTERIX over TCP | its data blocks, unchanged |
 //! | [`mavlink`] | MAVLink position reports | CAT129 |
 //! | [`remote_id`] | frames of Wi-Fi and Bluetooth; text from a broker | lines of Remote ID |
 //!
@@ -11,6 +12,7 @@
 //! What is recorded is what it gives, so that a replay needs no translator.
 
 pub mod adsb;
+pub mod blocks;
 pub mod mavlink;
 pub mod remote_id;
 

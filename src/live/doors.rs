@@ -1,5 +1,5 @@
-//! Lines that are connections: to a receiver over TCP, or to a broker of MQTT 5. What comes is translated, and handed on as if
-//! it were datagrams; the connection is made again, more and more seldom, where it fails or falls silent.
+//! Lines that are connections: to a receiver over TCP, or to a broker of MQTT 5. What comes is translated or cut into ASTERIX
+//! blocks, and handed on as if it were datagrams; the connection is made again, more and more seldom, where it fails or falls silent.
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddrV4};
@@ -19,11 +19,13 @@ use tracing::{error, info};
 use super::clock::Clock;
 use crate::config::{Connection, ConnectionFormat};
 use crate::gateways::adsb::{Framing, Place, Translator};
+use crate::gateways::blocks::{BlockStream, NotAsterix};
 use crate::gateways::remote_id::Counts;
 use crate::net::dial::{Dial, Proofs};
 use crate::net::listen::{Arrival, Line, LineCounters};
 use crate::net::mqtt::{Broken, Caller, Connection as Broker, Found};
 use crate::net::secret::secret;
+use fusion::time::Time;
 
 /// Pause before the next try: the first one, and the longest.
 const PAUSES: [Duration; 2] = [Duration::from_secs(2), Duration::from_secs(30)];
@@ -52,6 +54,38 @@ pub(super) struct Door {
     pub(super) origin: Place,
 }
 
+/// Makes datagrams of a receiver's stream.
+enum StreamReader {
+    /// Frames of a 1090 MHz receiver.
+    Frames(Translator),
+    /// ASTERIX.
+    Blocks(BlockStream),
+}
+
+impl StreamReader {
+    fn take(
+        &mut self,
+        octets: &[u8],
+        received: Time,
+        hand_on: impl FnMut(Vec<u8>),
+    ) -> Result<(), NotAsterix> {
+        match self {
+            Self::Frames(translator) => {
+                translator.take(octets, received, hand_on);
+                Ok(())
+            }
+            Self::Blocks(blocks) => blocks.take(octets, hand_on),
+        }
+    }
+
+    fn end(&mut self) {
+        match self {
+            Self::Frames(translator) => _ = translator.end(),
+            Self::Blocks(blocks) => blocks.end(),
+        }
+    }
+}
+
 /// Why a connection is no more.
 enum Ended {
     Failed(String),
@@ -76,18 +110,19 @@ impl Door {
         let Some(connection) = self.line.connection.clone() else { return };
         let mut stopped = self.stopped.clone();
         let (mut pause, mut failing) = (PAUSES[0], false);
-        let framing = match connection.format {
-            ConnectionFormat::Avr => Framing::Avr,
-            _ => Framing::Beast,
+        // The translator, and what it knows of aircraft, outlives a short break.
+        let frames = |framing| StreamReader::Frames(Translator::new(framing, self.source, Some(self.origin)));
+        let mut reader = match connection.format {
+            ConnectionFormat::Asterix => StreamReader::Blocks(BlockStream::default()),
+            ConnectionFormat::Avr => frames(Framing::Avr),
+            _ => frames(Framing::Beast),
         };
-        // What it has heard of aircraft outlives a short break.
-        let mut translator = Translator::new(framing, self.source, Some(self.origin));
         let mut counts = Counts::default();
         loop {
             let session = async {
                 match connection.format {
                     ConnectionFormat::Mqtt => self.broker(&connection, &mut counts, &hand_on).await,
-                    _ => self.receiver(&mut translator, &hand_on).await,
+                    _ => self.receiver(&mut reader, &hand_on).await,
                 }
             };
             let Err(ended) = session.await;
@@ -110,7 +145,7 @@ impl Door {
     /// A receiver's stream.
     async fn receiver(
         &self,
-        translator: &mut Translator,
+        reader: &mut StreamReader,
         hand_on: &impl Fn(Arrival) -> bool,
     ) -> Result<std::convert::Infallible, Ended> {
         let address = self.line.destination();
@@ -126,11 +161,14 @@ impl Door {
         let mut buffer = vec![0; CHUNK];
         let mut take = |octets: &[u8]| {
             let received = self.clock.now();
-            translator.take(octets, received, |payload| {
+            let taken = reader.take(octets, received, |payload| {
                 let arrival = Arrival { line: self.index, received, from: address, payload };
                 self.counters.note(received, hand_on(arrival));
             });
-            self.counters.note_untranslated(translator.counts().dropped.iter());
+            if let StreamReader::Frames(translator) = &*reader {
+                self.counters.note_untranslated(translator.counts().dropped.iter());
+            }
+            taken
         };
         let ended = loop {
             let read = tokio::select! {
@@ -139,7 +177,7 @@ impl Door {
                     // What has arrived by now.
                     for _ in 0..LAST_CHUNKS {
                         match stream.try_read(&mut buffer) {
-                            Ok(length) if length > 0 => take(&buffer[..length]),
+                            Ok(length) if length > 0 && take(&buffer[..length]).is_ok() => {}
                             _ => break,
                         }
                     }
@@ -148,12 +186,16 @@ impl Door {
             };
             match read {
                 Ok(Ok(0)) => break Ended::Failed("the receiver closed the connection".to_owned()),
-                Ok(Ok(length)) => take(&buffer[..length]),
+                Ok(Ok(length)) => {
+                    if let Err(error) = take(&buffer[..length]) {
+                        break Ended::Failed(error.to_string());
+                    }
+                }
                 Ok(Err(error)) => break error.into(),
                 Err(_) => break Ended::Failed(format!("nothing came for {} s", SILENCE.as_secs())),
             }
         };
-        translator.end();
+        reader.end();
         Err(ended)
     }
 

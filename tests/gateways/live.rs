@@ -109,6 +109,13 @@ fn connections_are_translated_counted_shown_and_recorded() {
     let binary = [&b"garbage"[..], &damaged, &beast(PAIR[0]), &beast(PAIR[1])].concat();
     let text = format!("*{};\n*5D40;\n*5D4;\n*{};\n", PAIR[0], PAIR[1]);
     let (binary, text) = (receiver(binary), receiver(text.into_bytes()));
+    // Two blocks of CAT129 behind each other.
+    let item = |serial: &str| [&[0x88, 70, 25][..], serial.as_bytes()].concat();
+    let block = |serial: &str| {
+        let record = item(serial);
+        [&[129, 0, record.len() as u8 + 3][..], &record].concat()
+    };
+    let blocks = receiver([block("RELAY-000001"), block("RELAY-000002")].concat());
     let udp = UdpSocket::bind("127.0.0.1:0").unwrap();
     let (mavlink_port, http) = (free_port(), free_port());
     let broker = broker(&scratch);
@@ -139,6 +146,12 @@ id = "range"
 sac = 70
 sic = 23
 connections = [{{ format = "mavlink", address = "127.0.0.1:{mavlink_port}", systems = [{{ system_id = 7, serial_number = "TEST-7", country = "NL" }}] }}]
+[[sensors]]
+kind = "transponder"
+id = "relay"
+sac = 70
+sic = 25
+connections = [{{ format = "asterix", address = "127.0.0.1:{blocks}" }}]
 [http]
 listen = "127.0.0.1:{http}"
 [state]
@@ -169,7 +182,7 @@ dir = "{}"
     let shown = || std::fs::read_to_string(scratch.path("run.log")).unwrap();
     // Two connections each: an aircraft is known from the one before.
     wait_for(&format!("positions come over TCP\n{}", shown()), || {
-        received("roof") >= 3 && received("mast") >= 3
+        received("roof") >= 3 && received("mast") >= 3 && received("relay") >= 3
     });
     wait_for("positions come by MAVLink", || {
         for octets in [mavlink(7), mavlink(8), mavlink(7)[..20].to_vec()] {
@@ -224,6 +237,8 @@ dir = "{}"
             );
         }
     }
+    let relayed: BTreeSet<&str> = of(25).filter_map(|record| record["items"]["040"].as_str()).collect();
+    assert_eq!(relayed, BTreeSet::from(["RELAY-000001", "RELAY-000002"]));
     let drone = of(23).next().unwrap();
     assert_eq!((&drone["cat"], &drone["items"]["040"]), (&129.into(), &"TEST-7      ".into()));
     if broker.is_some() {
