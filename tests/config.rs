@@ -117,6 +117,8 @@ fn whole_example() -> String {
         "[[output.sapient]]",
         "node_id = ",
         "status_interval_s = ",
+        "[[output.mqtt]]",
+        "retain = ",
     ];
     let uncommented = |line: &str| match line.strip_prefix("# ") {
         Some(text) if keys.iter().any(|key| text.starts_with(key)) => format!("{text}\n"),

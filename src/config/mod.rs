@@ -57,7 +57,7 @@ pub use map::Map;
 pub use network::{Address, Category, Feed, Input, LONGEST_TRAILER, PictureKind, Sink};
 pub use output::{Output, Persistence, Record, SerialSource};
 pub use page::{keys, reference};
-pub use receivers::{Mqtt, Webhook};
+pub use receivers::{Mqtt, MqttTracks, Webhook};
 pub use sensors::{
     Camera, CameraAccuracy, Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind,
     Transponder, TransponderAccuracy,

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::network::{Feed, PictureKind, Sink};
+use super::receivers::MqttTracks;
 use super::sinks::{Cot, F3623, Sapient};
 use crate::picture::MAX_ACCURACY_M;
 use tables::kinds::{directory, flag, inline, named, number, tables, whole};
@@ -21,6 +22,8 @@ section! {
         f3623: Vec<F3623> = Vec::new(), tables();
         /// Nodes that get SAPIENT detection reports, one per track and second.
         sapient: Vec<Sapient> = Vec::new(), tables();
+        /// Brokers of MQTT 5 that get a message per track and second.
+        mqtt: Vec<MqttTracks> = Vec::new(), tables();
         /// What I129/040 of a record with a transponder holds.
         serial: SerialSource = SerialSource::Uas, named();
         /// Of positions that no sensor measured in their slot (interpolated, extrapolated) those are left out, here and in the
@@ -51,6 +54,7 @@ impl Output {
             ("cot", self.cot.iter().any(|sink| is_now(sink.picture))),
             ("f3623", self.f3623.iter().any(|sink| is_now(sink.picture))),
             ("sapient", self.sapient.iter().any(|sink| is_now(sink.picture))),
+            ("mqtt", self.mqtt.iter().any(|sink| is_now(sink.picture))),
         ];
         keys.into_iter().filter_map(|(key, wants)| wants.then_some(key)).collect()
     }

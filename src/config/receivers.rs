@@ -1,4 +1,4 @@
-//! `[[alerts.webhooks]]` and `[alerts.mqtt]`: who hears of alerts.
+//! `[[alerts.webhooks]]` and `[alerts.mqtt]`, the receivers of alerts, and `[[output.mqtt]]`, brokers that get tracks.
 
 use std::path::PathBuf;
 
@@ -6,6 +6,7 @@ use axum::http::Uri;
 use jiff::SignedDuration;
 
 use super::alerts::{AlertKind, Severity};
+use super::network::PictureKind;
 use tables::kinds::{any_text, beside, flag, is_plain, list, named, parsed, seconds, text, whole};
 use tables::reader::Section;
 use tables::section;
@@ -72,6 +73,65 @@ section! {
     } by hand {}
 }
 
+section! {
+    /// A broker of MQTT 5 that gets the tracks (docs/OUTPUTS.md).
+    #[derive(Eq)]
+    MqttTracks {
+        /// Its name in the log, in `/metrics` and in alerts.
+        id: String = need("id = \"broker\", a name of the receiver"),
+            text("an id is made of letters, digits, _ and -", is_plain);
+        /// Name or address of the broker.
+        host: String = need("host = \"broker.example\""),
+            text("a host is a name or an address, without scheme and port", is_host);
+        /// Its port.
+        port: u16 = depends("8883 with `tls`, else 1883", PORT), whole("a port is a whole number, 1 to 65535", 1..=65_535);
+        /// Whether the connection is TLS.
+        tls: bool = false, flag();
+        /// Certificates that the broker's is issued by, PEM; with `tls`.
+        ca: Option<PathBuf> = absent("those that this machine trusts"), beside();
+        /// User name at the broker.
+        username: Option<String> = absent("none"), any_text();
+        /// File of the password.
+        password_file: Option<PathBuf> = absent("none"), beside();
+        /// Environment variable that holds the password instead.
+        password_env: Option<String> = absent("none"), variable();
+        /// Identifies this client at the broker; two of the same id end each other's connection.
+        client_id: Option<String> = absent("`utm-fusion-` with SAC and SIC of the site and `id`"),
+            text("a client id is made of letters, digits, _ and -", is_plain);
+        /// First levels of all topics: tracks are published to `<prefix>/tracks/<id of the track>`. Two services need two.
+        prefix: String = "utm-fusion".to_owned(), text(
+            "a prefix is made of names with / between them, without +, # and a $ at its beginning",
+            is_prefix,
+        );
+        /// Whether the broker retains the last message of each track for new subscribers. It expires after 10 s.
+        retain: bool = false, flag();
+        /// Which picture is sent. `now` needs `fusion.now`.
+        picture: PictureKind = PictureKind::Lagged, named();
+    } by hand {}
+}
+
+impl ByHand for MqttTracks {
+    fn more(&mut self, section: &mut Section<'_>) {
+        if section.written("port").is_none() {
+            self.port = if self.tls { TLS_PORT } else { PORT };
+        }
+        let has_both = self.password_file.is_some() && self.password_env.is_some();
+        broker_keys(section, self.tls, self.ca.is_some(), self.username.is_some(), has_both);
+    }
+}
+
+/// Refuses keys of a broker that contradict each other.
+fn broker_keys(section: &Section<'_>, tls: bool, has_ca: bool, has_username: bool, has_both_passwords: bool) {
+    one_place(section, has_both_passwords, &["password_env"]);
+    if has_ca && !tls {
+        section.contradict(&["ca"], "nobody proves anything without tls = true; add it, or remove the key");
+    }
+    if !has_username {
+        let message = "a password belongs to a username; add it, or remove the key";
+        section.contradict(&["password_file", "password_env"], message);
+    }
+}
+
 /// Of MQTT, as registered.
 const PORT: u16 = 1883;
 /// Of MQTT over TLS, as registered.
@@ -102,16 +162,9 @@ impl ByHand for Mqtt {
         if section.written("port").is_none() {
             self.port = if self.tls { TLS_PORT } else { PORT };
         }
-        one_place(section, self.password_file.is_some() && self.password_env.is_some(), &["password_env"]);
         some_kinds(section, self.kinds.as_deref());
-        if self.ca.is_some() && !self.tls {
-            section
-                .contradict(&["ca"], "nobody proves anything without tls = true; add it, or remove the key");
-        }
-        if self.username.is_none() {
-            let message = "a password belongs to a username; add it, or remove the key";
-            section.contradict(&["password_file", "password_env"], message);
-        }
+        let has_both = self.password_file.is_some() && self.password_env.is_some();
+        broker_keys(section, self.tls, self.ca.is_some(), self.username.is_some(), has_both);
     }
 }
 

@@ -138,6 +138,16 @@ impl Connection {
         })
     }
 
+    /// Publishes at QoS 0, which the broker does not acknowledge; `false` where the message is larger than the broker takes.
+    pub(crate) async fn send(&mut self, message: Publish) -> Result<bool, Broken> {
+        let packet = Packet::Publish(Publish { qos: QoS::AtMostOnce, ..message });
+        if self.largest.is_some_and(|largest| packet.size() > largest as usize) {
+            return Ok(false);
+        }
+        self.write(&packet).await?;
+        Ok(true)
+    }
+
     /// Asks for messages; those that are retained come where others are waited for. A broker that shows them to nobody goes
     /// without saying.
     pub(crate) async fn subscribe(&mut self, subscribe: Subscribe) -> Result<(), Broken> {

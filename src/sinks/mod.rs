@@ -3,7 +3,8 @@
 //! ```text
 //! hub ──► follow ──► Desk (8 s at most, per sink) ──► sink's task ──► UDP
 //!         never waits                             ├─► sink's task ──► TCP, TLS: a Dialogue
-//!                                             └─► sink's task ──► HTTP
+//!                                             ├─► sink's task ──► HTTP
+//!                                             └─► sink's task ──► a broker of MQTT 5
 //! ```
 //!
 //! No slot waits for a sink: the follower reads the hub as any reader does, and what a receiver does not take in time is lost
@@ -16,6 +17,7 @@ mod datagrams;
 mod desk;
 mod f3623;
 mod follow;
+mod mqtt;
 mod outbox;
 mod sapient;
 mod second;
@@ -31,6 +33,7 @@ use crate::net::peers::{Closing, Deliveries, Unusable};
 use datagrams::Datagrams;
 use desk::Desk;
 use f3623::Posts;
+use mqtt::TrackBroker;
 use stream::Peer;
 
 pub use counts::{Counts, Loss};
@@ -42,6 +45,7 @@ enum Sink {
     Datagrams(Datagrams),
     Peer(Peer),
     Posts(Posts),
+    Broker(TrackBroker),
 }
 
 impl Sink {
@@ -50,6 +54,7 @@ impl Sink {
             Self::Datagrams(datagrams) => &datagrams.desk,
             Self::Peer(peer) => &peer.desk,
             Self::Posts(posts) => &posts.desk,
+            Self::Broker(broker) => &broker.desk,
         }
     }
 
@@ -58,6 +63,7 @@ impl Sink {
             Self::Datagrams(datagrams) => datagrams.deliver(closing).await,
             Self::Peer(peer) => peer.deliver(closing).await,
             Self::Posts(posts) => posts.deliver(closing).await,
+            Self::Broker(broker) => broker.deliver(closing).await,
         }
     }
 
@@ -67,6 +73,7 @@ impl Sink {
             Self::Datagrams(datagrams) => datagrams.reach().await,
             Self::Peer(peer) => peer.reach().await,
             Self::Posts(posts) => posts.reach().await,
+            Self::Broker(broker) => broker.reach().await,
         }
     }
 }
@@ -103,6 +110,12 @@ impl PictureSinks {
             all.lines.push(sapient::line(sapient));
             all.warnings.extend(sapient::warning(sapient));
             all.sinks.push(sapient::open(sapient, config));
+        }
+        for mqtt in &config.output.mqtt {
+            let refuse = |problem| Unusable::new(format!("output.mqtt, id \"{}\"", mqtt.id), problem);
+            all.lines.push(mqtt::line(mqtt));
+            all.warnings.extend(mqtt::warning(mqtt));
+            all.sinks.push(mqtt::open(mqtt, &config.site).map_err(refuse)?);
         }
         Ok(all)
     }

@@ -14,20 +14,20 @@ use rumqttc::v5::{Client, Connection, Event, MqttOptions};
 use super::{PATIENCE, wait_for};
 use crate::common::Scratch;
 
-pub(super) struct Broker {
+pub(crate) struct Broker {
     scratch: Scratch,
-    pub(super) port: u16,
+    pub(crate) port: u16,
     child: Child,
 }
 
 impl Broker {
     /// `None`, and a line, where it is not installed. `more`: lines of its configuration.
-    pub(super) fn start(more: &str) -> Option<Self> {
+    pub(crate) fn start(more: &str) -> Option<Self> {
         Self::start_in(Scratch::new(), more)
     }
 
     /// The same with files beside it.
-    pub(super) fn start_in(scratch: Scratch, more: &str) -> Option<Self> {
+    pub(crate) fn start_in(scratch: Scratch, more: &str) -> Option<Self> {
         let Some(program) = program() else {
             eprintln!("skipped: mosquitto is not installed");
             return None;
@@ -42,12 +42,12 @@ impl Broker {
     }
 
     /// It ends, and forgets everything.
-    pub(super) fn stop(&mut self) {
+    pub(crate) fn stop(&mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
     }
 
-    pub(super) fn start_again(&mut self) {
+    pub(crate) fn start_again(&mut self) {
         self.child = spawn(&program().unwrap(), &self.scratch);
         self.is_up();
     }
@@ -56,12 +56,12 @@ impl Broker {
         wait_for("the broker is up", || std::net::TcpStream::connect(("127.0.0.1", self.port)).is_ok());
     }
 
-    pub(super) fn listener(&self) -> Listener {
+    pub(crate) fn listener(&self) -> Listener {
         Listener::new(self.port)
     }
 
     /// What it retains now, by topic.
-    pub(super) fn retained(&self) -> BTreeMap<String, String> {
+    pub(crate) fn retained(&self) -> BTreeMap<String, String> {
         let mut listener = self.listener();
         listener.client.publish("mark", QoS::AtLeastOnce, false, "").unwrap();
         let mut retained = BTreeMap::new();
@@ -75,7 +75,7 @@ impl Broker {
     }
 
     /// Waits until exactly these topics are retained.
-    pub(super) fn comes_to_retain(&self, topics: &[&str]) {
+    pub(crate) fn comes_to_retain(&self, topics: &[&str]) {
         let mut last = Vec::new();
         wait_for(&format!("{topics:?} are retained"), || {
             last = self.retained().into_keys().collect();
@@ -106,8 +106,8 @@ fn spawn(program: &PathBuf, scratch: &Scratch) -> Child {
 }
 
 /// Hears every topic.
-pub(super) struct Listener {
-    pub(super) client: Client,
+pub(crate) struct Listener {
+    pub(crate) client: Client,
     connection: Connection,
 }
 
@@ -122,7 +122,7 @@ impl Listener {
     }
 
     /// The next message: topic, text, and whether it was retained before.
-    pub(super) fn next(&mut self) -> (String, String, bool) {
+    pub(crate) fn next(&mut self) -> (String, String, bool) {
         loop {
             let event = self.connection.recv_timeout(PATIENCE).expect("a message comes");
             if let Event::Incoming(Packet::Publish(publish)) = event.unwrap() {
@@ -133,7 +133,7 @@ impl Listener {
     }
 
     /// Waits for the broker to have a subscription.
-    pub(super) fn ready(mut self) -> Self {
+    pub(crate) fn ready(mut self) -> Self {
         loop {
             let event = self.connection.recv_timeout(PATIENCE).expect("an answer comes");
             if let Event::Incoming(Packet::SubAck(_)) = event.unwrap() {
@@ -143,7 +143,7 @@ impl Listener {
     }
 
     /// Publishes, and waits until the broker has it.
-    pub(super) fn retain(&mut self, topic: &str, text: &str) {
+    pub(crate) fn retain(&mut self, topic: &str, text: &str) {
         self.client.publish(topic, QoS::AtLeastOnce, true, text.to_owned()).unwrap();
         while let Ok(event) = self.connection.recv_timeout(Duration::from_secs(5)) {
             if let Event::Incoming(Packet::PubAck(_)) = event.unwrap() {

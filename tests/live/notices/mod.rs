@@ -1,6 +1,6 @@
 //! Alerts reach who is not at the map: webhooks and a broker on this machine, through the program's own sockets.
 
-mod broker;
+pub(crate) mod broker;
 mod mqtt;
 pub(crate) mod receiver;
 mod run;

@@ -3,6 +3,7 @@
 mod cot;
 mod f3623;
 mod hostile;
+mod mqtt;
 mod run;
 
 use std::fs;
