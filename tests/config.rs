@@ -220,6 +220,16 @@ fn the_trial_site_is_valid() {
 }
 
 #[test]
+fn open_connection_beside_a_source_is_an_error() {
+    let (line, host) = ("port = 8129, interface = \"127.0.0.1\"", ", source = \"127.0.0.1\"");
+    let mavlink =
+        EXAMPLE.replace("# connections = [{ format = \"mavlink\"", "connections = [{ format = \"mavlink\"");
+    parse(&mavlink, &[]).unwrap();
+    let errors = parse(&mavlink.replace(line, &format!("{line}{host}")), &[]).unwrap_err();
+    assert!(errors.to_string().contains("takes what any host sends"), "{errors}");
+}
+
+#[test]
 fn the_effective_configuration_reads_back_to_the_same() {
     for text in
         [EXAMPLE, SMALL, include_str!("../config/deenethorpe.toml"), include_str!("../config/demo.toml")]

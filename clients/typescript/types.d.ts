@@ -303,12 +303,14 @@ export type Conflicts = {
   conflicts: Array<Conflict>;
 };
 
-/** Two senders that disagree under one SAC/SIC. */
+/** A sender that is refused under the SAC/SIC of a sensor. */
 export type Contested = {
-  /** Address and port of the sender that was heard first and counts. */
+  /** Address and port of the sender that counts; with port 0 the host that `source` names. */
   counts: string;
-  /** Address and port of the sender that is refused while the other one is heard. */
+  /** Address and port of the sender that is refused. */
   refused: string;
+  /** `other_sender`: the one that counts was heard first. `foreign_source`: it is not a host that the sensor's inputs name as `source`. */
+  reason: "other_sender" | "foreign_source";
   /** Serial numbers of the transponders that both report. */
   transponders: Array<string>;
 };

@@ -47,7 +47,7 @@ pub fn mavlink(data: &[u8]) {
 /// Lines are taken or refused; what a radio heard is a sound line.
 pub fn remote_id(data: &[u8]) {
     let (mut counts, mut taken) = (lines::Counts::default(), 0);
-    counts.lines(data, |line| {
+    counts.lines(data, &lines::Receivers::default(), |line| {
         assert!(lines::Line::parse(line).is_ok());
         taken += 1;
     });

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::ask::Ask;
 use super::problem::Problem;
-use crate::gateways::remote_id::REFUSALS;
+use crate::gateways::remote_id::{REFUSALS, Refusal};
 use crate::live::{NotPosted, Posted};
 
 /// Lines of JSON. No registry lists a type of theirs; this is what most who speak them write.
@@ -54,6 +54,17 @@ pub fn post(ask: &Ask) -> Result<Answer, Problem> {
         return Err(later(format!(
             "too much waits for the engine: the first {taken} of {sound} sound lines were taken; send the rest later"
         )));
+    }
+    let strange = counts.refused.of(Refusal::Receiver as usize);
+    if counts.taken == 0 && strange > 0 {
+        let ids = line.receivers().ids().collect::<Vec<_>>().join(", ");
+        return Err(Problem::new(
+            StatusCode::FORBIDDEN,
+            format!(
+                "{strange} of {} lines name a receiver that is not posted to, and none was taken; lines may name: {ids}",
+                counts.lines
+            ),
+        ));
     }
     let refused = counts.refused.iter().filter(|(_, count)| *count > 0).collect();
     Ok(Answer { lines: counts.lines, taken: counts.taken, refused })

@@ -134,23 +134,27 @@ impl From<&LineStatus> for Line {
     }
 }
 
-/// Two senders that disagree under one SAC/SIC.
+/// A sender that is refused under the SAC/SIC of a sensor.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Contested")]
 struct ContestedJson {
-    /// Address and port of the sender that was heard first and counts.
+    /// Address and port of the sender that counts; with port 0 the host that `source` names.
     counts: String,
-    /// Address and port of the sender that is refused while the other one is heard.
+    /// Address and port of the sender that is refused.
     refused: String,
+    /// `other_sender`: the one that counts was heard first. `foreign_source`: it is not a host that the sensor's inputs name as
+    /// `source`.
+    #[schemars(extend("enum" = ["other_sender", "foreign_source"]))]
+    reason: &'static str,
     /// Serial numbers of the transponders that both report.
     transponders: Vec<String>,
 }
 
 impl From<&Contested> for ContestedJson {
     fn from(contested: &Contested) -> Self {
-        let Contested { counts, refused, transponders } = contested;
+        let Contested { counts, refused, reason, transponders } = contested;
         let transponders = transponders.iter().map(|identity| serial_text(*identity)).collect();
-        Self { counts: counts.to_string(), refused: refused.to_string(), transponders }
+        Self { counts: counts.to_string(), refused: refused.to_string(), reason: reason.name(), transponders }
     }
 }
 

@@ -18,8 +18,9 @@ section! {
     Input {
         /// UDP port.
         port: u16 = need("the UDP port, such as port = 8048"), whole("a UDP port is a whole number from 1 to 65535", 1..=65535);
-        /// The only host whose datagrams count, one sender whatever its ports; a group is joined source-specifically. Without
-        /// it, of contradicting senders the one heard first counts (docs/OPERATIONS.md, Two senders).
+        /// The only host whose datagrams count, one sender whatever its ports; a group is joined source-specifically. Where an
+        /// input of a sensor has it, the sensor's records count from the hosts that its inputs name and from no other, on every
+        /// line. Without it, of contradicting senders the one heard first counts (docs/OPERATIONS.md, Two senders).
         source: Option<Ipv4Addr> = absent("any host"), ipv4(
             "the source is the address of one host; a group belongs into group",
             |source| !source.is_multicast() && !source.is_broadcast() && !source.is_unspecified(),

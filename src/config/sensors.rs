@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::adsb::AdsB;
-use super::connections::Connection;
+use super::connections::{Connection, ConnectionFormat};
 use super::network::Input;
 use super::site::{Site, area_code, check_origin, identification_code};
 use tables::error::Faults;
@@ -31,7 +31,8 @@ section! {
         /// Time between two reports of one target, seconds.
         period_s: Option<f64> = absent("not stated, 0.25 is assumed"),
             number("a period is above 0 and at most 3600 seconds", |s| s > 0.0 && s <= 3600.0);
-        /// UDP lines to listen on; several are redundant, and copies of a report are handled once. A replay needs none.
+        /// UDP lines to listen on; several are redundant, and copies of a report are handled once. Lines of different senders
+        /// complete each other where each names its `source`. A replay needs none.
         inputs: Vec<Input> = Vec::new(), tables();
         /// Receivers and gateways that speak something else, translated at the door (docs/INPUTS.md): what is recorded is ASTERIX
         /// or lines of Remote ID. Not of a radar.
@@ -282,6 +283,19 @@ impl ByHand for Sensor {
             section.contradict(
                 &["connections"],
                 format!("a connection with format = \"{format}\" belongs to a sensor with kind = \"{kind}\", and this is \"{this}\""),
+            );
+        }
+        let is_pinned = self.inputs.iter().any(|input| input.source.is_some());
+        let is_open =
+            |of: &&Connection| matches!(of.format, ConnectionFormat::Http | ConnectionFormat::Mavlink);
+        if let Some(open) = self.connections.iter().find(is_open).filter(|_| is_pinned) {
+            section.contradict(
+                &["connections"],
+                format!(
+                    "a connection with format = \"{}\" takes what any host sends, and an input of this sensor names the only \
+                     source; give the connection a sensor of its own",
+                    open.format.name()
+                ),
             );
         }
         let others = [("radar", Radar::rows()), ("transponder", Transponder::rows()), ("adsb", AdsB::rows())];

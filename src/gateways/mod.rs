@@ -44,6 +44,11 @@ impl<const N: usize> Dropped<N> {
         self.names.iter().copied().zip(self.counts)
     }
 
+    /// Count of a reason, by its index.
+    pub fn of(&self, reason: usize) -> u64 {
+        self.counts[reason]
+    }
+
     fn add(&mut self, reason: usize) {
         self.counts[reason] += 1;
     }

@@ -8,6 +8,7 @@
 //! sensor. What a radio heard becomes such a line, too.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use fusion::time::{SECOND, Time};
@@ -61,11 +62,20 @@ pub enum Refusal {
     /// It has more than 2,048 octets.
     #[error("the line has more than 2048 octets")]
     TooLong,
+    /// It names a receiver that the connection does not speak for.
+    #[error("the line names a receiver that it may not speak for")]
+    Receiver,
 }
 
 /// Why lines are refused, as counters name it.
-pub const REFUSALS: [&str; 5] =
-    ["line_not_an_object", "line_not_hexadecimal", "line_name", "line_time", "line_too_long"];
+pub const REFUSALS: [&str; 6] = [
+    "line_not_an_object",
+    "line_not_hexadecimal",
+    "line_name",
+    "line_time",
+    "line_too_long",
+    "line_receiver",
+];
 
 impl Refusal {
     /// As counters name it.
@@ -185,6 +195,27 @@ fn cut_to_claim(octets: &[u8]) -> &[u8] {
     &octets[..claim.min(octets.len()).min(PACK_MOST)]
 }
 
+/// The ids of the sensors that a connection speaks for.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Receivers(BTreeSet<String>);
+
+impl Receivers {
+    /// The sensors of these ids.
+    pub fn new(ids: impl IntoIterator<Item = String>) -> Self {
+        Self(ids.into_iter().collect())
+    }
+
+    /// Their ids.
+    pub fn ids(&self) -> impl Iterator<Item = &str> {
+        self.0.iter().map(String::as_str)
+    }
+
+    fn admit(&self, line: &Line) -> Result<(), Refusal> {
+        let is_admitted = line.receiver.as_ref().is_none_or(|receiver| self.0.contains(receiver));
+        if is_admitted { Ok(()) } else { Err(Refusal::Receiver) }
+    }
+}
+
 /// What came of the lines of a gateway.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Counts {
@@ -210,12 +241,13 @@ impl Counts {
         self.refused.join(&other.refused);
     }
 
-    /// The sound lines of a text, each a datagram; counts them and the others. Blank lines are nothing.
-    pub fn lines<'a>(&mut self, text: &'a [u8], mut out: impl FnMut(&'a [u8])) {
+    /// The sound lines of a text, each a datagram; counts them and the others. Blank lines are nothing. A line that names a
+    /// receiver which is not one of `receivers` is refused.
+    pub fn lines<'a>(&mut self, text: &'a [u8], receivers: &Receivers, mut out: impl FnMut(&'a [u8])) {
         for line in lines(text) {
             self.lines += 1;
-            match Line::parse(line) {
-                Ok(_) => {
+            match Line::parse(line).and_then(|line| receivers.admit(&line)) {
+                Ok(()) => {
                     self.taken += 1;
                     out(line);
                 }
@@ -312,7 +344,7 @@ mod tests {
             lines.insert(at, &bad);
             let text = lines.join(&b'\n');
             let (mut counts, mut taken) = (Counts::default(), 0);
-            counts.lines(&text, |line| taken += u64::from(line == good));
+            counts.lines(&text, &Receivers::default(), |line| taken += u64::from(line == good));
             prop_assert!(taken >= 3);
             prop_assert_eq!(counts.lines, counts.taken + counts.refused.total());
         }

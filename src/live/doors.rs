@@ -20,7 +20,7 @@ use super::clock::Clock;
 use crate::config::{Connection, ConnectionFormat};
 use crate::gateways::adsb::{Framing, Place, Translator};
 use crate::gateways::blocks::{BlockStream, NotAsterix};
-use crate::gateways::remote_id::Counts;
+use crate::gateways::remote_id::{Counts, Receivers};
 use crate::net::dial::{Dial, Proofs};
 use crate::net::listen::{Arrival, Line, LineCounters};
 use crate::net::mqtt::{Broken, Caller, Connection as Broker, Found};
@@ -52,6 +52,8 @@ pub(super) struct Door {
     pub(super) sensor: String,
     /// The origin of the site.
     pub(super) origin: Place,
+    /// The sensors with a connection to the same broker.
+    pub(super) receivers: Receivers,
 }
 
 /// Makes datagrams of a receiver's stream.
@@ -214,7 +216,7 @@ impl Door {
         let mut take = |message: Found| {
             let received = self.clock.now();
             let from = SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, self.line.port);
-            counts.lines(&message.payload, |line| {
+            counts.lines(&message.payload, &self.receivers, |line| {
                 let arrival = Arrival { line: self.index, received, from, payload: line.to_vec() };
                 self.counters.note(received, hand_on(arrival));
             });

@@ -1,6 +1,7 @@
 //! The state of each sensor: when it was last heard, its rate, its clock's offset, and what is wrong with it. Sans-IO.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::net::SocketAddr;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use asterix::DataSource;
@@ -13,7 +14,7 @@ use crate::config::Config;
 use crate::names::known;
 use crate::net::listen::LineCounters;
 use crate::normalise::{Refusal, Service};
-use crate::pipeline::Event;
+use crate::pipeline::{Event, Takeover};
 use fusion::SensorIndex;
 use fusion::learning::LearntType;
 use fusion::report::TransponderType;
@@ -36,6 +37,9 @@ const CLOCK_LATE_S: f64 = 5.0;
 const DISPLACED_M: u32 = 30;
 /// Most unknown sources that are distinguished.
 const UNKNOWN_KEPT: usize = 64;
+/// A change of the sender of a sensor is a warning for this long, nanoseconds: long enough to be seen, and to look at the
+/// sender.
+const TAKEOVER_NS: i64 = 60 * SECOND;
 
 /// State of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -190,6 +194,10 @@ struct Sensor {
     delays_ns: VecDeque<i64>,
     refused: BTreeMap<&'static str, u64>,
     service: Service,
+    /// The sender of the last message that says NOGO.
+    nogo_from: Option<SocketAddr>,
+    /// The last change of its sender, and when.
+    takeover: Option<(Takeover, Time)>,
     restarted: Option<Time>,
     /// Peak of a flood of new identities, per second, while it lasts.
     flood: Option<u32>,
@@ -211,6 +219,8 @@ impl Health {
             delays_ns: VecDeque::new(),
             refused: BTreeMap::new(),
             service: Service::default(),
+            nogo_from: None,
+            takeover: None,
             restarted: None,
             flood: None,
             max_new_per_s: sensor.kind.receiver().map_or(0, |receiver| receiver.max_new_per_s),
@@ -246,6 +256,14 @@ impl Health {
                 let (records, last_seen) = self.unknown.entry((category, source)).or_insert((0, now));
                 (*records, *last_seen) = (*records + 1, now);
             }
+            // A sender that does not speak for the sensor is no sign of life of it.
+            Event::Refused {
+                sensor: Some(sensor),
+                refusal: refusal @ (Refusal::OtherSender | Refusal::ForeignSource),
+            } => {
+                let sensor = &mut self.sensors[usize::from(sensor.0)];
+                *sensor.refused.entry(refusal.name()).or_default() += 1;
+            }
             Event::Refused { sensor: Some(sensor), refusal, .. } => {
                 let sensor = self.heard(sensor, now);
                 *sensor.refused.entry(refusal.name()).or_default() += 1;
@@ -253,7 +271,13 @@ impl Health {
                     sensor.untimely = Some(refusal);
                 }
             }
-            Event::Service { sensor, service } => self.heard(sensor, now).serve(service, now),
+            Event::Service { sensor, service, from } => self.heard(sensor, now).serve(service, from, now),
+            Event::TookOver(takeover) => {
+                let sensor = &mut self.sensors[usize::from(takeover.sensor.0)];
+                // The former sender's statements about itself do not hold for another one.
+                (sensor.service, sensor.nogo_from) = (Service::default(), None);
+                sensor.takeover = Some((takeover, now));
+            }
             Event::Newcomers(newcomers) => {
                 self.sensors[usize::from(newcomers.sensor.0)].flood = newcomers.flood;
             }
@@ -290,7 +314,10 @@ impl Health {
 
 impl Sensor {
     /// An absent item keeps its earlier value.
-    fn serve(&mut self, said: Service, now: Time) {
+    fn serve(&mut self, said: Service, from: Option<SocketAddr>, now: Time) {
+        if said.nogo == Some(true) {
+            self.nogo_from = from;
+        }
         let Service { nogo, reset, time_invalid, displaced_m, .. } = said;
         if reset == Some(true) && self.service.reset != Some(true) {
             self.restarted = Some(now);
@@ -330,7 +357,19 @@ impl Sensor {
             find(SensorState::Degraded, format!("line {} is not open", line.name));
         }
         if self.service.nogo == Some(true) {
-            find(SensorState::Outage, "it says that its data must not be used (NOGO in I034/050)".to_owned());
+            let from = self.nogo_from.map(|from| format!(" from {from}")).unwrap_or_default();
+            find(
+                SensorState::Outage,
+                format!("it says that its data must not be used (NOGO in I034/050{from})"),
+            );
+        }
+        if let Some((Takeover { before, after, .. }, at)) = self.takeover
+            && now.nanos() - at.nanos() < TAKEOVER_NS
+        {
+            find(
+                SensorState::Degraded,
+                format!("{after} speaks for it in place of {before}, which had fallen silent"),
+            );
         }
         if self.service.time_invalid == Some(true) {
             find(SensorState::Degraded, "its time source is invalid (TSV in I034/050)".to_owned());

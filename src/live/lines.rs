@@ -15,8 +15,9 @@ use tracing::{Instrument, Span, error, error_span, info, warn};
 use super::clock::Clock;
 use super::doors::Door;
 use super::posts::Posts;
-use crate::config::{Config, Connection};
+use crate::config::{Config, Connection, ConnectionFormat};
 use crate::gateways::mavlink::Translator;
+use crate::gateways::remote_id::Receivers;
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 
 /// Datagrams that may wait for the engine: some seconds of the busiest site.
@@ -97,7 +98,10 @@ pub(crate) fn listen(config: &Config, clock: &Clock, runtime: &tokio::runtime::H
             let sensor = &config.sensors[line.sensors[0]];
             let source = DataSource { sac: sensor.sac, sic: sensor.sic };
             if line.is_posted() {
-                let door = Posts::new(index, counters.clone(), clock.clone(), sender, QUEUE as u64 / 2);
+                let posted = config.sensors.iter().filter(|sensor| sensor.is_posted());
+                let receivers = Receivers::new(posted.map(|sensor| sensor.id.clone()));
+                let (counters, clock) = (counters.clone(), clock.clone());
+                let door = Posts::new(index, counters, clock, receivers, sender, QUEUE as u64 / 2);
                 let closed = door.close_when(stopped.clone());
                 posts = Some(door);
                 return runtime.spawn(closed.instrument(span));
@@ -113,6 +117,7 @@ pub(crate) fn listen(config: &Config, clock: &Clock, runtime: &tokio::runtime::H
                     source,
                     sensor: sensor.id.clone(),
                     origin: [latitude, longitude],
+                    receivers: receivers_of(config, line),
                 };
                 let hand_on = move |arrival| sender.try_send(arrival).is_ok();
                 return runtime.spawn(door.keep_reading(hand_on).instrument(span));
@@ -130,6 +135,16 @@ pub(crate) fn listen(config: &Config, clock: &Clock, runtime: &tokio::runtime::H
         })
         .collect();
     Listening { arrivals, lines, readers: Readers { stop, tasks }, posts }
+}
+
+/// The sensors that a broker's lines may name: those with a connection to it, and those that nothing else can be heard for.
+fn receivers_of(config: &Config, line: &Line) -> Receivers {
+    let address = line.connection.as_ref().map(|of| &of.address);
+    let is_broker = |of: &Connection| of.format == ConnectionFormat::Mqtt && Some(&of.address) == address;
+    let named = config.sensors.iter().filter(|sensor| {
+        sensor.connections.iter().any(is_broker) || sensor.inputs.is_empty() && sensor.connections.is_empty()
+    });
+    Receivers::new(named.map(|sensor| sensor.id.clone()))
 }
 
 /// The reader of a line.

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use tokio::sync::watch;
 
 use super::clock::Clock;
-use crate::gateways::remote_id::Counts;
+use crate::gateways::remote_id::{Counts, Receivers};
 use crate::net::listen::{Arrival, LineCounters};
 
 /// The line; cheap to clone. It is closed with the last of its clones, or when it is told to.
@@ -21,6 +21,8 @@ struct Inner {
     line: usize,
     counters: Arc<LineCounters>,
     clock: Clock,
+    /// The sensors that are posted to.
+    receivers: Receivers,
     /// Lines that may wait for the engine: what is beyond is turned away, so that a gateway without measure costs no sensor
     /// its datagrams.
     most: u64,
@@ -59,17 +61,18 @@ pub enum NotPosted {
 
 impl Posts {
     /// The line of that index, open; of what is posted at most `most` lines wait for who receives them, who counts what it
-    /// has taken in `counters`.
+    /// has taken in `counters`. A line may name one of the `receivers` only.
     pub fn new(
         line: usize,
         counters: Arc<LineCounters>,
         clock: Clock,
+        receivers: Receivers,
         sender: SyncSender<Arrival>,
         most: u64,
     ) -> Self {
         counters.joined.store(true, Ordering::Relaxed);
         let open = Mutex::new(Some(Open { sender, counts: Counts::default() }));
-        Self(Arc::new(Inner { line, counters, clock, most, open }))
+        Self(Arc::new(Inner { line, counters, clock, receivers, most, open }))
     }
 
     /// Takes the lines of a text, each as a datagram that is received now; those that are unsound are counted.
@@ -77,7 +80,7 @@ impl Posts {
     /// # Errors
     /// The line is closed.
     pub fn post(&self, from: Option<IpAddr>, text: &[u8]) -> Result<Posted, NotPosted> {
-        let Inner { line, counters, clock, most, open } = &*self.0;
+        let Inner { line, counters, clock, receivers, most, open } = &*self.0;
         // One after the other: what is taken is in the order of its times.
         let mut open = open.lock().unwrap_or_else(PoisonError::into_inner);
         let Open { sender, counts } = open.as_mut().ok_or(NotPosted::Closed)?;
@@ -90,7 +93,7 @@ impl Posts {
         let mut room =
             most.saturating_sub(count(&counters.received).saturating_sub(count(&counters.handled)));
         let mut posted = Posted::default();
-        posted.counts.lines(text, |payload| {
+        posted.counts.lines(text, receivers, |payload| {
             let arrival = Arrival { line: *line, received, from, payload: payload.to_vec() };
             let is_taken = room > 0 && sender.try_send(arrival).is_ok();
             // Where one has no room, none behind it has.
@@ -102,6 +105,11 @@ impl Posts {
         counts.join(&posted.counts);
         counters.note_untranslated(counts.refused.iter());
         Ok(posted)
+    }
+
+    /// The sensors that lines may name.
+    pub fn receivers(&self) -> &Receivers {
+        &self.0.receivers
     }
 
     /// Closes it as soon as that is `true`, or nobody keeps it any more; what was taken by then stays taken.
@@ -138,7 +146,11 @@ mod tests {
     fn line(most: u64, queue: usize) -> (Posts, Arc<LineCounters>, Receiver<Arrival>) {
         let counters = Arc::<LineCounters>::default();
         let (sender, arrivals) = sync_channel(queue);
-        (Posts::new(3, counters.clone(), Clock::default(), sender, most), counters, arrivals)
+        (
+            Posts::new(3, counters.clone(), Clock::default(), Receivers::default(), sender, most),
+            counters,
+            arrivals,
+        )
     }
 
     #[test]

@@ -171,6 +171,19 @@ impl Normaliser {
         self.undulation_m
     }
 
+    /// The sensor whose records of this category have that SAC and SIC.
+    pub fn sensor(&self, category: u8, source: DataSource) -> Option<SensorIndex> {
+        match category {
+            cat034::Record::CATEGORY | cat048::Record::CATEGORY => {
+                self.radars.get(&source).map(|radar| radar.index)
+            }
+            cat129::Record::CATEGORY => self.transponders.get(&source).copied(),
+            cat021::Record::CATEGORY => self.adsb.get(&source).copied(),
+            cat015::Record::CATEGORY => self.cameras.get(&source).map(|camera| camera.index),
+            _ => None,
+        }
+    }
+
     /// A radar's record, received at `received`.
     pub fn plot(&self, record: &cat048::Record, received: Time) -> Result<Plot, Refused> {
         let source = record.data_source.ok_or((None, Refusal::NoDataSource))?;

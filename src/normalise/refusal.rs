@@ -52,6 +52,8 @@ pub enum Refusal {
     Late,
     /// Another sender speaks for this sensor: two have one SAC/SIC.
     OtherSender,
+    /// The sender is not a host that the sensor's inputs name as `source`.
+    ForeignSource,
     /// The same broadcast of the same transmitter, heard again (Remote ID): each is sent several times.
     Repeated,
     /// A broadcast without a position (Remote ID), the end of a camera's track (I015/000): nothing of it is used. In the
@@ -83,6 +85,7 @@ impl Refusal {
             Self::Future => "future",
             Self::Late => "late",
             Self::OtherSender => "other_sender",
+            Self::ForeignSource => "foreign_source",
             Self::Repeated => "repeated",
             Self::NotUsed => "not_used",
         }

@@ -6,38 +6,43 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize, Serializer};
 
+use super::senders::Earlier;
 use fusion::time::{SECOND, Time};
 
 /// Time for which a datagram is remembered, nanoseconds.
-const MEMORY_NS: i64 = 2 * SECOND;
+pub(super) const MEMORY_NS: i64 = 2 * SECOND;
 
 /// Most octets that are remembered: more come in 2 s only where the clock of reception waits to be caught up.
 const MEMORY_OCTETS: usize = 64 << 20;
 /// Cost of remembering a datagram besides its octets, about.
 const OVERHEAD: usize = 96;
+/// Most senders that are remembered of a datagram that was refused.
+const REFUSED: usize = 8;
 
 /// The datagrams of the last 2 s, octet by octet, not as hashes: none is lost by a collision.
 #[derive(Debug, Default, Deserialize)]
 #[serde(from = "Vec<Written>")]
 pub(crate) struct Duplicates {
-    known: HashMap<Arc<[u8]>, Earlier>,
+    known: HashMap<Arc<[u8]>, Copied>,
     /// By the time they came at, oldest first.
     order: VecDeque<(Time, Arc<[u8]>)>,
     octets: usize,
 }
 
 /// An earlier copy of a datagram.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Earlier {
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Copied {
     /// Its sender, where that is known.
     pub(super) from: Option<SocketAddr>,
-    /// Whether it was handled; otherwise all of it was refused, and a copy from somebody else may count.
+    /// Whether it was handled; otherwise all of it was refused, and a copy from another sender may count.
     pub(super) handled: bool,
     at: Time,
+    /// Senders from which it was refused, and when.
+    pub(super) refused: Vec<Earlier>,
 }
 
 /// A datagram in a checkpoint, with what is known of it where it is the one that was handled last.
-type Written = (Time, Vec<u8>, Option<Earlier>);
+type Written = (Time, Vec<u8>, Option<Copied>);
 
 impl Serialize for Duplicates {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -69,13 +74,14 @@ impl Duplicates {
 
     /// The copy of `payload` that came at most 2 s before `now`, which never decreases. Where none was handled, this one is
     /// remembered as handled.
-    pub(super) fn note(&mut self, payload: &[u8], from: Option<SocketAddr>, now: Time) -> Option<Earlier> {
+    pub(super) fn note(&mut self, payload: &[u8], from: Option<SocketAddr>, now: Time) -> Option<Copied> {
         self.forget(now);
-        let earlier = self.known.get(payload).copied();
-        if earlier.is_none_or(|earlier| !earlier.handled) {
+        let earlier = self.known.get(payload).cloned();
+        if earlier.as_ref().is_none_or(|earlier| !earlier.handled) {
             self.octets += OVERHEAD + payload.len();
             let payload: Arc<[u8]> = payload.into();
-            self.known.insert(payload.clone(), Earlier { from, handled: true, at: now });
+            let refused = earlier.as_ref().map(|earlier| earlier.refused.clone()).unwrap_or_default();
+            self.known.insert(payload.clone(), Copied { from, handled: true, at: now, refused });
             self.order.push_back((now, payload));
         }
         earlier
@@ -85,6 +91,9 @@ impl Duplicates {
     pub(super) fn was_refused(&mut self, payload: &[u8]) {
         if let Some(known) = self.known.get_mut(payload) {
             known.handled = false;
+            if known.refused.len() < REFUSED {
+                known.refused.extend(known.from.map(|from| (from, known.at)));
+            }
         }
     }
 

@@ -1,13 +1,14 @@
 //! Events on the way in: one type is both the log line and the counter.
 
 use std::collections::BTreeMap;
+use std::net::SocketAddr;
 
 use asterix::{DataSource, Fault};
 use serde::{Deserialize, Serialize};
 use tracing::warn;
 
 use super::remote_id::LineFault;
-use super::senders::Contest;
+use super::senders::{Contest, ContestReason, Takeover};
 use crate::names::known;
 use crate::normalise::{Refusal, Service};
 use fusion::point::Newcomers;
@@ -67,6 +68,8 @@ pub enum Event {
         sensor: SensorIndex,
         /// What a radar said of itself.
         service: Service,
+        /// The sender, where it is known.
+        from: Option<SocketAddr>,
     },
     /// A record gave no report.
     Refused {
@@ -75,8 +78,10 @@ pub enum Event {
         /// Why.
         refusal: Refusal,
     },
-    /// Two senders say different things under one SAC/SIC: noted once, each refused record is a [`Event::Refused`].
+    /// A sender is refused under a SAC/SIC: noted once, each refused record is a [`Event::Refused`].
     Contested(Contest),
+    /// A sender speaks for a radar or a camera in place of another one, which had fallen silent.
+    TookOver(Takeover),
     /// Fates of a transponder receiver's new identities, with a slot.
     Newcomers(Newcomers),
     /// Nothing came for longer than the window: the engine started afresh with an empty one.
@@ -99,7 +104,9 @@ impl Event {
         match self {
             Self::Faulty { fault } => fault.kind.name(),
             Self::FaultyLine { fault } => fault.name(),
-            Self::Contested(_) => "two_senders",
+            Self::Contested(Contest { reason: ContestReason::OtherSender, .. }) => "two_senders",
+            Self::Contested(_) => "foreign_source",
+            Self::TookOver(_) => "took_over",
             Self::Restarted => "restarted",
             Self::ClockBehind { .. } => "clock_behind",
             _ => "other",
@@ -119,10 +126,19 @@ impl Event {
                 let Contest { source: DataSource { sac, sic }, category, counts, refused, identity, .. } =
                     contest;
                 let transponder = identity.map(|identity| identity.name().escape_ascii().to_string());
-                warn!(
-                    sac, sic, category, transponder, first = %counts, %refused,
-                    "two senders say different things under one SAC/SIC: the one heard first counts"
-                );
+                match contest.reason {
+                    ContestReason::OtherSender => warn!(
+                        sac, sic, category, transponder, first = %counts, %refused,
+                        "two senders say different things under one SAC/SIC: the one heard first counts"
+                    ),
+                    ContestReason::ForeignSource => warn!(
+                        sac, sic, category, %counts, %refused,
+                        "a host that is not the sensor's source sends under its SAC/SIC: it is refused"
+                    ),
+                }
+            }
+            Self::TookOver(Takeover { source: DataSource { sac, sic }, before, after, .. }) => {
+                warn!(sac, sic, %before, %after, "the sender of a sensor fell silent, and another one took its place");
             }
             Self::Restarted => {
                 warn!("nothing came for longer than the window: started afresh with an empty one");
@@ -199,7 +215,7 @@ impl Tally {
             }
             Event::Refused { sensor, refusal, .. } => add(&mut self.refused, (sensor, refusal.name())),
             // What is refused for it is counted record by record.
-            Event::Contested(_) => {}
+            Event::Contested(_) | Event::TookOver(_) => {}
             Event::Newcomers(newcomers) => {
                 for (fate, count) in newcomers.fates().into_iter().filter(|&(_, count)| count > 0) {
                     *self.newcomers.entry((newcomers.sensor, fate)).or_default() += u64::from(count);

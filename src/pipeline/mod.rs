@@ -4,15 +4,14 @@ mod checkpoint;
 mod duplicates;
 mod event;
 mod generations;
+mod journal;
 mod names;
 mod remote_id;
 mod selection;
+mod sender;
 mod senders;
 mod settings;
 mod shedding;
-
-use std::collections::VecDeque;
-use std::net::SocketAddr;
 
 use asterix::{
     Block, DataSource, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129,
@@ -28,16 +27,19 @@ pub use crate::gateways::remote_id::{is_broadcast, is_lines};
 use crate::normalise::{Barometer, Normaliser, Refusal, Refused, Service};
 pub(crate) use duplicates::Duplicates;
 use fusion::time::{SECOND, Time};
-use fusion::{Due, Emission, Engine, Report};
+use fusion::{Emission, Engine, Report, SensorIndex};
 
 pub use checkpoint::NotRestored;
 pub use event::{Event, Tally};
+use journal::Journal;
+pub use journal::Output;
 use names::Names;
 pub use remote_id::LineFault;
 use remote_id::{Said, Transmitters};
 pub use selection::Selection;
-pub use senders::Contest;
-use senders::{Judged, Senders, Subject};
+use sender::Sender;
+pub use senders::{Contest, ContestReason, Takeover};
+use senders::{Senders, Subject};
 use settings::settings;
 pub use shedding::{Shed, Shedding};
 
@@ -77,42 +79,6 @@ pub struct Pipeline {
 struct RemoteId {
     transmitters: Transmitters,
     names: Names,
-}
-
-/// What an input brought about.
-#[derive(Debug)]
-pub enum Output {
-    /// A slot that was due.
-    Emission(Emission),
-    /// What happened to the input; already counted in the [`Tally`].
-    Event(Event),
-}
-
-/// The outputs of the latest input, at most its due slots and an event or two per record; the buffer is reused.
-#[derive(Debug, Default)]
-struct Journal {
-    tally: Tally,
-    outputs: VecDeque<Output>,
-}
-
-impl Journal {
-    fn note(&mut self, event: Event) {
-        self.tally.count(&event);
-        self.outputs.push_back(Output::Event(event));
-    }
-
-    /// The slots that are due, and whether the engine starts afresh after them.
-    fn emit(&mut self, due: Due<'_>) {
-        let restarts = due.restarts();
-        for mut emission in due {
-            let newcomers = std::mem::take(&mut emission.newcomers);
-            self.outputs.push_back(Output::Emission(emission));
-            newcomers.into_iter().for_each(|newcomers| self.note(Event::Newcomers(newcomers)));
-        }
-        if restarts {
-            self.note(Event::Restarted);
-        }
-    }
 }
 
 impl Pipeline {
@@ -163,32 +129,35 @@ impl Pipeline {
             self.journal.emit(self.engine.advance(received));
             let left = self.selection.as_mut().map(|selection| selection.left(received));
             left.into_iter().flatten().for_each(|left| self.engine.leave(left));
-            if self.is_repeated(reception) {
-                return self.journal.note(Event::DuplicateDatagram);
-            }
+        }
+        let mut sender = Sender::of(*from);
+        if received.is_some() && self.is_repeated(reception, &mut sender) {
+            return self.journal.note(Event::DuplicateDatagram);
         }
         // In front of the first record that has a time there is nothing to handle, only to count.
         let timed = received.ok_or((None, Refusal::NoTime));
-        let mut sender = Sender { address: *from, ..Sender::default() };
         if self.remote_id.is_some()
             && reception.kind == ReceptionKind::Datagram
             && let Some(heard) = remote_id::heard(payload, *from)
         {
-            return heard.into_iter().for_each(|heard| match heard {
-                Ok(heard) => self.hear(&heard, timed),
+            heard.into_iter().for_each(|heard| match heard {
+                Ok(heard) => self.hear(&heard, timed, &mut sender),
                 Err(fault) => self.journal.note(Event::FaultyLine { fault }),
             });
+            return self.note_refused(payload, &sender);
         }
         for block in blocks(payload) {
             match block {
                 Ok(block) if block.category == cat048::Record::CATEGORY => {
-                    self.each(block, |pipeline, record| {
+                    self.each(block, |pipeline, record: &cat048::Record| {
+                        pipeline.admit((block.category, record.data_source), &mut sender)?;
                         let report = pipeline.normaliser.plot(record, timed?);
                         pipeline.take(block.category, report.map(Report::Plot), &mut sender)
                     });
                 }
                 Ok(block) if block.category == cat129::Record::CATEGORY => {
-                    let count = self.each(block, |pipeline, record| {
+                    let count = self.each(block, |pipeline, record: &cat129::Record| {
+                        pipeline.admit((block.category, record.data_source), &mut sender)?;
                         let report = pipeline.normaliser.fix(record, timed?);
                         pipeline.take(block.category, report.map(Report::Fix), &mut sender)
                     });
@@ -201,24 +170,34 @@ impl Pipeline {
                     let source = block.first_source();
                     let edition =
                         source.and_then(|source| self.normaliser.edition(source)).unwrap_or_default();
-                    self.each_in(block, edition, |pipeline, record| {
+                    self.each_in(block, edition, |pipeline, record: &cat021::Record| {
+                        pipeline.admit((block.category, record.data_source), &mut sender)?;
+                        let before = pipeline.barometer.clone();
                         let report = pipeline.normaliser.adsb(record, timed?, &mut pipeline.barometer);
-                        pipeline.take(block.category, report.map(Report::Fix), &mut sender)
+                        let taken = pipeline.take(block.category, report.map(Report::Fix), &mut sender);
+                        if matches!(taken, Err((_, Refusal::OtherSender))) {
+                            // The barometer learns from senders that count alone.
+                            pipeline.barometer = before;
+                        }
+                        taken
                     });
                 }
                 Ok(block) if block.category == cat015::Record::CATEGORY && self.normaliser.has_cameras() => {
-                    self.each(block, |pipeline, record| {
+                    self.each(block, |pipeline, record: &cat015::Record| {
+                        pipeline.admit((block.category, record.data_source), &mut sender)?;
                         let report = pipeline.normaliser.bearing(record, timed?);
                         pipeline.take(block.category, report.map(Report::Bearing), &mut sender)
                     });
                 }
                 Ok(block) if block.category == cat034::Record::CATEGORY => {
                     self.each::<cat034::Record>(block, |pipeline, record| {
+                        pipeline.admit((block.category, record.data_source), &mut sender)?;
                         timed?;
                         let (sensor, service) = pipeline.normaliser.service(record)?;
                         let subject = Subject { sensor, category: block.category, identity: None };
-                        sender.judge(subject, &mut pipeline.senders, pipeline.now)?;
-                        Ok(Event::Service { sensor, service })
+                        let Self { senders, journal, .. } = pipeline;
+                        sender.judge(subject, senders, pipeline.now, journal)?;
+                        Ok(Event::Service { sensor, service, from: sender.address })
                     });
                 }
                 Ok(block) if block.category == cat062::Record::CATEGORY && self.is_own(block) => {
@@ -230,39 +209,66 @@ impl Pipeline {
                 Ok(block) => self.journal.note(unused(block)),
                 Err(fault) => self.journal.note(Event::Faulty { fault }),
             }
-            sender.contests.drain(..).for_each(|contest| self.journal.note(Event::Contested(contest)));
         }
+        self.note_refused(payload, &sender);
+    }
+
+    /// Remembers a datagram of which nothing was taken because of its sender: from a sender that counts it is still to be
+    /// handled.
+    fn note_refused(&mut self, payload: &[u8], sender: &Sender) {
         if sender.was_refused && !sender.was_taken {
-            // From a sender that counts, the same datagram is still to be handled.
             self.duplicates.was_refused(payload);
         }
     }
 
-    /// Whether the datagram has been handled. Another sender that brings it is a line of the same sensor.
-    fn is_repeated(&mut self, reception: &Reception) -> bool {
+    /// Whether the datagram has been handled. Notes in `sender` from which senders it was refused before.
+    fn is_repeated(&mut self, reception: &Reception, sender: &mut Sender) -> bool {
         let Reception { payload, from, kind, .. } = reception;
         if *kind != ReceptionKind::Datagram {
             return false;
         }
         if let Some(from) = *from {
-            self.senders.hear(from, self.now);
+            let contests = self.senders.hear(from, self.now);
+            contests.into_iter().for_each(|contest| self.journal.note(Event::Contested(contest)));
         }
         let Some(earlier) = self.duplicates.note(payload, *from, self.now) else { return false };
-        if let Some((first, from)) = earlier.from.zip(*from)
-            && first != from
+        if let Some(from) = *from
             && holds_reports(payload)
         {
-            self.senders.bring_the_same(first, from, self.now);
+            for first in earlier.from.into_iter().chain(earlier.refused.iter().map(|&(first, _)| first)) {
+                self.senders.bring_the_same(first.ip(), from.ip(), self.now);
+            }
         }
+        sender.earlier = earlier.refused;
         earlier.handled
     }
 
+    /// Whether the sender may speak for the sensor of a record.
+    fn admit(
+        &mut self,
+        (category, source): (u8, Option<DataSource>),
+        sender: &mut Sender,
+    ) -> Result<(), Refused> {
+        let sensor = source.and_then(|source| self.normaliser.sensor(category, source));
+        sensor.map_or(Ok(()), |sensor| self.admit_for(sensor, category, sender))
+    }
+
+    fn admit_for(&mut self, sensor: SensorIndex, category: u8, sender: &mut Sender) -> Result<(), Refused> {
+        let Self { senders, journal, now, .. } = self;
+        sender.admit((sensor, category), senders, *now, journal)
+    }
+
     /// Notes what becomes of what a broadcast of Remote ID says.
-    fn hear(&mut self, heard: &Line, timed: Result<Time, Refused>) {
+    fn hear(&mut self, heard: &Line, timed: Result<Time, Refused>, sender: &mut Sender) {
         // Receivers of one site hear the same drones: none speaks against another.
         let mut nobody = Sender::default();
         let sensor = self.normaliser.remote_id_receiver(heard.receiver.as_deref());
-        let of_sensor = timed.and_then(|received| Ok((received, sensor?)));
+        let of_sensor = timed.and_then(|received| {
+            let sensor = sensor?;
+            self.admit_for(sensor, REMOTE_ID, sender)?;
+            sender.was_taken = true;
+            Ok((received, sensor))
+        });
         let (received, sensor) = match of_sensor {
             Ok(known) => known,
             Err((sensor, refusal)) => return self.journal.note(Event::Refused { sensor, refusal }),
@@ -277,7 +283,9 @@ impl Pipeline {
                     let taken = self.take(REMOTE_ID, report.map(Report::Fix), &mut nobody);
                     taken.unwrap_or_else(|(sensor, refusal)| Event::Refused { sensor, refusal })
                 }
-                Said::Identity => Event::Service { sensor, service: Service::default() },
+                Said::Identity => {
+                    Event::Service { sensor, service: Service::default(), from: sender.address }
+                }
                 Said::Unused(refusal) => Event::Refused { sensor: Some(sensor), refusal },
                 Said::Faulty(fault) => Event::FaultyLine { fault },
             };
@@ -341,7 +349,16 @@ impl Pipeline {
         sender: &mut Sender,
     ) -> Result<Event, Refused> {
         let Self {
-            engine, senders, now, withholds_plots, remote_id, selection, shedding, normaliser, ..
+            engine,
+            senders,
+            now,
+            withholds_plots,
+            remote_id,
+            selection,
+            shedding,
+            normaliser,
+            journal,
+            ..
         } = self;
         let mut report = report.inspect_err(|(sensor, _)| {
             if let Some(sensor) = *sensor {
@@ -361,7 +378,7 @@ impl Pipeline {
             sender.still_speaks(subject, senders, *now);
             (Some(sensor), refusal(refused))
         })?;
-        sender.judge(subject, senders, *now)?;
+        sender.judge(subject, senders, *now, journal)?;
         if selection.as_mut().is_some_and(|selection| !selection.takes(&report, normaliser.frame())) {
             return Ok(Event::Elsewhere { sensor, report });
         }
@@ -445,42 +462,6 @@ impl Pipeline {
             self.journal.note(Event::ClockBehind { behind_ns });
         }
         self.clock_behind = behind_ns > SECOND || (self.clock_behind && behind_ns > 0);
-    }
-}
-
-/// The sender of a datagram, and what became of its records.
-#[derive(Debug, Default)]
-struct Sender {
-    /// Without an address nobody is judged.
-    address: Option<SocketAddr>,
-    /// Whether a record was taken.
-    was_taken: bool,
-    /// Whether one was refused because another sender speaks for its sensor.
-    was_refused: bool,
-    /// Contests that are to be told.
-    contests: Vec<Contest>,
-}
-
-impl Sender {
-    /// Whether it speaks for this sensor.
-    fn judge(&mut self, subject: Subject, senders: &mut Senders, now: Time) -> Result<(), Refused> {
-        match self.address.map_or(Judged::Counts, |from| senders.judge(subject, from, now)) {
-            Judged::Counts => {
-                self.was_taken = true;
-                Ok(())
-            }
-            Judged::Refused(contest) => {
-                self.was_refused = true;
-                self.contests.extend(contest);
-                Err((Some(subject.sensor), Refusal::OtherSender))
-            }
-        }
-    }
-
-    fn still_speaks(&self, subject: Subject, senders: &mut Senders, now: Time) {
-        if let Some(from) = self.address {
-            senders.still_speaks(subject, from, now);
-        }
     }
 }
 

@@ -106,9 +106,10 @@ fn transponder_sensor(scenario: &Scenario, model: &Transponder) -> Sensor {
     }
 }
 
-/// A sensor's one or two lines.
+/// A sensor's one or two lines. Two complete each other only where their `source` is named.
 pub fn inputs(scenario: &Scenario, address: Ipv4Addr, port: u16) -> Vec<Input> {
-    let line = |port| Input { address: group(address), port, source: None, trailer_octets: None };
+    let source = scenario.network.second_line.then_some(Ipv4Addr::LOCALHOST);
+    let line = |port| Input { address: group(address), port, source, trailer_octets: None };
     let second = scenario.network.second_line.then(|| line(port + SECOND_LINE_PORTS));
     [Some(line(port)), second].into_iter().flatten().collect()
 }

@@ -9,6 +9,7 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 use utm_fusion::api::Options;
 use utm_fusion::config::{Auth, Connection, ConnectionFormat};
+use utm_fusion::gateways::remote_id::Receivers;
 use utm_fusion::live::{Clock, Posts};
 use utm_fusion::net::listen::{Arrival, LineCounters};
 
@@ -34,7 +35,8 @@ fn open(auth: Auth, most: u64) -> (Site, Arc<LineCounters>, Receiver<Arrival>) {
     let site = configured(auth);
     let (sender, arrivals) = sync_channel(100_000);
     let counters = Arc::<LineCounters>::default();
-    site.writer.set_posts(Posts::new(2, counters.clone(), Clock::default(), sender, most));
+    let receivers = Receivers::new(["roof".to_owned()]);
+    site.writer.set_posts(Posts::new(2, counters.clone(), Clock::default(), receivers, sender, most));
     (site, counters, arrivals)
 }
 
@@ -51,6 +53,23 @@ async fn post(site: &Site, body: impl Into<Body>) -> (StatusCode, Value) {
     let request = Request::post(PATH).header("content-type", "application/x-ndjson");
     let (status, answer, _) = send(site, request, body).await;
     (status, answer)
+}
+
+#[tokio::test]
+async fn line_of_a_receiver_not_posted_to_is_refused() {
+    let (site, counters, arrivals) = open(Auth::None, 1_000);
+    let of = |receiver: &str| format!(r#"{{"transmitter":"a","receiver":"{receiver}","message":"02"}}"#);
+    let (status, answer) = post(&site, format!("{}\n{}", of("roof"), of("pinned"))).await;
+    assert_eq!(status, StatusCode::OK);
+    assert_eq!(answer, json!({ "lines": 2, "taken": 1, "refused": { "line_receiver": 1 } }));
+    let (status, answer) = post(&site, of("pinned")).await;
+    assert_eq!(status, StatusCode::FORBIDDEN, "{answer}");
+    let detail = answer["detail"].as_str().unwrap();
+    assert!(detail.contains("1 of 1 lines name a receiver that is not posted to"), "{detail}");
+    assert!(detail.ends_with("lines may name: roof"), "{detail}");
+    let taken: Vec<Arrival> = arrivals.try_iter().collect();
+    assert!(taken.len() == 1 && taken[0].payload == of("roof").as_bytes());
+    assert!(counters.untranslated().contains(&("line_receiver", 2)));
 }
 
 #[tokio::test]

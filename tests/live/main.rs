@@ -30,6 +30,7 @@ mod sinks;
 mod sockets;
 mod stage;
 mod system_tracks;
+mod takeover;
 mod terminal;
 mod tls;
 mod warm;

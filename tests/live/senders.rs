@@ -1,19 +1,21 @@
-//! Two senders with one SAC/SIC: the first counts, the other is refused and named. Lines that bring the same complete each
-//! other.
+//! Two senders with one SAC/SIC: the first counts, the other is refused and named. Lines that `source` names and that bring
+//! the same complete each other.
 
 use std::fs;
 use std::io::{Read, Write};
-use std::net::{SocketAddr, TcpStream};
+use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, TcpStream, UdpSocket};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use asterix::{blocks, cat048, encode_block};
 use fusion::time::Time;
 use serde_json::Value;
+use socket2::{Domain, Socket, Type};
 use utm_fusion::formats::{PcapWriter, UdpFlow};
 use utm_fusion::live::now;
 use utm_fusion::simulate::Simulation;
 
-use crate::common::{Running, Scratch, beside, flight, only, read, replayed, utm_fusion};
+use crate::common::{Running, Scratch, beside, flight, joined, only, read, replayed, utm_fusion};
 use crate::stage::Stage;
 
 /// Every drone has a transponder that is never silent for long: those of another flight have the same serial numbers, and
@@ -147,16 +149,121 @@ fn of_two_senders_the_first_counts_and_both_are_named() {
     assert!(sent == replayed(&of_one(&input, first.port(), &scratch)), "the first sender alone");
 }
 
-/// Two lines that each lose a tenth, as a capture; from two addresses, or from one.
+/// A host that joins the radar's group, repeats one of its datagrams every 4 s as a redundant line would, and forges plots
+/// under its SAC/SIC four times a second; both go to `to`. Returns how many datagrams were forged.
+fn forge(stage: &Stage, to: (Ipv4Addr, u16), until: Time) -> u64 {
+    let (group, port) = stage.to(0);
+    let listener = joined(group, port, Ipv4Addr::LOCALHOST);
+    let socket = Socket::new(Domain::IPV4, Type::DGRAM, None).unwrap();
+    socket.bind(&SocketAddrV4::new(FORGER, 0).into()).unwrap();
+    socket.set_multicast_if_v4(&Ipv4Addr::LOCALHOST).unwrap();
+    let sender: UdpSocket = socket.into();
+    let (mut copied, mut forged, mut count) = (Time::default(), Time::default(), 0);
+    let mut octets = [0; 65536];
+    while now() < until {
+        let Ok((length, from)) = listener.recv_from(&mut octets) else { continue };
+        if from.ip() == FORGER || octets[0] != 48 {
+            continue;
+        }
+        if now().seconds_since(copied) > 4.0 {
+            copied = now();
+            sender.send_to(&octets[..length], to).unwrap();
+        }
+        if now().seconds_since(forged) > 0.25 {
+            forged = now();
+            let block = blocks(&octets[..length]).next().unwrap().unwrap();
+            let mut records: Vec<cat048::Record> =
+                block.records().map(|record| record.unwrap().record).collect();
+            for record in &mut records {
+                let polar = record.polar_position.unwrap();
+                record.polar_position = polar.with_azimuth_deg((polar.azimuth_deg() + 180.0) % 360.0);
+            }
+            let mut payload = Vec::new();
+            encode_block(&records, &mut payload).unwrap();
+            sender.send_to(&payload, to).unwrap();
+            count += 1;
+        }
+    }
+    count
+}
+
+/// The host of [`forge`].
+const FORGER: Ipv4Addr = Ipv4Addr::new(127, 0, 0, 66);
+
+#[test]
+fn forger_behind_copies_is_refused_on_every_line_and_named() {
+    // Without a source the radar's own group takes what any host sends; with one, the forger uses the transponders' group.
+    for (pinned, reason) in [(false, "other_sender"), (true, "foreign_source")] {
+        let stage = Stage::new(SCENARIO, if pinned { 22_760 } else { 22_740 }, |config, _| {
+            config.sensors[0].inputs[0].source = pinned.then_some(Ipv4Addr::LOCALHOST);
+        });
+        let mut service = stage.run("run.log");
+        let api = address(&mut service);
+        let until = stage.start() + jiff::SignedDuration::from_secs(14);
+        let to = stage.to(usize::from(pinned));
+        let count = std::thread::scope(|scope| {
+            scope.spawn(|| stage.send(0.0, 14.5));
+            let forger = scope.spawn(|| forge(&stage, to, until));
+            forger.join().unwrap()
+        });
+        std::thread::sleep(Duration::from_millis(1_200));
+        let sensors = json(api, "/api/v1/sensors");
+        let radar = sensors["features"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .find(|one| one["id"] == stage.config.sensors[0].id);
+        let radar = &radar.unwrap()["properties"];
+        // The status is of a second before, and so are its counters.
+        assert!(count > 20 && radar["refused"][reason].as_u64() >= Some(count / 2), "{count}: {radar}");
+        let contested = radar["contested"].as_array().unwrap();
+        assert!(contested.iter().any(|one| one["reason"] == reason), "{radar}");
+        let refused = contested[0]["refused"].as_str().unwrap();
+        assert!(refused.starts_with("127.0.0.66:"), "{radar}");
+        let alerts = json(api, "/api/v1/alerts");
+        let names_it = |alert: &&Value| {
+            alert["kind"] == "sensor" && alert["text"].as_str().is_some_and(|text| text.contains(refused))
+        };
+        assert!(alerts["alerts"].as_array().unwrap().iter().any(|alert| names_it(&alert)), "{alerts}");
+        // No ghosts: each plot that was taken is the radar's own.
+        let sent = |datagram: &&utm_fusion::simulate::Datagram| {
+            datagram.payload[0] == 48 && datagram.received.seconds_since(stage.start()) <= 14.5
+        };
+        let own: usize = stage
+            .simulation
+            .datagrams
+            .iter()
+            .filter(sent)
+            .flat_map(|datagram| blocks(&datagram.payload).flatten())
+            .filter(|block| block.category == 48)
+            .map(|block| block.records::<cat048::Record>().count())
+            .sum();
+        assert!(radar["accepted"].as_u64() <= Some(own as u64), "{own}: {radar}");
+        let (code, log) = service.stop();
+        assert_eq!(code, Some(0), "{log}");
+        assert!(log.contains(refused), "{log}");
+    }
+}
+
+/// The hosts of two lines.
+const HOSTS: [Ipv4Addr; 2] = [Ipv4Addr::new(10, 0, 0, 1), Ipv4Addr::new(10, 0, 0, 2)];
+
+/// Two lines that each lose a tenth, as a capture; from two hosts that the inputs name as `source`, or from one.
 fn lines(simulation: &Simulation, scratch: &Scratch, two: bool) -> (String, Vec<u8>) {
     let capture = scratch.path(if two { "two.pcap" } else { "one.pcap" });
+    let mut config = simulation.config.clone();
+    for sensor in &mut config.sensors {
+        sensor.inputs.iter_mut().zip(HOSTS).for_each(|(input, host)| input.source = Some(host));
+    }
+    let is_first = |port| config.sensors.iter().any(|sensor| sensor.inputs[0].port == port);
     let mut pcap = PcapWriter::new(fs::File::create(&capture).unwrap()).unwrap();
     for datagram in &simulation.datagrams {
-        let port = if two { datagram.flow.port } else { 40_000 };
-        pcap.write_from(port, datagram.flow, datagram.received, &datagram.payload).unwrap();
+        let from = HOSTS[usize::from(two && !is_first(datagram.flow.port))];
+        let flow = UdpFlow { from, ..datagram.flow };
+        pcap.write_from(40_000, flow, datagram.received, &datagram.payload).unwrap();
     }
     pcap.flush().unwrap();
-    let (site, out) = (scratch.file("site.toml", simulation.config.to_string()), scratch.path("out.pcap"));
+    let (site, out) = (scratch.file("site.toml", config.to_string()), scratch.path("out.pcap"));
     let mut replay = utm_fusion("replay");
     let output = replay.arg(&capture).arg("--config").arg(site).arg("-o").arg(&out).output().unwrap();
     (String::from_utf8(output.stdout).unwrap(), fs::read(out).unwrap())

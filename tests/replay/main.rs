@@ -20,6 +20,7 @@ mod parquet_file;
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;
 mod refusals;
+mod senders;
 #[path = "../shared/mod.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod shared;

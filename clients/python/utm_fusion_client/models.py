@@ -256,6 +256,7 @@ Contested = TypedDict(
     {
         "counts": str,
         "refused": str,
+        "reason": Literal["other_sender", "foreign_source"],
         "transponders": list[str],
     },
 )
