@@ -1089,6 +1089,8 @@ export type ServiceStatus = {
   streams: number;
   /** How much later than configured the picture is, seconds. */
   late_s?: number;
+  /** Files of the state directory that cannot be written: a restart would lose what they hold. */
+  state_failing: Array<string>;
   /** From the opening of a slot to its publication, seconds. */
   latency_s?: Quantiles;
   /** From when a slot was due to its publication, seconds. */

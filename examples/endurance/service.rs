@@ -18,7 +18,7 @@ use utm_fusion::config::{Config, Feed};
 use utm_fusion::formats::Encoders;
 use utm_fusion::live::{Driver, Made};
 use utm_fusion::pipeline::Event;
-use utm_fusion::state::{Frame, Warm, WarmKeeper, WarmQueue};
+use utm_fusion::state::{Frame, StateHealth, Warm, WarmKeeper, WarmQueue};
 
 use crate::book::{Book, Broken};
 
@@ -107,7 +107,7 @@ impl Service {
             began: (driver.checkpoint(&self.config), encoders.clone()),
             driver,
             encoders,
-            disk: WarmKeeper::start(&self.directory).ok(),
+            disk: WarmKeeper::start(&self.directory, &StateHealth::default()).ok(),
             next_checkpoint: Time::default(),
             has_a_file: false,
             offered: 0,
@@ -212,7 +212,7 @@ impl Service {
         let Some(life) = &mut self.life else { return };
         if is_well {
             if life.disk.is_none() {
-                life.disk = WarmKeeper::start(&self.directory).ok();
+                life.disk = WarmKeeper::start(&self.directory, &StateHealth::default()).ok();
                 life.next_checkpoint = Time::default();
             }
         } else if let Some((queue, keeper)) = life.disk.take() {

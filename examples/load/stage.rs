@@ -64,7 +64,13 @@ impl Stage {
         config.output.status = true;
         let lagged = config.output.asterix[0];
         config.output.asterix.push(Sink { port: lagged.port + 1, picture: PictureKind::Now, ..lagged });
-        config.output.record = Some(Record { dir: directory.join("recordings"), rotate_mib: 64, keep: 4 });
+        config.output.record = Some(Record {
+            dir: directory.join("recordings"),
+            rotate_mib: 64,
+            keep: 4,
+            keep_mib: 0,
+            keep_hours: 0,
+        });
         fs::write(&site, config.to_string())?;
 
         let service = program("run")?.arg("--config").arg(&site).spawn()?;

@@ -15,6 +15,7 @@ use crate::config::Config;
 use crate::json::rounded;
 use crate::live::{Level, Status};
 use crate::picture::Rfc3339;
+use crate::state::StateHealth;
 use fusion::SensorIndex;
 
 /// That it is alive, or ready.
@@ -58,6 +59,8 @@ pub struct ServiceStatus {
     /// How much later than configured the picture is, seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     late_s: Option<f64>,
+    /// Files of the state directory that cannot be written: a restart would lose what they hold.
+    state_failing: Vec<String>,
     #[serde(flatten)]
     counted: Option<Counted>,
 }
@@ -145,8 +148,14 @@ pub fn status(ask: &Ask) -> Result<ServiceStatus, Problem> {
         seq: ask.state.log.latest().1.map_or(0, |shown| shown.frame.seq),
         streams: ask.state.seats.taken(),
         late_s: hub.lateness().map(|lateness| rounded(lateness.late.as_secs_f64(), 3)),
+        state_failing: ask.state.options.state.as_ref().map(state_failing).unwrap_or_default(),
         counted: hub.status().as_ref().map(|status| Counted::new(status, &hub.config)),
     })
+}
+
+fn state_failing(health: &StateHealth) -> Vec<String> {
+    let files = health.all().into_iter();
+    files.filter_map(|(name, file)| file.failing.map(|_| name)).collect()
 }
 
 impl Counted {

@@ -31,6 +31,7 @@ use crate::history::Store;
 use crate::live::{Condition, Hub, Level, Player, PublishedPicture};
 use crate::notices::Notices;
 use crate::sinks::SinkMeter;
+use crate::state::StateHealth;
 use fusion::time::Time;
 
 /// While a replay plays, slots come four times per second; a longer silence is a fault.
@@ -57,6 +58,8 @@ pub struct Options {
     pub clock: fn() -> Time,
     /// Where tracks were; `None`: no history is kept.
     pub history: Option<Store>,
+    /// Health of the files of `[state] dir`; `None`: no state is kept.
+    pub state: Option<StateHealth>,
     /// Who hears of alerts elsewhere.
     pub notices: Notices,
     /// Whom the picture goes to elsewhere.
@@ -77,6 +80,7 @@ impl Default for Options {
             patience: Duration::from_secs(15),
             clock: crate::live::now,
             history: None,
+            state: None,
             notices: Notices::default(),
             sinks: SinkMeter::default(),
             player: None,

@@ -29,8 +29,8 @@ use crate::pipeline::Tally;
 use crate::record::{Recorded, Recorder, RecorderQueue};
 use crate::sinks::PictureSinks;
 use crate::state::{
-    AlertDecision, CorrelationPlan, Keeper, Registrations, StateFile, Warm, WarmKeeper, alert_line,
-    kept_lines, read_correlations, read_numbers, read_registration, registration_text,
+    AlertDecision, CorrelationPlan, Keeper, Registrations, StateFile, StateHealth, Warm, WarmKeeper,
+    alert_line, kept_lines, read_correlations, read_numbers, read_registration, registration_text,
 };
 use fusion::integrity::HeldWord;
 use fusion::numbering::Given;
@@ -58,6 +58,8 @@ pub struct LiveBuilder {
     shelves: Option<SyncSender<Arc<str>>>,
     recorder: Option<(RecorderQueue, Recorder)>,
     history: Option<Store>,
+    /// Health of the files of the state.
+    health: StateHealth,
 }
 
 /// What outlives a restart: numbers, correlations and words.
@@ -124,6 +126,7 @@ impl LiveBuilder {
             shelves: None,
             recorder: None,
             history: None,
+            health: StateHealth::default(),
         }
     }
 
@@ -132,10 +135,10 @@ impl LiveBuilder {
     /// # Errors
     /// No thread could be started.
     pub fn view(mut self, (seen, decided): (Receiver<Seen>, Sender<Decision>)) -> io::Result<Self> {
-        let directory = &self.config.state.dir;
-        self.shelved =
-            StateFile::SHELVED.load(directory, self.started, read_correlations).plan(&self.config).alerts;
-        let (shelves, keeper) = StateFile::SHELVED.keep(directory, Arc::<str>::from(""))?;
+        let (directory, health) = (&self.config.state.dir, &self.health);
+        let shelved = StateFile::SHELVED.load(directory, self.started, health, read_correlations);
+        self.shelved = shelved.plan(&self.config).alerts;
+        let (shelves, keeper) = StateFile::SHELVED.keep(directory, Arc::<str>::from(""), health)?;
         self.kept_by = Some((vec![keeper], None));
         (self.seen, self.shelves) = (Some((seen, decided)), Some(shelves));
         Ok(self)
@@ -146,11 +149,13 @@ impl LiveBuilder {
     /// # Errors
     /// No thread could be started.
     pub fn keep_state(mut self) -> io::Result<Self> {
+        // Also where it is damaged, and set aside by then.
+        let was_here = Warm::is_there(&self.config.state.dir);
         let is_warm = self.go_on();
         let (numbers, kept, words) = if is_warm { self.known() } else { self.recalled() };
-        let Self { config, driver, started, .. } = &mut self;
+        let Self { config, driver, started, health, .. } = &mut self;
         let (directory, now) = (&config.state.dir, *started);
-        if !is_warm && (Warm::is_there(directory) || !numbers.is_empty()) {
+        if !is_warm && (was_here || !numbers.is_empty() || !health.all().is_empty()) {
             // What an earlier service has published, ahead perhaps when it was stopped, is not known.
             driver.publish_after(now);
             info!("an earlier service was here: slots of before this start are not published");
@@ -159,7 +164,7 @@ impl LiveBuilder {
         if !registrations.is_empty() {
             info!(radars = registrations.len(), "registration goes on");
         }
-        let shelved = StateFile::SHELVED.load(directory, now, read_correlations).plan(config).alerts;
+        let shelved = StateFile::SHELVED.load(directory, now, health, read_correlations).plan(config).alerts;
         if !shelved.is_empty() {
             info!(alerts = shelved.len(), "alerts stay shelved");
         }
@@ -168,11 +173,14 @@ impl LiveBuilder {
 
         let by_number: BTreeMap<_, _> = numbers.iter().map(|&given| (given.number, given)).collect();
         let nothing = Arc::<str>::from("");
-        let (of_numbers, numbers_keeper) = StateFile::NUMBERS.keep(directory, by_number)?;
-        let (registration, registration_keeper) = StateFile::REGISTRATION.keep(directory, nothing.clone())?;
-        let (of_decisions, decisions_keeper) = StateFile::DECISIONS.keep(directory, nothing.clone())?;
-        let (of_shelved, shelved_keeper) = StateFile::SHELVED.keep(directory, nothing)?;
-        let warm = (config.state.checkpoint_s > 0.0).then(|| WarmKeeper::start(directory)).transpose()?;
+        let (of_numbers, numbers_keeper) = StateFile::NUMBERS.keep(directory, by_number, health)?;
+        let (registration, registration_keeper) =
+            StateFile::REGISTRATION.keep(directory, nothing.clone(), health)?;
+        let (of_decisions, decisions_keeper) =
+            StateFile::DECISIONS.keep(directory, nothing.clone(), health)?;
+        let (of_shelved, shelved_keeper) = StateFile::SHELVED.keep(directory, nothing, health)?;
+        let warm =
+            (config.state.checkpoint_s > 0.0).then(|| WarmKeeper::start(directory, health)).transpose()?;
         let (of_engine, warm) = warm.unzip();
         let queues = KeeperQueues {
             numbers: of_numbers,
@@ -200,10 +208,12 @@ impl LiveBuilder {
 
     /// Goes on where a service has stopped just now, if there was one; whether it does.
     fn go_on(&mut self) -> bool {
-        let Self { config, areas, driver, started, encoders, .. } = self;
+        let Self { config, areas, driver, started, encoders, health, .. } = self;
         let oldest = config.fusion.window();
         let is_wanted = config.state.checkpoint_s > 0.0;
-        let Some(warm) = is_wanted.then(|| Warm::load(&config.state.dir, *started, oldest)).flatten() else {
+        let Some(warm) =
+            is_wanted.then(|| Warm::restore(&config.state.dir, *started, oldest, health)).flatten()
+        else {
             return false;
         };
         if let Err(error) = driver.go_on(config, areas.masks(), &warm, *started) {
@@ -224,9 +234,9 @@ impl LiveBuilder {
 
     /// What the files of the state hold, given to the engine.
     fn recalled(&mut self) -> Outlived {
-        let Self { config, driver, started, .. } = self;
+        let Self { config, driver, started, health, .. } = self;
         let (directory, now) = (&config.state.dir, *started);
-        let mut numbers = StateFile::NUMBERS.load(directory, now, read_numbers);
+        let mut numbers = StateFile::NUMBERS.load(directory, now, health, read_numbers);
         // A file of an earlier version has no times.
         numbers.iter_mut().for_each(|given| _ = given.heard.get_or_insert(now));
         let loaded = numbers.len();
@@ -237,9 +247,9 @@ impl LiveBuilder {
         if refused > 0 {
             warn!(numbers = refused, "transponder numbers contradict others and are given anew");
         }
-        let registrations = StateFile::REGISTRATION.load(directory, now, read_registration);
+        let registrations = StateFile::REGISTRATION.load(directory, now, health, read_registration);
         registrations.restore(config, Some(now), driver.engine_mut());
-        let decisions = StateFile::DECISIONS.load(directory, now, read_correlations);
+        let decisions = StateFile::DECISIONS.load(directory, now, health, read_correlations);
         let CorrelationPlan { kept, words, .. } = decisions.plan(config);
         if !kept.is_empty() {
             info!(decisions = kept.len(), "decisions hold again where their radar tracks are heard in time");
@@ -267,16 +277,11 @@ impl LiveBuilder {
         Ok(self)
     }
 
-    /// Keeps the history, where the configuration asks for it; where it cannot be opened the service runs all the same.
+    /// Keeps the history, where the configuration asks for it. Its own thread opens it: a large file, or one that was not
+    /// closed, does not delay the start.
     pub fn keep_history(mut self) -> Self {
         let state = &self.config.state;
-        self.history = Limits::of(state).map(|limits| {
-            let store = Store::closed(&state.dir.join("history.redb"), limits);
-            if let Err(error) = store.reopen() {
-                error!(%error, "no history is kept: tried again, the service goes on");
-            }
-            store
-        });
+        self.history = Limits::of(state).map(|limits| Store::closed(&state.dir, limits, self.health.clone()));
         self
     }
 
@@ -287,6 +292,7 @@ impl LiveBuilder {
     pub fn start(self) -> Result<Live, Failure> {
         let Self { config, areas, listener, started, driver, encoders, shelved, recorder, history, .. } =
             self;
+        let state = (self.kept_by.is_some() || history.is_some()).then_some(self.health);
         let shelves = self.shelves;
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
         let alert_settings = Current::from(AlertSettings::new(&config.alerts, &areas)?);
@@ -304,12 +310,13 @@ impl LiveBuilder {
         let (meter, picture_deliveries) = picture_sinks.start(hub.clone());
         let options = api::Options {
             history: history.clone(),
+            state: state.clone(),
             notices: notices.clone(),
             sinks: meter.clone(),
             ..Default::default()
         };
         let followers =
-            Followers { archive, messenger: Some(Box::new(notices)), outgoing: Some(Box::new(meter)) };
+            Followers { archive, messenger: Some(Box::new(notices)), outgoing: Some(Box::new(meter)), state };
         let served = Served::start(listener, hub, options, alerts, followers)?;
         let sinks = open_sinks(&config)?;
         let (keepers, warm) = self.kept_by.unzip();
@@ -372,3 +379,6 @@ impl Live {
         }
     }
 }
+
+#[cfg(test)]
+mod damaged;

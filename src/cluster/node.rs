@@ -23,6 +23,7 @@ use super::log::{Holder, Log};
 use super::relief::Step;
 use crate::areas::Areas;
 use crate::config::{Cluster, Config};
+use crate::state::StateHealth;
 use balance::Peer;
 use desk::Desk;
 
@@ -64,6 +65,7 @@ impl Node {
         me: &Holder,
         log: &Log,
     ) -> Self {
+        let health = StateHealth::default();
         let (stop, stopped) = watch::channel(false);
         let (stop, shared) = (Arc::new(stop), Arc::<Shared>::default());
         let own = cells.names().iter().filter(|cell| cluster.may_own(cell.as_str()));
@@ -78,6 +80,7 @@ impl Node {
             me: me.clone(),
             shared: shared.clone(),
             stop: stopped.clone(),
+            health: health.clone(),
         });
         let desks: Vec<Desk> = desks.collect();
         desks.iter().for_each(|desk| desk.note(|_| {}));

@@ -18,6 +18,7 @@ use crate::app::{Failure, Live, LiveBuilder, Signals, runtime};
 use crate::areas::Areas;
 use crate::config::{Config, ConfigError, ConfigErrors, Place};
 use crate::live::now;
+use crate::state::StateLock;
 
 /// Runs the live service: listens to the sensors, sends the fused picture, serves it over HTTP.
 ///
@@ -78,6 +79,7 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
     if let Some(cluster) = &config.cluster {
         return cluster::serve(args, (config.clone(), cluster), areas, (signals, hangup)).await;
     }
+    let _lock = StateLock::take(&config.state.dir)?;
     let live = begin(&config, &areas)?.keep_state()?.record()?.keep_history().start()?;
     let mut reload = reload_of(args, &config, areas, &live);
     info!(site = config.site.name, url = %live.served.url, "running; Ctrl-C ends it");

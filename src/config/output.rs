@@ -80,8 +80,13 @@ section! {
         dir: PathBuf = need("dir = …, the directory of the recordings"), directory();
         /// Size at which a new file starts, MiB.
         rotate_mib: u32 = 256, whole("a file grows to a whole number of MiB, 1 to 1048576", 1..=1_048_576);
-        /// How many files are kept, the newest ones.
-        keep: u32 = 16, whole("the files kept are a whole number, 1 to 1000000", 1..=1_000_000);
+        /// How many full recordings are kept, the newest ones. A recording is full at `rotate_mib` or after an hour; one that a
+        /// restart ended earlier counts as its share of that.
+        keep: u32 = 16, whole("the recordings kept are a whole number, 1 to 1000000", 1..=1_000_000);
+        /// Most that all recordings together take, MiB; beyond it the oldest are removed. 0 for no limit.
+        keep_mib: u32 = 0, whole("the recordings take a whole number of MiB, 0 (no limit) to 1073741824", 0..=1_073_741_824);
+        /// Time after which a recording is removed, hours; 0 for no limit.
+        keep_hours: u32 = 0, whole("recordings are kept for a whole number of hours, 0 (no limit) to 87840", 0..=87_840);
     }
 }
 

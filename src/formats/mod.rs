@@ -26,6 +26,7 @@ pub use datagrams::{DATAGRAM_MAX, pack};
 pub use encoders::Encoders;
 pub use f3623::observations;
 pub use files::{OutputFormat, PictureWriter, flow};
+pub(crate) use pcap::MAGIC_NANOSECONDS;
 pub use pcap::{PcapWriter, UdpFlow};
 pub use status::status_block;
 pub use tracks::{track_columns, write_track};

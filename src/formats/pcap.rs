@@ -28,7 +28,7 @@ pub struct PcapWriter<W> {
 }
 
 /// Magic of nanosecond files, in this machine's byte order on every machine: little-endian.
-const MAGIC_NANOSECONDS: u32 = 0xa1b2_3c4d;
+pub const MAGIC_NANOSECONDS: u32 = 0xa1b2_3c4d;
 const LINKTYPE_ETHERNET: u32 = 1;
 const SNAPLEN: u32 = 262_144;
 

@@ -2,7 +2,7 @@
 
 use std::io;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{self, Receiver, SyncSender};
+use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -24,11 +24,27 @@ const RETRY: Duration = Duration::from_secs(10);
 /// Keeps a picture a second.
 #[derive(Debug)]
 pub struct Historian {
-    queue: Option<SyncSender<Snapshot>>,
     store: Store,
-    writer: Option<JoinHandle<()>>,
+    writer: Option<Writer>,
     /// The second that was kept last.
     second: i64,
+}
+
+/// The writer's thread, and its queue.
+#[derive(Debug)]
+struct Writer {
+    queue: SyncSender<Snapshot>,
+    thread: JoinHandle<()>,
+}
+
+impl Writer {
+    fn start(store: Store) -> io::Result<Self> {
+        let (queue, pictures) = mpsc::sync_channel(QUEUE);
+        let keeper = Keeper { store, retry: None };
+        let thread =
+            std::thread::Builder::new().name("history".to_owned()).spawn(move || keeper.run(&pictures))?;
+        Ok(Self { queue, thread })
+    }
 }
 
 impl Historian {
@@ -37,11 +53,21 @@ impl Historian {
     /// # Errors
     /// No thread could be started.
     pub fn start(store: Store) -> io::Result<Self> {
-        let (queue, pictures) = mpsc::sync_channel(QUEUE);
-        let keeper = Keeper { store: store.clone(), retry: None };
-        let writer =
-            std::thread::Builder::new().name("history".to_owned()).spawn(move || keeper.run(&pictures))?;
-        Ok(Self { queue: Some(queue), store, writer: Some(writer), second: i64::MIN })
+        let writer = Writer::start(store.clone())?;
+        Ok(Self { store, writer: Some(writer), second: i64::MIN })
+    }
+
+    /// Hands a picture to the writer. A writer that has ended is a bug; another one is started.
+    fn offer(&mut self, snapshot: Snapshot) -> Result<(), TrySendError<Snapshot>> {
+        let Some(writer) = &self.writer else { return Err(TrySendError::Disconnected(snapshot)) };
+        let offered = writer.queue.try_send(snapshot);
+        if let Err(TrySendError::Disconnected(_)) = offered {
+            error!("the thread of the history has ended: this is a bug; another one is started");
+            self.store.0.counters.failing.store(true, Ordering::Relaxed);
+            self.store.0.counters.damaged.store(true, Ordering::Relaxed);
+            self.writer = Writer::start(self.store.clone()).ok();
+        }
+        offered
     }
 }
 
@@ -54,7 +80,7 @@ impl Archive for Historian {
         }
         let tracks = picture.within(MAX_ACCURACY_M).map(|track| SavedTrack::of(track, maker)).collect();
         let snapshot = Snapshot { time: picture.time, tracks };
-        if self.queue.as_ref().is_none_or(|queue| queue.try_send(snapshot).is_err()) {
+        if self.offer(snapshot).is_err() {
             self.store.0.counters.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
@@ -71,9 +97,9 @@ impl Archive for Historian {
 /// What waits is written before it is gone.
 impl Drop for Historian {
     fn drop(&mut self) {
-        drop(self.queue.take());
-        if let Some(writer) = self.writer.take() {
-            let _ = writer.join();
+        if let Some(Writer { queue, thread }) = self.writer.take() {
+            drop(queue);
+            let _ = thread.join();
         }
     }
 }
@@ -87,6 +113,10 @@ struct Keeper {
 
 impl Keeper {
     fn run(mut self, pictures: &Receiver<Snapshot>) {
+        if !self.store.is_open() {
+            let opened = self.store.open_or_replace();
+            self.note(&opened);
+        }
         let mut batch = Vec::with_capacity(BATCH);
         loop {
             let next = pictures.recv();
@@ -107,15 +137,23 @@ impl Keeper {
     /// Whether they were kept; not while a failed file is let alone.
     #[expect(clippy::disallowed_methods, reason = "a failed file is tried again by the clock of the machine")]
     fn keep(&mut self, batch: &[Snapshot]) -> bool {
-        let failing = &self.store.0.counters.failing;
         if batch.is_empty() || self.retry.is_some_and(|retry| Instant::now() < retry) {
             return batch.is_empty();
         }
-        let opened = if self.retry.is_some() { self.store.reopen() } else { Ok(()) };
-        let kept = opened
-            .map_err(|error| error.to_string())
-            .and_then(|()| self.store.keep(batch).map_err(|error| error.to_string()));
-        match &kept {
+        let is_opened_first = self.retry.is_some() || self.store.is_damaged();
+        let opened = if is_opened_first { self.store.open_or_replace() } else { Ok(()) };
+        let mut kept = opened.and_then(|()| self.store.keep(batch));
+        if self.store.is_damaged() {
+            kept = self.store.open_or_replace().and_then(|()| self.store.keep(batch));
+        }
+        self.note(&kept)
+    }
+
+    /// Notes whether the file can be written; whether it can.
+    #[expect(clippy::disallowed_methods, reason = "a failed file is tried again by the clock of the machine")]
+    fn note(&mut self, written: &Result<(), redb::Error>) -> bool {
+        let failing = &self.store.0.counters.failing;
+        match written {
             Ok(()) => {
                 self.retry = None;
                 if failing.swap(false, Ordering::Relaxed) {
@@ -124,14 +162,16 @@ impl Keeper {
             }
             Err(error) => {
                 if !failing.swap(true, Ordering::Relaxed) {
-                    let retry_s = RETRY.as_secs();
-                    error!(error, retry_s, "the history cannot be written: tried again, the service goes on");
+                    let (file, retry_s) = (self.store.0.path.display(), RETRY.as_secs());
+                    error!(%file, %error, retry_s, "the history cannot be written: tried again, the service goes on");
                 }
                 // For its readers.
-                let _ = self.store.reopen();
+                if !self.store.is_damaged() {
+                    let _ = self.store.reopen();
+                }
                 self.retry = Some(Instant::now() + RETRY);
             }
         }
-        kept.is_ok()
+        written.is_ok()
     }
 }

@@ -3,10 +3,12 @@
 //! A picture is kept as it is until its minute is over; then the minute is kept track by track (`minute.rs`), in a tenth
 //! of the room.
 //!
-//! One writer, on a thread of its own behind a bounded queue ([`Historian`]); readers at any time ([`Store`]).
+//! One writer, on a thread of its own behind a bounded queue ([`Historian`]); readers at any time ([`Store`]). The writer opens
+//! the file and verifies it; a damaged one is set aside (`guard.rs`).
 
 mod codec;
 mod folds;
+mod guard;
 mod historian;
 mod minute;
 
@@ -22,8 +24,12 @@ pub use historian::Historian;
 
 use crate::config::Persistence;
 use crate::current::Current;
+use crate::live::now;
+use crate::state::StateHealth;
 use fusion::time::{SECOND, Time};
 
+/// The file's name in the directory of `[state]`.
+const NAME: &str = "history.redb";
 /// Pictures of minutes that are not over, by time, nanoseconds since the epoch. Up to version 0.6 all pictures were here.
 const PICTURES: TableDefinition<'_, i64, &[u8]> = TableDefinition::new("pictures");
 /// Minutes that are over: since the epoch, and a track's id. Under no id the times of the pictures, nanoseconds.
@@ -71,6 +77,8 @@ struct Inner {
     limits: Current<Limits>,
     /// `None`: it could not be opened.
     database: RwLock<Option<Database>>,
+    /// Where damage is noted.
+    health: StateHealth,
     counters: Counters,
 }
 
@@ -78,6 +86,8 @@ struct Inner {
 struct Counters {
     lost: AtomicU64,
     failing: AtomicBool,
+    /// Reading or writing has met damage since the file was opened.
+    damaged: AtomicBool,
 }
 
 /// Why the history cannot be opened; it never disturbs the service.
@@ -101,19 +111,24 @@ impl Store {
     /// Opens the file, or makes it.
     ///
     /// # Errors
-    /// It cannot be made, is in use by another process, or is no history.
+    /// It cannot be made, is in use by another process, or is damaged.
     pub fn open(path: &Path, limits: Limits) -> Result<Self, StoreError> {
-        let store = Self::closed(path, limits);
+        let store = Self::new(path.to_owned(), limits, StateHealth::default());
         store.reopen()?;
         Ok(store)
     }
 
-    /// A store that is to be opened by [`Store::reopen`].
-    pub fn closed(path: &Path, limits: Limits) -> Self {
+    /// The history of a state directory, to be opened by its [`Historian`]. Damage is noted in `health`.
+    pub fn closed(directory: &Path, limits: Limits, health: StateHealth) -> Self {
+        Self::new(directory.join(NAME), limits, health)
+    }
+
+    fn new(path: PathBuf, limits: Limits, health: StateHealth) -> Self {
         Self(Arc::new(Inner {
-            path: path.to_owned(),
+            path,
             limits: limits.into(),
             database: RwLock::default(),
+            health,
             counters: Counters::default(),
         }))
     }
@@ -123,29 +138,63 @@ impl Store {
     /// # Errors
     /// As [`Store::open`].
     pub fn reopen(&self) -> Result<(), StoreError> {
-        let path = &self.0.path;
+        self.open_again().map_err(|source| StoreError { path: self.0.path.clone(), source })
+    }
+
+    fn open_again(&self) -> Result<(), redb::Error> {
         let mut database = self.0.database.write().unwrap_or_else(PoisonError::into_inner);
         // The old one has the file's lock.
-        drop(database.take());
-        let open = || -> Result<Database, redb::Error> {
-            path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
-            let database = Database::builder().set_cache_size(CACHE).create(path)?;
-            // A full disk would not take the tables once more.
-            if database.begin_read()?.open_table(MINUTES).is_err() {
-                let writing = database.begin_write()?;
-                writing.delete_table(TRAILS)?;
-                let mut octets = 0;
-                for picture in writing.open_table(PICTURES)?.iter()? {
-                    octets += cost("", picture?.1.value());
-                }
-                writing.open_table(MINUTES)?;
-                writing.open_table(SIZES)?.insert(0, octets)?;
-                writing.commit()?;
+        if let Some(old) = database.take() {
+            match self.0.counters.damaged.load(Ordering::Relaxed) {
+                // Closing it would write, and panic where it has panicked.
+                true => std::mem::forget(old),
+                false => guard::guarded(|| {
+                    drop(old);
+                    Ok(())
+                })?,
             }
-            Ok(database)
-        };
-        *database = Some(open().map_err(|source| StoreError { path: path.clone(), source })?);
+        }
+        *database = Some(guard::open(&self.0.path)?);
+        self.0.counters.damaged.store(false, Ordering::Relaxed);
         Ok(())
+    }
+
+    /// Opens the file again, or makes it; a damaged one is set aside, and another one begun.
+    fn open_or_replace(&self) -> Result<(), redb::Error> {
+        match self.is_damaged() {
+            true => self.replace(&"a page cannot be read"),
+            false => match self.open_again() {
+                Err(error) if guard::is_damage(&error) => self.replace(&error),
+                opened => opened,
+            },
+        }
+    }
+
+    /// Sets the damaged file aside, and begins another one.
+    fn replace(&self, error: &dyn std::fmt::Display) -> Result<(), redb::Error> {
+        self.0.counters.damaged.store(true, Ordering::Relaxed);
+        let path = &self.0.path;
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or(NAME);
+        self.0.health.set_aside(path.parent().unwrap_or(Path::new("")), name, "history", error, now());
+        self.open_again()
+    }
+
+    fn is_open(&self) -> bool {
+        self.0.database.read().unwrap_or_else(PoisonError::into_inner).is_some()
+    }
+
+    /// Whether reading or writing has met damage since the file was opened.
+    fn is_damaged(&self) -> bool {
+        self.0.counters.damaged.load(Ordering::Relaxed)
+    }
+
+    /// Accesses the database; damage is noted, for the writer to set the file aside.
+    fn access<T>(&self, access: impl FnOnce() -> Result<T, redb::Error>) -> Result<T, redb::Error> {
+        let accessed = guard::guarded(access);
+        if accessed.as_ref().is_err_and(guard::is_damage) {
+            self.0.counters.damaged.store(true, Ordering::Relaxed);
+        }
+        accessed
     }
 
     /// Sets other limits; what is beyond them is removed with the next write.
@@ -173,7 +222,11 @@ impl Store {
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
             Err(TryLockError::WouldBlock) => return Err(redb::Error::DatabaseClosed),
         };
-        what(database.as_ref().ok_or(redb::Error::DatabaseClosed)?.begin_read()?)
+        let database = database.as_ref().ok_or(redb::Error::DatabaseClosed)?;
+        if self.is_damaged() {
+            return Err(redb::Error::Corrupted("it is about to be set aside".to_owned()));
+        }
+        self.access(|| what(database.begin_read()?))
     }
 
     /// Saves pictures, all or none, and removes what is too old or too much.
@@ -181,9 +234,14 @@ impl Store {
     /// # Errors
     /// The disk is full, for example: nothing of these is kept then.
     pub fn keep(&self, pictures: &[Snapshot]) -> Result<(), redb::Error> {
-        let limits = self.0.limits.get();
         let database = self.0.database.read().unwrap_or_else(PoisonError::into_inner);
-        let writing = database.as_ref().ok_or(redb::Error::DatabaseClosed)?.begin_write()?;
+        let database = database.as_ref().ok_or(redb::Error::DatabaseClosed)?;
+        self.access(|| self.write(database, pictures))
+    }
+
+    fn write(&self, database: &Database, pictures: &[Snapshot]) -> Result<(), redb::Error> {
+        let limits = self.0.limits.get();
+        let writing = database.begin_write()?;
         {
             let mut recent = writing.open_table(PICTURES)?;
             let mut minutes = writing.open_table(MINUTES)?;
@@ -288,5 +346,7 @@ fn cost(id: &str, value: &[u8]) -> u64 {
     2 * ((id.len() + value.len()) as u64 + OVERHEAD)
 }
 
+#[cfg(test)]
+mod damaged;
 #[cfg(test)]
 mod tests;

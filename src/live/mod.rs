@@ -33,6 +33,7 @@ mod quiet;
 mod registration;
 mod requests;
 mod service;
+mod state_troubles;
 mod timings;
 
 pub use alert_desk::{AlertDesk, AlertRecords};
@@ -66,4 +67,5 @@ pub use published::{Archive, Fleeting, Followers, Messenger, Outgoing, Published
 pub use registration::{RegistrationStatus, values};
 pub use requests::{Denied, Operators};
 pub use service::{Decision, KeeperQueues, Outlets, Seen, SeenCounts, Service, Viewer, decisions};
+pub use state_troubles::state_troubles;
 pub use timings::{Histogram, Timings};

@@ -54,7 +54,7 @@ pub async fn observe(hub: Hub, mut alerts: Alerts, mut followers: Followers) {
                 if status.is_err() {
                     break;
                 }
-                hub.set_followers_troubles(followers.troubles());
+                hub.set_followers_troubles(followers.troubles(now()));
                 let status = statuses.borrow_and_update().clone();
                 status.is_some_and(|status| {
                     note_status(&mut alerts, &status) | note_condition(&mut alerts, &hub, status.at)

@@ -6,10 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use super::alerts::{Alert, Change, Trouble};
 use super::health::{SensorStatus, Unknown};
+use super::state_troubles::state_troubles;
 use crate::config::PictureKind;
 use crate::conflicts::{ConflictWatch, Outlook};
 use crate::picture::{Picture, PictureMaker};
 use crate::pipeline::Tally;
+use crate::state::StateHealth;
 use fusion::time::Time;
 
 /// A slot's picture as it was published.
@@ -135,13 +137,17 @@ pub struct Followers {
     pub messenger: Option<Box<dyn Messenger>>,
     /// Takes the pictures by itself; only what is wrong with it is asked.
     pub outgoing: Option<Box<dyn Outgoing>>,
+    /// Health of the files of the state, where it is kept.
+    pub state: Option<StateHealth>,
 }
 
 impl Followers {
     /// What is wrong with them.
-    pub(super) fn troubles(&self) -> Vec<Trouble> {
+    pub(super) fn troubles(&self, at: Time) -> Vec<Trouble> {
         let messenger = self.messenger.iter().flat_map(|messenger| messenger.troubles());
         let outgoing = self.outgoing.iter().flat_map(|outgoing| outgoing.troubles());
-        self.archive.iter().filter_map(|archive| archive.trouble()).chain(messenger).chain(outgoing).collect()
+        let state = self.state.iter().flat_map(|health| state_troubles(health, at));
+        let archive = self.archive.iter().filter_map(|archive| archive.trouble());
+        archive.chain(messenger).chain(outgoing).chain(state).collect()
     }
 }

@@ -14,9 +14,11 @@
 //!
 //! Files being written end in `.part`. Datagrams reach them whole, at least once a second.
 
+mod leftovers;
 mod names;
 mod queue;
 mod recorded;
+mod retention;
 mod segment;
 mod writer;
 
@@ -81,7 +83,7 @@ impl Recorder {
     }
 }
 
-/// A directory as [`Record`] has it by default: files of 256 MiB, 16 of a series.
+/// A directory as [`Record`] has it by default: recordings of 256 MiB, 16 full ones.
 pub fn record_into(dir: &Path) -> Record {
-    Record { dir: dir.to_owned(), rotate_mib: 256, keep: 16 }
+    Record { dir: dir.to_owned(), rotate_mib: 256, keep: 16, keep_mib: 0, keep_hours: 0 }
 }

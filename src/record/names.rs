@@ -1,6 +1,5 @@
 //! Names of recordings: `input-20261120T100000.250Z.pcap`, so that their order is that of time.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::state::{CORRELATIONS, ENGINE};
@@ -11,6 +10,9 @@ pub(super) const PART: &str = ".part";
 
 /// What may stand beside a file.
 const BESIDE: [&str; 5] = ["site.toml", "numbers.json", "registration.json", CORRELATIONS, ENGINE];
+
+/// A stamp, with 0 for any digit.
+const STAMP: &[u8] = b"00000000T000000.000Z";
 
 /// What is recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,12 +38,11 @@ impl Series {
 
     /// Whether that is what [`Series::name`] makes.
     fn is_name(self, name: &str) -> bool {
-        const PATTERN: &[u8] = b"00000000T000000.000Z";
         name.strip_prefix(self.prefix()).is_some_and(|stamp| {
-            stamp.len() == PATTERN.len()
+            stamp.len() == STAMP.len()
                 && stamp
                     .bytes()
-                    .zip(PATTERN)
+                    .zip(STAMP)
                     .all(|(octet, &of)| if of == b'0' { octet.is_ascii_digit() } else { octet == of })
         })
     }
@@ -73,18 +74,6 @@ pub(super) fn part(file: &Path) -> PathBuf {
     name.into()
 }
 
-/// Names (without extension) of the files of a series that end in `extension`, oldest first.
-fn names(directory: &Path, series: Series, extension: &str) -> io::Result<Vec<String>> {
-    let mut names = Vec::new();
-    for entry in std::fs::read_dir(directory)? {
-        let name = entry?.file_name();
-        let name = name.to_str().and_then(|name| name.strip_suffix(extension));
-        names.extend(name.filter(|name| series.is_name(name)).map(str::to_owned));
-    }
-    names.sort_unstable();
-    Ok(names)
-}
-
 /// Removes what there is of the files that began at `stamp`.
 pub(super) fn remove(directory: &Path, stamp: &str) {
     for series in [Series::Input, Series::Output] {
@@ -96,38 +85,32 @@ pub(super) fn remove(directory: &Path, stamp: &str) {
     }
 }
 
-/// Gives the files that an interrupted recorder left their names; how many there were.
-pub(super) fn complete_leftovers(directory: &Path) -> io::Result<usize> {
-    let mut count = 0;
-    for series in [Series::Input, Series::Output] {
-        for name in names(directory, series, ".pcap.part")? {
-            let file = directory.join(name + ".pcap");
-            std::fs::rename(part(&file), &file)?;
-            count += 1;
-        }
-    }
-    Ok(count)
+/// The stamp and the extension of a file of a recording; `None`: another file.
+pub(super) fn parts(name: &str) -> Option<(Series, &str, &str)> {
+    [Series::Input, Series::Output].into_iter().find_map(|series| {
+        let (begin, extension) = name.split_at_checked(series.prefix().len() + STAMP.len())?;
+        let extension = extension.strip_prefix('.')?;
+        let is_beside = series == Series::Input && BESIDE.contains(&extension);
+        let is_known = matches!(extension, "pcap" | "pcap.part") || is_beside;
+        (is_known && series.is_name(begin)).then(|| (series, &begin[series.prefix().len()..], extension))
+    })
 }
 
-/// Removes the oldest files of both series until `keep` of each are left, the one being written counted, with what stands
-/// beside them. Other files are left alone.
-pub(super) fn remove_oldest(directory: &Path, keep: usize) -> io::Result<()> {
-    for series in [Series::Input, Series::Output] {
-        let mut all = names(directory, series, ".pcap")?;
-        let written = names(directory, series, ".pcap.part")?.len();
-        let keep = keep.saturating_sub(written);
-        all.truncate(all.len().saturating_sub(keep));
-        for name in all {
-            std::fs::remove_file(directory.join(format!("{name}.pcap")))?;
-            for beside in BESIDE {
-                match std::fs::remove_file(directory.join(format!("{name}.{beside}"))) {
-                    Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-                    _ => {}
-                }
-            }
-        }
-    }
-    Ok(())
+/// The time of a stamp.
+pub(super) fn time(stamp: &str) -> Option<Time> {
+    let part = |from: usize, until: usize| stamp.get(from..until);
+    let (date, clock) = (part(0, 8)?, part(9, 19)?);
+    let text = format!(
+        "{}-{}-{}T{}:{}:{}Z",
+        &date[..4],
+        &date[4..6],
+        &date[6..],
+        &clock[..2],
+        &clock[2..4],
+        &clock[4..]
+    );
+    let nanos = text.parse::<jiff::Timestamp>().ok()?.as_nanosecond();
+    i64::try_from(nanos).ok().map(Time::from_nanos)
 }
 
 #[cfg(test)]
@@ -150,5 +133,13 @@ mod tests {
         ] {
             assert!(!Series::Input.is_name(other), "{other}");
         }
+        let stamp = "20261120T100000.250Z";
+        assert_eq!(parts("output-20261120T100000.250Z.pcap"), Some((Series::Output, stamp, "pcap")));
+        assert_eq!(parts("input-20261120T100000.250Z.engine"), Some((Series::Input, stamp, "engine")));
+        for other in ["input-20261120T100000.250Z.pcap.gz", "input-20261120T100000.250Z", "input-é"] {
+            assert_eq!(parts(other), None, "{other}");
+        }
+        assert_eq!(super::time(stamp), Some(Time::from_nanos(1_795_168_800_250_000_000)));
+        assert_eq!(super::time("20269920T100000.250Z"), None);
     }
 }

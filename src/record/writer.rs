@@ -14,12 +14,14 @@ use bytes::Bytes;
 use jiff::SignedDuration;
 use tracing::{error, info, warn};
 
-use super::names;
+use super::leftovers;
 use super::queue::Counters;
 use super::recorded::Recorded;
+use super::retention::{self, LONGEST, Retention};
 use super::segment::{Beginning, Segment};
 use crate::config::{Config, Feed, Record};
 use crate::formats::{UdpFlow, flow};
+use crate::live::now;
 use crate::net::listen as udp;
 use crate::state::{Registrations, registration_text};
 use fusion::numbering::{Given, NOTED};
@@ -30,8 +32,8 @@ use fusion::time::Time;
 const FLUSH: Duration = Duration::from_secs(1);
 /// Pause before a disk that failed is tried again.
 const RETRY: Duration = Duration::from_secs(5);
-/// Longest time of a file: an operator asks for "what happened at ten", and a file opens in seconds.
-const LONGEST: SignedDuration = SignedDuration::from_hours(1);
+/// Time between two looks at whether recordings are too old or too large.
+const RETAIN: Duration = Duration::from_secs(60);
 /// A file that is full waits no longer for a checkpoint that the next could begin with.
 const CHECKPOINT_AWAITED: SignedDuration = SignedDuration::from_secs(60);
 /// Time for which copies of a datagram are known: what was handled before a file began is not handled again in it.
@@ -46,7 +48,7 @@ pub(super) struct Writer {
     directory: PathBuf,
     /// Octets.
     rotate: u64,
-    keep: usize,
+    retention: Retention,
     with_output: bool,
     site: String,
     /// Where the datagrams of each line went.
@@ -93,7 +95,7 @@ impl Writer {
         Self {
             directory: record.dir.clone(),
             rotate: u64::from(record.rotate_mib) << 20,
-            keep: record.keep as usize,
+            retention: Retention::of(record),
             with_output,
             site: config.to_string(),
             lines: udp::lines(config).iter().map(udp::Line::destination).collect(),
@@ -125,7 +127,7 @@ impl Writer {
         if let Err(error) = self.open() {
             self.fail(&error);
         }
-        let mut flushed = Instant::now();
+        let (mut flushed, mut retained) = (Instant::now(), Instant::now());
         loop {
             match queue.recv_timeout(FLUSH) {
                 Ok(recorded) => {
@@ -138,6 +140,10 @@ impl Writer {
             if flushed.elapsed() >= FLUSH {
                 flushed = Instant::now();
                 self.each_second();
+            }
+            if retained.elapsed() >= RETAIN && !self.failing {
+                retained = Instant::now();
+                self.remove_oldest();
             }
         }
         self.tell_lost();
@@ -281,7 +287,8 @@ impl Writer {
     }
 
     fn remove_oldest(&self) {
-        if let Err(error) = names::remove_oldest(&self.directory, self.keep) {
+        let now = self.latest.max(Some(now())).unwrap_or_default();
+        if let Err(error) = retention::remove_oldest(&self.directory, &self.retention, now) {
             error!(%error, "an old recording cannot be removed");
         }
     }
@@ -312,7 +319,7 @@ impl Writer {
             let _ = fs::remove_file(trial);
             written?;
         }
-        let count = names::complete_leftovers(&self.directory)?;
+        let count = leftovers::complete(&self.directory)?;
         if count > 0 {
             info!(recordings = count, "recordings were cut short by the end of a process");
         }

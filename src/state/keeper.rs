@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 
 use tracing::{error, info, warn};
 
-use super::{CORRELATIONS, NUMBERS, REGISTRATION, SHELVED, numbers_text, set_aside, write_atomically};
+use super::{CORRELATIONS, NUMBERS, REGISTRATION, SHELVED, StateHealth, numbers_text, write_atomically};
+use crate::live::now;
 use fusion::numbering::{Given, NumberChange};
 use fusion::time::Time;
 
@@ -62,32 +63,28 @@ impl StateFile {
         queue: 1,
     };
 
-    /// What the file in `directory` holds; nothing where there is none. A file that cannot be used is logged and set aside:
-    /// the service starts without, rather than not at all.
+    /// Contents of the file in `directory`; nothing where there is none. A damaged file is set aside: the service starts
+    /// without it, rather than not at all.
     pub fn load<T: Default>(
         &self,
         directory: &Path,
         now: Time,
+        health: &StateHealth,
         read: impl FnOnce(&Path) -> io::Result<T>,
     ) -> T {
-        let error = match read(&directory.join(self.name)) {
-            Ok(contents) => return contents,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return T::default(),
-            Err(error) => error,
-        };
-        let contents = self.contents;
-        match set_aside(directory, self.name, now) {
-            Ok(aside) => {
-                error!(contents, %error, aside = %aside.display(), "state file cannot be used: set aside, begun anew");
-            }
-            Err(rename) => {
-                error!(contents, %error, %rename, "state file can neither be used nor set aside: begun anew");
+        health.clear_obstacles(directory, self.name, self.contents, now);
+        match read(&directory.join(self.name)) {
+            Ok(contents) => contents,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => T::default(),
+            Err(error) => {
+                health.set_aside(directory, self.name, self.contents, &error, now);
+                T::default()
             }
         }
-        T::default()
     }
 
-    /// Starts the thread that keeps `contents`, with what is sent, in this file of `directory`.
+    /// Starts the thread that keeps `contents`, with what is sent, in this file of `directory`; whether it can be written is
+    /// noted in `health`.
     ///
     /// # Errors
     /// No thread could be started.
@@ -95,19 +92,25 @@ impl StateFile {
         self,
         directory: &Path,
         contents: C,
+        health: &StateHealth,
     ) -> io::Result<(SyncSender<C::Change>, Keeper)> {
         let (sender, changes) = mpsc::sync_channel(self.queue);
-        let directory = directory.to_owned();
+        let (directory, health) = (directory.to_owned(), health.clone());
         let thread = std::thread::Builder::new()
             .name(self.contents.to_owned())
-            .spawn(move || self.follow(&directory, contents, &changes))?;
+            .spawn(move || self.follow(&directory, contents, &health, &changes))?;
         Ok((sender, Keeper(thread)))
     }
 
     #[expect(clippy::disallowed_methods, reason = "a pause between two writes")]
-    fn follow<C: StateContents>(&self, directory: &Path, mut kept: C, changes: &Receiver<C::Change>) {
+    fn follow<C: StateContents>(
+        &self,
+        directory: &Path,
+        mut kept: C,
+        health: &StateHealth,
+        changes: &Receiver<C::Change>,
+    ) {
         let Self { name, contents, pause, retry, .. } = *self;
-        let mut failed = false;
         // Waits for the first change, then for more during a pause.
         while let Ok(first) = changes.recv() {
             kept.apply(first);
@@ -125,16 +128,17 @@ impl StateFile {
                     .and_then(|()| write_atomically(&file, kept.text().as_bytes()));
                 match written {
                     Ok(()) => {
-                        if std::mem::take(&mut failed) {
+                        if health.note_success(name) {
                             info!(contents, file = %file.display(), "state is written again");
                         }
                         break;
                     }
                     Err(error) => {
-                        if !std::mem::replace(&mut failed, true) {
+                        if health.note_failure(name, &error) {
                             let (file, retry_s) = (file.display(), retry.as_secs());
                             warn!(contents, %file, %error, retry_s, "state cannot be written: tried again");
                         }
+                        health.clear_obstacles(directory, name, contents, now());
                     }
                 }
                 if ended {

@@ -12,9 +12,14 @@
 //! The file of a recording (`<name>.numbers.json`) is the same.
 
 mod alerts;
+mod aside;
 mod correlations;
+#[cfg(test)]
+pub(crate) mod damage;
 mod engine;
+mod health;
 mod keeper;
+mod lock;
 mod registration;
 mod sources;
 mod warm;
@@ -36,7 +41,9 @@ pub use correlations::{
     read_correlations, word_line,
 };
 pub use engine::{ENGINE, EngineState};
+pub use health::{FileHealth, StateHealth};
 pub use keeper::{Keeper, StateContents, StateFile};
+pub use lock::{StateInUse, StateLock};
 pub use registration::{
     REGISTRATION, Registrations, parse_registration, read_registration, registration_text,
 };
@@ -170,21 +177,24 @@ pub fn read_numbers(path: &Path) -> io::Result<Vec<Given>> {
     read(&path, parse_numbers)
 }
 
-/// Reads a file; an error names it.
-fn read<T>(path: &Path, parse: impl FnOnce(&str) -> Result<T, String>) -> io::Result<T> {
-    #[expect(clippy::disallowed_methods, reason = "the state is a file")]
-    let text = fs::read_to_string(path)
-        .map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", path.display())))?;
-    parse(&text)
-        .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, format!("{}: {error}", path.display())))
-}
+/// Largest text that is read, octets; all transponder numbers together take less than a fifth of it.
+const LARGEST: u64 = 256 << 20;
 
-/// Moves a file of the directory that cannot be used out of the way, as `<name>.broken-<time>`; where it is then.
-pub(crate) fn set_aside(directory: &Path, name: &str, now: Time) -> io::Result<PathBuf> {
-    let time: String = now.to_string().chars().filter(|c| !matches!(c, '-' | ':')).collect();
-    let aside = directory.join(format!("{name}.broken-{time}"));
-    fs::rename(directory.join(name), &aside)?;
-    Ok(aside)
+/// Reads a file; an error names it. What is no regular file, or larger than any such file, is not opened: a pipe would never
+/// end, and memory would not suffice.
+fn read<T>(path: &Path, parse: impl FnOnce(&str) -> Result<T, String>) -> io::Result<T> {
+    let named = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
+    let invalid = |error: &str| io::Error::new(io::ErrorKind::InvalidData, error);
+    let metadata = fs::metadata(path).map_err(named)?;
+    if !metadata.is_file() {
+        return Err(named(invalid("it is no file")));
+    }
+    if metadata.len() > LARGEST {
+        return Err(named(invalid("it is larger than 256 MiB")));
+    }
+    #[expect(clippy::disallowed_methods, reason = "the state is a file")]
+    let text = fs::read_to_string(path).map_err(named)?;
+    parse(&text).map_err(|error| named(invalid(&error)))
 }
 
 /// Writes a file so that after a crash it is there as it was before, or as it is now.

@@ -16,11 +16,15 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use tracing::{error, info, warn};
 
+use super::StateHealth;
 use crate::capture::{Reception, ReceptionKind};
+use crate::live::now;
 use fusion::time::Time;
 
 /// The file's name in the directory of `[state]`.
 const NAME: &str = "engine.warm";
+/// Description of its contents, for people.
+const CONTENTS: &str = "state of the engine";
 /// Its name while its checkpoint is written.
 const PART: &str = "engine.warm.part";
 /// Frames that may wait for the disk: some seconds of the busiest site.
@@ -73,17 +77,36 @@ pub struct Warm {
 impl Warm {
     /// What the file in `directory` holds, where it is no older than `oldest`; `None`: nothing of use.
     pub fn load(directory: &Path, now: Time, oldest: SignedDuration) -> Option<Self> {
-        let octets = match fs::read(directory.join(NAME)) {
-            Ok(octets) => octets,
+        Self::restore(directory, now, oldest, &StateHealth::default())
+    }
+
+    /// The same; a damaged file is set aside and noted. One that a crash has cut short is not damaged.
+    pub fn restore(
+        directory: &Path,
+        now: Time,
+        oldest: SignedDuration,
+        health: &StateHealth,
+    ) -> Option<Self> {
+        health.clear_obstacles(directory, NAME, CONTENTS, now);
+        let path = directory.join(NAME);
+        let read = match fs::metadata(&path) {
+            Ok(metadata) if !metadata.is_file() => Err(io::Error::other("it is no file")),
+            Ok(_) => fs::read(&path),
+            Err(error) => Err(error),
+        };
+        let warm = match read {
+            Ok(octets) => {
+                Self::of(&octets).ok_or_else(|| "it does not begin with a whole checkpoint".to_owned())
+            }
             Err(error) if error.kind() == ErrorKind::NotFound => return None,
+            Err(error) => Err(error.to_string()),
+        };
+        let warm = match warm {
+            Ok(warm) => warm,
             Err(error) => {
-                warn!(file = NAME, %error, "state of the engine cannot be read: begun anew");
+                health.set_aside(directory, NAME, CONTENTS, &error, now);
                 return None;
             }
-        };
-        let Some(warm) = Self::of(&octets) else {
-            warn!(file = NAME, "state of the engine cannot be used: begun anew");
-            return None;
         };
         let age = now - warm.until;
         if age > oldest || age < SignedDuration::ZERO {
@@ -213,13 +236,14 @@ impl WarmQueue {
 pub struct WarmKeeper(JoinHandle<()>);
 
 impl WarmKeeper {
-    /// Starts it, in this directory.
+    /// Starts it, in this directory; whether the file can be written is noted in `health`.
     ///
     /// # Errors
     /// No thread could be started.
-    pub fn start(directory: &Path) -> io::Result<(WarmQueue, Self)> {
+    pub fn start(directory: &Path, health: &StateHealth) -> io::Result<(WarmQueue, Self)> {
         let (sender, frames) = mpsc::sync_channel(QUEUE);
-        let writer = Writer { directory: directory.to_owned(), file: None, failed: false, is_ahead: false };
+        let (directory, health) = (directory.to_owned(), health.clone());
+        let writer = Writer { directory, file: None, health, is_ahead: false };
         let thread = std::thread::Builder::new()
             .name("engine state".to_owned())
             .spawn(move || writer.follow(&frames))?;
@@ -238,7 +262,7 @@ struct Writer {
     directory: PathBuf,
     /// `None`: nothing is of use until the next checkpoint.
     file: Option<BufWriter<File>>,
-    failed: bool,
+    health: StateHealth,
     /// The last frame says what was published ahead.
     is_ahead: bool,
 }
@@ -289,7 +313,7 @@ impl Writer {
         file.get_ref().sync_data()?;
         fs::rename(&part, self.directory.join(NAME))?;
         self.file = Some(file);
-        if std::mem::take(&mut self.failed) {
+        if self.health.note_success(NAME) {
             info!(file = NAME, "state of the engine is written again");
         }
         Ok(())
@@ -298,9 +322,10 @@ impl Writer {
     fn note(&mut self, result: io::Result<()>) {
         if let Err(error) = result {
             self.file = None;
-            if !std::mem::replace(&mut self.failed, true) {
+            if self.health.note_failure(NAME, &error) {
                 warn!(file = NAME, %error, "state of the engine cannot be written: tried again");
             }
+            self.health.clear_obstacles(&self.directory, NAME, CONTENTS, now());
         }
     }
 }
@@ -334,7 +359,7 @@ mod tests {
     fn what_was_handled_since_the_last_checkpoint_comes_back() {
         let directory = std::env::temp_dir().join(format!("utm-fusion-warm-{}", std::process::id()));
         assert!(Warm::load(&directory, at(0), OLDEST).is_none());
-        let (mut queue, keeper) = WarmKeeper::start(&directory).unwrap();
+        let (mut queue, keeper) = WarmKeeper::start(&directory, &StateHealth::default()).unwrap();
         queue.offer(|| unreachable!("nothing is of use before the first checkpoint"));
         assert!(queue.begin(checkpoint(0)));
         queue.offer(|| input(1));
@@ -359,7 +384,7 @@ mod tests {
     #[test]
     fn what_was_published_ahead_is_known_or_nobody_goes_on() {
         let directory = std::env::temp_dir().join(format!("utm-fusion-warm-full-{}", std::process::id()));
-        let (mut queue, keeper) = WarmKeeper::start(&directory).unwrap();
+        let (mut queue, keeper) = WarmKeeper::start(&directory, &StateHealth::default()).unwrap();
         assert!(queue.begin(checkpoint(0)));
         queue.offer(|| input(1));
         drop(queue);
@@ -367,7 +392,7 @@ mod tests {
         assert!(Warm::load(&directory, at(2), OLDEST).is_some());
         // A directory of the part's name: no checkpoint can be written, the earlier state stays.
         fs::create_dir(directory.join(PART)).unwrap();
-        let (queue, keeper) = WarmKeeper::start(&directory).unwrap();
+        let (queue, keeper) = WarmKeeper::start(&directory, &StateHealth::default()).unwrap();
         queue.end(checkpoint(3));
         queue.end(Frame::Published(at(4)));
         drop(queue);

@@ -283,7 +283,7 @@ fn record_as(
 ) -> Flown {
     let mut simulation = flight(scenario, fate.seed, start);
     simulation.config.fusion.profile = profile;
-    let record = Record { dir: directory.to_owned(), rotate_mib, keep: 1000 };
+    let record = Record { dir: directory.to_owned(), rotate_mib, keep: 1000, keep_mib: 0, keep_hours: 0 };
     let (queue, recorder) = Recorder::start(&simulation.config, &record, fate.numbers.clone(), true).unwrap();
     let flown = fly(&simulation.config, &simulation.datagrams, fate, &queue);
     drop(queue);
@@ -442,7 +442,7 @@ fn so_it_does_when_a_radar_restarts_with_other_numbers() {
         .collect();
     assert!(renumbered != simulation.datagrams);
     let scratch = Scratch::new();
-    let record = Record { dir: scratch.path("r"), rotate_mib: 256, keep: 9 };
+    let record = Record { dir: scratch.path("r"), rotate_mib: 256, keep: 9, keep_mib: 0, keep_hours: 0 };
     let (queue, recorder) = Recorder::start(&simulation.config, &record, Vec::new(), true).unwrap();
     let flown = fly(
         &simulation.config,

@@ -8,7 +8,8 @@ use std::time::{Duration, Instant};
 use utm_fusion::config::{Address, Config};
 use utm_fusion::live::now;
 
-use crate::common::{Running, Scratch, files, flight, on_own_ports, utm_fusion};
+use crate::common::{Running, Scratch, ask, files, flight, on_own_ports, utm_fusion};
+use crate::stage::Stage;
 
 const SCENARIO: &str = "name = \"still\"\nduration_s = 20\n[drones]\nmultirotors = 1\nequipped = 1\n";
 
@@ -65,8 +66,8 @@ fn a_broken_file_of_numbers_is_set_aside() {
     assert!(service.is_running());
     let (code, log) = service.stop();
     assert_eq!(code, Some(0), "{log}");
-    assert!(log.contains("begun anew contents=\"transponder numbers\""), "{log}");
-    assert_eq!(files(&scratch.path("state"), "numbers.json.broken-2", "Z").len(), 1);
+    assert!(log.contains("another one is begun contents=\"transponder numbers\""), "{log}");
+    assert_eq!(files(&scratch.path("state"), "numbers.json.damaged-2", "Z").len(), 1);
     assert!(!scratch.path("state/numbers.json").exists());
 }
 
@@ -151,4 +152,169 @@ fn a_packager_gets_completions_and_a_page() {
     for wanted in [".TH utm-fusion 1", "UTM\\-FUSION REPLAY", "\\-\\-config", "Exit codes"] {
         assert!(page.contains(wanted), "{wanted}\n{page}");
     }
+}
+
+/// A history of some minutes in the state directory of a test.
+fn history(scratch: &Scratch) {
+    use utm_fusion::history::{Limits, SavedTrack, Snapshot, Store};
+    fs::create_dir_all(scratch.path("state")).unwrap();
+    let limits = Limits { age: jiff::SignedDuration::from_hours(24), octets: 1 << 30 };
+    let store = Store::open(&scratch.path("state/history.redb"), limits).unwrap();
+    let before = now() + jiff::SignedDuration::from_mins(-10);
+    let track = |number: u32| SavedTrack {
+        id: format!("F-{number}"),
+        source: "radar",
+        number,
+        latitude_deg: 52.0,
+        longitude_deg: -0.5,
+        altitude_amsl_m: Some(100.0),
+    };
+    for second in (0..500).step_by(5) {
+        let picture = |second: i64| Snapshot {
+            time: before + jiff::SignedDuration::from_secs(second),
+            tracks: (0..60).map(track).collect(),
+        };
+        store.keep(&(second..second + 5).map(picture).collect::<Vec<_>>()).unwrap();
+    }
+}
+
+/// Makes a damaged file of a whole one; `None`: a directory.
+type Damage = &'static dyn Fn(Vec<u8>) -> Option<Vec<u8>>;
+
+#[test]
+fn damaged_state_is_set_aside_and_the_service_starts() {
+    let scratch = Scratch::new();
+    let config = on_own_ports(&flight(SCENARIO, 1, None).config, 22_400, &scratch, None);
+    let site = scratch.file("site.toml", config.to_string());
+    let damages: [(&str, Damage); 5] = [
+        ("truncated", &|mut file| {
+            file.truncate(file.len() / 2 + 37);
+            Some(file)
+        }),
+        ("three octets more", &|mut file| {
+            file.extend([1, 2, 3]);
+            Some(file)
+        }),
+        ("empty", &|_| Some(Vec::new())),
+        ("noise", &|file| Some(file.iter().map(|octet| octet.wrapping_mul(31)).collect())),
+        ("a directory", &|_| None),
+    ];
+    for (how, damaged) in damages {
+        history(&scratch);
+        let names = [
+            "history.redb",
+            "numbers.json",
+            "registration.json",
+            "decisions.jsonl",
+            "shelved.jsonl",
+            "engine.warm",
+        ];
+        let is_whole = |name: &str| name == "history.redb" && how == "three octets more";
+        for name in names {
+            let path = scratch.path("state").join(name);
+            let file = fs::read(&path).unwrap_or_else(|_| b"{\"version\":1,".repeat(9));
+            let _ = fs::remove_file(&path);
+            match damaged(file) {
+                Some(file) => fs::write(path, file).unwrap(),
+                None => fs::create_dir(path).unwrap(),
+            }
+        }
+        let started = Instant::now();
+        let mut service =
+            Running::start(utm_fusion("run").arg("--config").arg(&site), scratch.path("run.log"));
+        service.says("running");
+        assert!(started.elapsed() < Duration::from_secs(8), "{how}: {:?}", started.elapsed());
+        let empty = how == "empty";
+        let until = Instant::now() + Duration::from_secs(10);
+        let damaged = || metric(service.http_port(), "utm_fusion_state_damaged_total");
+        // Empty lines are no decisions, and an empty database is a new one; three octets more may be repaired.
+        let expected =
+            names.iter().filter(|name| !is_whole(name)).count() as f64 - if empty { 3.0 } else { 0.0 };
+        while damaged() < expected {
+            assert!(Instant::now() < until, "{how}: {} of {expected}\n{}", damaged(), service.log());
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        let alerted = || {
+            let alerts = ask(service.http_port(), "GET", "/api/v1/alerts").1.to_string();
+            alerts.contains("damaged state files were set aside")
+        };
+        while !alerted() {
+            assert!(Instant::now() < until, "{how}: no alert\n{}", service.log());
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        assert_eq!(metric(service.http_port(), "utm_fusion_history_failing"), 0.0, "{how}");
+        let (code, log) = service.stop();
+        assert_eq!(code, Some(0), "{how}: {log}");
+        fs::remove_dir_all(scratch.path("state")).unwrap();
+    }
+}
+
+/// The value of a metric without labels.
+fn metric(port: u16, name: &str) -> f64 {
+    let mut socket = std::net::TcpStream::connect(("127.0.0.1", port)).unwrap();
+    let request = "GET /metrics HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
+    std::io::Write::write_all(&mut socket, request.as_bytes()).unwrap();
+    let text = std::io::read_to_string(socket).unwrap();
+    let value = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
+    value.unwrap_or_else(|| panic!("no {name}: {text}")).trim().parse().unwrap()
+}
+
+#[test]
+fn second_service_on_one_state_directory_is_refused() {
+    let scratch = Scratch::new();
+    let config = on_own_ports(&flight(SCENARIO, 1, None).config, 22_500, &scratch, None);
+    let site = scratch.file("site.toml", config.to_string());
+    let mut first = Running::start(utm_fusion("run").arg("--config").arg(&site), scratch.path("run.log"));
+    first.says("running");
+    let output = utm_fusion("run").arg("--config").arg(&site).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    let state = scratch.path("state").display().to_string();
+    assert!(said.contains(&state) && said.contains(&format!("process {}", first.id())), "{said}");
+    let check = utm_fusion("check").arg("--config").arg(&site).output().unwrap();
+    assert_eq!(check.status.code(), Some(0), "{check:?}");
+    // Killed: the lock is gone with it.
+    first.signal("-KILL");
+    first.wait(Duration::from_secs(5));
+    let mut second = Running::start(utm_fusion("run").arg("--config").arg(&site), scratch.path("second.log"));
+    second.says("running");
+    let (code, log) = second.stop();
+    assert_eq!(code, Some(0), "{log}");
+}
+
+#[test]
+fn state_that_cannot_be_written_is_an_alert_until_it_can() {
+    let stage = Stage::new(SCENARIO, 22_600, |config, _| {
+        config.output.record = None;
+        config.state.checkpoint_s = 1.0;
+    });
+    let service = stage.run("run.log");
+    let port = service.http_port();
+    let state = stage.config.state.dir.clone();
+    fs::rename(&state, stage.scratch.path("away")).unwrap();
+    fs::write(&state, "no directory").unwrap();
+    stage.send(0.0, 6.0);
+    let wait = |what: &str, done: &dyn Fn() -> bool| {
+        let until = Instant::now() + Duration::from_secs(15);
+        while !done() {
+            assert!(Instant::now() < until, "{what}\n{}", service.log());
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    };
+    let lasting = || {
+        let alerts = ask(port, "GET", "/api/v1/alerts").1;
+        let alerts = alerts["alerts"].as_array().unwrap().clone();
+        alerts.iter().filter(|alert| alert["part"] == "state" && alert["until"].is_null()).count()
+    };
+    let failing = || ask(port, "GET", "/api/v1/status").1["state_failing"].to_string();
+    wait("no file fails", &|| failing().contains("engine.warm"));
+    wait("no alert", &|| lasting() == 1);
+    assert!(metric(port, "utm_fusion_state_failing") >= 1.0);
+    fs::remove_file(&state).unwrap();
+    stage.send(8.0, 12.0);
+    wait("it still fails", &|| metric(port, "utm_fusion_state_failing") == 0.0 && failing() == "[]");
+    wait("the alert lasts", &|| lasting() == 0);
+    let (code, log) = service.stop();
+    assert_eq!(code, Some(0), "{log}");
+    assert!(state.join("engine.warm").exists());
 }

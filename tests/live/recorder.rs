@@ -39,7 +39,7 @@ fn files_rotate_and_the_oldest_own_ones_go() {
     for name in foreign {
         fs::write(dir.join(name), b"not a recording of ours").unwrap();
     }
-    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 3 };
+    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 3, keep_mib: 0, keep_hours: 0 };
     let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
     // 5 MiB and a bit, in datagrams as large as there are, and small ones.
     for index in 0..85 {
@@ -69,7 +69,7 @@ fn files_rotate_and_the_oldest_own_ones_go() {
 fn a_state_of_before_something_was_lost_begins_no_file() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
-    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 9 };
+    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 9, keep_mib: 0, keep_hours: 0 };
     let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
     let state = |state: &str| assert!(queue.wait(Recorded::Checkpoint(state.to_owned().into())));
     let hours = SignedDuration::from_hours;
@@ -107,7 +107,7 @@ fn a_state_of_before_something_was_lost_begins_no_file() {
 fn a_later_file_begins_with_the_decisions_that_are_in_force() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
-    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 2 };
+    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 2, keep_mib: 0, keep_hours: 0 };
     let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
     let correlated = |line: &str| assert!(queue.wait(Recorded::Decided(line.into())));
     let hours = SignedDuration::from_hours;
@@ -143,7 +143,7 @@ fn numbers_cost_what_the_pair_needs_of_them() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
     fs::create_dir(&dir).unwrap();
-    let record = Record { dir: dir.clone(), rotate_mib: 256, keep: 4 };
+    let record = Record { dir: dir.clone(), rotate_mib: 256, keep: 4, keep_mib: 0, keep_hours: 0 };
     let mut before: Vec<Given> =
         (1..=50_000).map(|number| given(number, START + SignedDuration::from_hours(-2))).collect();
     before.push(given(60_000, START + SignedDuration::from_mins(-5)));
@@ -173,7 +173,7 @@ fn numbers_cost_what_the_pair_needs_of_them() {
 fn what_is_written_is_there_within_a_second_and_a_removed_directory_comes_again() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
-    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 3 };
+    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 3, keep_mib: 0, keep_hours: 0 };
     let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
     send(&queue, millis(0), vec![1]);
     let wait = |done: &dyn Fn() -> bool| {
@@ -212,4 +212,55 @@ fn what_is_written_is_there_within_a_second_and_a_removed_directory_comes_again(
     drop(queue);
     assert!(recorder.join().unwritten > 0);
     assert_eq!(datagrams(&only(&dir, "input-", ".pcap")).last().unwrap().1, [1]);
+}
+
+#[test]
+fn restarts_within_a_minute_push_no_recording_out() {
+    let scratch = Scratch::new();
+    let dir = scratch.path("recordings");
+    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 2, keep_mib: 0, keep_hours: 0 };
+    // The clock of the machine is that of the files.
+    let start = utm_fusion::live::now();
+    let run = |after: SignedDuration, octets: usize| {
+        let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+        let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 4711);
+        for payload in vec![7_u8; octets].chunks(60_000) {
+            let (received, payload) = (start + after, payload.to_vec());
+            assert!(queue.wait(Recorded::Input { received, line: 0, from, payload }));
+        }
+        drop(queue);
+        recorder.join().unwritten == 0
+    };
+    // A process that another test starts just then holds the lock of the directory for a moment.
+    let run = |after, octets| assert!((0..20).any(|_| run(after, octets)), "nothing is recorded");
+    run(millis(-10_000), 900_000);
+    let first = files(&dir, "input-", ".pcap");
+    (0..30).for_each(|index| run(millis(index), 10));
+    let left = files(&dir, "input-", ".pcap");
+    assert!(first.len() == 1 && left.contains(&first[0]), "{left:?}");
+    assert!((10..=20).contains(&left.len()), "those of the restarts are bounded: {}", left.len());
+    assert_eq!(files(&dir, "input-", ".site.toml").len(), left.len());
+}
+
+/// A power failure leaves a part of the last datagram.
+#[test]
+fn torn_end_of_a_recording_is_cut_off_at_the_next_start() {
+    let scratch = Scratch::new();
+    let dir = scratch.path("recordings");
+    let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 2, keep_mib: 0, keep_hours: 0 };
+    let start = || Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    let (queue, recorder) = start();
+    (0..5).for_each(|index| send(&queue, millis(index), vec![index as u8; 100]));
+    drop(queue);
+    recorder.join();
+    let whole = only(&dir, "input-", ".pcap");
+    let part = whole.with_extension("pcap.part");
+    fs::rename(&whole, &part).unwrap();
+    let file = fs::OpenOptions::new().write(true).open(&part).unwrap();
+    file.set_len(file.metadata().unwrap().len() - 30).unwrap();
+    let (queue, recorder) = start();
+    drop(queue);
+    recorder.join();
+    assert_eq!(datagrams(&whole).len(), 4, "the fifth was torn");
+    assert!(!part.exists());
 }

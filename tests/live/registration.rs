@@ -42,7 +42,7 @@ fn radar(config: &mut Config) -> &mut utm_fusion::config::Radar {
 }
 
 fn recorded(simulation: &Simulation, config: &Config, fate: &Fate, dir: &Path) -> Flown {
-    let record = Record { dir: dir.to_owned(), rotate_mib: 256, keep: 9 };
+    let record = Record { dir: dir.to_owned(), rotate_mib: 256, keep: 9, keep_mib: 0, keep_hours: 0 };
     let (queue, recorder) = Recorder::start(config, &record, Vec::new(), true).unwrap();
     let flown = fly(config, &simulation.datagrams, fate, &queue);
     drop(queue);

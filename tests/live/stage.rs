@@ -31,7 +31,8 @@ impl Stage {
         // A whole second.
         let start = Time::from_nanos((now().nanos() / SECOND + 3) * SECOND);
         let simulation = flight(scenario, 1, Some(start));
-        let record = Record { dir: scratch.path("recordings"), rotate_mib: 256, keep: 4 };
+        let record =
+            Record { dir: scratch.path("recordings"), rotate_mib: 256, keep: 4, keep_mib: 0, keep_hours: 0 };
         let mut config = on_own_ports(&simulation.config, port, &scratch, Some(record));
         change(&mut config, &scratch);
         let site = scratch.file("site.toml", config.to_string());

@@ -11,7 +11,7 @@ use crate::program::Scratch;
 use crate::service::{Demo, Ending, get, is_installed, try_get, until};
 
 /// Families that the demo has not, because it records nothing, keeps no history, has no sinks and no TLS and registers no radar for long.
-const ELSEWHERE: [&str; 14] = [
+const ELSEWHERE: [&str; 16] = [
     "utm_fusion_history_failing",
     "utm_fusion_history_lost_total",
     "utm_fusion_http_certificate_expires_seconds",
@@ -26,6 +26,8 @@ const ELSEWHERE: [&str; 14] = [
     "utm_fusion_registration_steps_total",
     "utm_fusion_sink_failing",
     "utm_fusion_sink_seconds_lost_total",
+    "utm_fusion_state_damaged_total",
+    "utm_fusion_state_failing",
 ];
 
 fn folder() -> PathBuf {

@@ -1056,6 +1056,7 @@ ServiceStatus = TypedDict(
         "seq": int,
         "streams": int,
         "late_s": NotRequired[float],
+        "state_failing": list[str],
         "latency_s": NotRequired["Quantiles"],
         "lateness_s": NotRequired["Quantiles"],
         "failed_sends": NotRequired[int],

@@ -74,6 +74,14 @@ pub fn text(ask: &Ask) -> Answer {
         out.one("history_failing", "Whether the history cannot be written", u8::from(history.is_failing()));
         out.one("history_lost_total", "Pictures missing in the history", history.lost());
     }
+    if let Some(health) = &state.options.state {
+        let files = health.all();
+        let failing = files.values().filter(|file| file.failing.is_some()).count();
+        out.one("state_failing", "Files of the state directory that cannot be written", failing);
+        let damaged = files.values().map(|file| file.damaged).sum::<u64>();
+        let help = "Damaged files of the state directory that were set aside, the history included";
+        out.one("state_damaged_total", help, damaged);
+    }
     let held = hub.decider.held();
     let in_force = |verdict| held.iter().filter(|held| held.correlation.verdict == verdict).count();
     let verdicts =

@@ -25,6 +25,7 @@ use crate::cluster::relief::Step;
 use crate::cluster::seat::{Says, Told, tell, work};
 use crate::config::{Cluster, Config};
 use crate::live::now;
+use crate::state::StateHealth;
 use crate::territory::CellName;
 use fusion::Identity;
 use fusion::slots::{Slot, SlotGrid};
@@ -62,6 +63,8 @@ pub(super) struct Desk {
     pub(super) me: Holder,
     pub(super) shared: Arc<Shared>,
     pub(super) stop: watch::Receiver<bool>,
+    /// Health of the files of `[state] dir`.
+    pub(super) health: StateHealth,
 }
 
 /// Why a node is no longer at a cell.
@@ -79,6 +82,10 @@ enum Left {
 impl Desk {
     pub(super) fn note(&self, note: impl FnOnce(&mut CellCounts)) {
         note(locked(&self.shared.counts).entry(self.cell.to_string()).or_default());
+    }
+
+    fn copy(&self) -> disk::Copy {
+        disk::Copy::of(&self.config.state.dir, &self.cluster.region, self.cell.as_str(), &self.health)
     }
 
     pub(super) fn counts(&self) -> CellCounts {
@@ -291,9 +298,7 @@ impl Desk {
                 let by_now = grid.of(now() + -due);
                 let after = slot.map_or(by_now, |slot: Slot| slot.max(by_now));
                 let mut engine = anew();
-                let kept = checkpoint
-                    .map(|kept| kept.engine)
-                    .or_else(|| disk::kept(&self.config.state.dir, &self.cluster.region, self.cell.as_str()));
+                let kept = checkpoint.map(|kept| kept.engine).or_else(|| self.copy().kept());
                 if let Some(kept) = kept {
                     engine.remember(self.areas.masks(), &kept, now());
                 }
@@ -366,7 +371,8 @@ impl Desk {
                     });
                 }
                 Some(Says::Behind(slots)) => self.note(|counts| counts.behind = slots),
-                Some(Says::Report(report)) => {
+                Some(Says::Report(mut report)) => {
+                    report.status.troubles.extend(disk::troubles(&self.health, &self.me.node));
                     let (log, key) = (self.log.clone(), format!("{}.report", self.cell));
                     tasks.spawn(async move { _ = log.say(&key, report.octets()).await });
                 }
@@ -405,13 +411,8 @@ impl Desk {
     }
 
     async fn write(&self, handled: u64, published: u64, engine: Vec<u8>) -> Result<(), LogError> {
-        let (config, region, cell) = (self.config.clone(), self.cluster.region.clone(), self.cell.clone());
-        let copy = engine.clone();
-        let kept =
-            tokio::task::spawn_blocking(move || disk::keep(&config.state.dir, &region, cell.as_str(), &copy));
-        if let Ok(Err(error)) = kept.await {
-            warn!(%error, directory = %self.config.state.dir.display(), "no copy of the checkpoint is kept here");
-        }
+        let (copy, octets) = (self.copy(), engine.clone());
+        let _ = tokio::task::spawn_blocking(move || copy.keep(&octets)).await;
         let mark = self.log.mark(handled, published).await?;
         let mark = mark.ok_or_else(|| LogError::Unanswered("what was handled is gone".to_owned()))?;
         self.log.keep(self.cell.as_str(), &Checkpoint { mark, handled, published, engine }).await

@@ -12,6 +12,7 @@ use crate::commands::notify::Notifier;
 use crate::commands::reload::Reload;
 use crate::commands::{CommandResult, Outcome};
 use crate::config::{Cluster, Config, Role};
+use crate::state::StateLock;
 
 /// Does what the roles of this process say, until it is stopped.
 pub(super) async fn serve(
@@ -20,6 +21,9 @@ pub(super) async fn serve(
     areas: Areas,
     (mut signals, mut hangup): (Signals, Signal),
 ) -> CommandResult {
+    // A gateway keeps no state.
+    let keeps_state = [Role::Node, Role::Picture].into_iter().any(|role| cluster.does(role));
+    let _lock = if keeps_state { StateLock::take(&config.state.dir)? } else { None };
     // An address that is taken is told before anything is written into the log.
     let builder = if cluster.does(Role::Picture) { Some(begin(&config, &areas)?) } else { None };
     let Some(mut parts) = Parts::join(&config, cluster, &areas, &mut signals).await? else {

@@ -67,6 +67,12 @@ fn output_http_state_and_areas() {
         (output, under("record = {}"), "26: output.record.dir", "missing"),
         (
             output,
+            under("record = { dir = \"r\", keep_hours = -1 }"),
+            "26: output.record.keep_hours = -1",
+            "recordings are kept for a whole number of hours",
+        ),
+        (
+            output,
             under("record = { dir = \"r\", rotate_mib = 0 }"),
             "26: output.record.rotate_mib = 0",
             "1 to",

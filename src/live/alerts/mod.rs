@@ -90,6 +90,10 @@ impl Trouble {
     pub const CONFLICTS: &str = "conflicts";
     /// Something is missing in the recording.
     pub const RECORDER: &str = "recorder";
+    /// A file of `[state] dir` cannot be written.
+    pub const STATE: &str = "state";
+    /// A file of `[state] dir` was damaged.
+    pub const DAMAGE: &str = "damage";
     /// Those of a cluster who make the picture, or the log between them.
     pub const CLUSTER: &str = "cluster";
 }
