@@ -14,7 +14,7 @@ use crate::standing;
 use crate::summary::{Mean, Seeds, show};
 use crate::table::table;
 use crate::themes;
-use crate::variants::{BIAS_EQUIPPED, VARIANTS};
+use crate::variants::{BIAS_EQUIPPED, PAPER, VARIANTS};
 
 /// Between these the section of the real flights stands, to be taken over where they are not at hand.
 const REAL: (&str, &str) = ("<!-- real flights -->", "<!-- end of real flights -->");
@@ -83,9 +83,19 @@ impl<'a> Report<'a> {
         rows
     }
 
-    /// The paper's Table 1 on `bias`.
+    /// The paper's Table 1: on its own flight as far as that is known, and on `bias`.
     fn table_1(&self) -> String {
-        let bias = self.row("bias");
+        let paper = Seeds::of(self.scores, &Row::Variant(PAPER));
+        [
+            include_str!("words/table_1.md").to_owned(),
+            Self::table_1_of(&paper),
+            include_str!("words/table_1_bias.md").to_owned(),
+            Self::table_1_of(&self.row("bias")),
+        ]
+        .join("\n")
+    }
+
+    fn table_1_of(seeds: &Seeds<'_>) -> String {
         let rows: [(&str, Figure, usize, [&str; 3]); 7] = [
             ("PU, 4 Hz ref. (%)", PU, 2, ["48.41", "41.61", "+6.80 points"]),
             ("mean ePos (m)", EPOS, 2, ["5.13", "59.66", "91.4 %"]),
@@ -95,10 +105,11 @@ impl<'a> Report<'a> {
             ("mean ePosV (m)", EPOSV, 2, ["0.67", "7.93", "91.5 %"]),
             ("SEM ePosV (m)", SEM_EPOSV, 3, ["0.028", "0.240", "88.4 %"]),
         ];
-        let mut text = String::from(include_str!("words/table_1.md"));
-        text += "\n| metric | radar | `reference` | change | `operational` | change | paper: radar | fused | change |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|\n";
+        let mut text = String::from(
+            "| metric | radar | `reference` | change | `operational` | change | paper: radar | fused | change |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|\n",
+        );
         for (name, figure, decimals, [paper_fused, paper_radar, paper_change]) in rows {
-            let radar = bias.of_group(RADAR.equipped, figure);
+            let radar = seeds.of_group(RADAR.equipped, figure);
             let change = |fused: Option<Mean>| {
                 fused.zip(radar).map_or("–".to_owned(), |(fused, radar)| match name {
                     _ if name.starts_with("PU") => format!("{:+.2} points", fused.mean - radar.mean),
@@ -107,7 +118,7 @@ impl<'a> Report<'a> {
             };
             let mut cells = vec![show(radar, decimals)];
             for profile in [REFERENCE, OPERATIONAL] {
-                let fused = bias.of_group(profile.equipped, figure);
+                let fused = seeds.of_group(profile.equipped, figure);
                 cells.extend([show(fused, decimals), change(fused)]);
             }
             let cells = cells.join(" | ");

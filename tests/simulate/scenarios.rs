@@ -20,6 +20,7 @@ fn every_scenario_flies() {
         "crossing",
         "dense",
         "bias",
+        "paper",
         "spoof",
         "gaps",
         "flock",
