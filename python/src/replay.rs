@@ -8,7 +8,7 @@ use fusion::Emission;
 use pyo3::prelude::*;
 use tracing::{error as log_error, warn as log_warn};
 use utm_fusion::areas::Masks;
-use utm_fusion::capture::{Merged, ReadError, TrailerRules};
+use utm_fusion::capture::{Merged, ReadError, Receivers, TrailerRules};
 use utm_fusion::commands::moment::day;
 use utm_fusion::commands::unmatched::unmatched;
 use utm_fusion::config::{Config, PictureKind, Profile};
@@ -86,11 +86,11 @@ fn run(sources: Vec<Source>, path: &Path, asked: &Asked) -> PyResult<Table> {
         return Err(error("at now: fusion.now is off, or the profile is reference"));
     }
     let masks = Masks::load(&config.areas).map_err(error)?;
-    let (trailers, adsb) = (TrailerRules::of(&config), config.adsb_source());
+    let (trailers, receivers) = (TrailerRules::of(&config), Receivers::of(&config));
     let mut captures = Vec::with_capacity(sources.len());
     for source in sources {
         let capture = source.open().map_err(error)?;
-        captures.push(capture.with_trailers(trailers.clone()).with_adsb_source(adsb));
+        captures.push(capture.with_trailers(trailers.clone()).with_receivers(&receivers));
     }
     let first = captures.first().ok_or_else(|| error("there is no capture to replay"))?.name().to_owned();
     if asked.date.is_none()

@@ -1,56 +1,56 @@
-//! Beast: what a 1090 MHz receiver sends, written to a file as it came. Its frames bear a counter of 12 MHz and no time; the
-//! time of the first one is taken from the file's name, where that has one (`20180403T190228Z`), and is otherwise midnight of
-//! the day that the user says. [`crate::gateways::adsb`] translates the frames to CAT021.
+//! Frames of a 1090 MHz receiver, Beast or AVR, written to a file as they came. A frame bears the receiver's stamp and no date
+//! (`stamps.rs`); the date is taken from the file's name, where that has one (`20180403T190228Z`), and is otherwise the day that
+//! the user says. [`crate::gateways::adsb`] translates the frames to CAT021.
 
-use asterix::DataSource;
 use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
 
 use super::error::Damage;
+use super::receivers::Receivers;
 use super::skipped::{SkipReason, Skipped};
+use super::stamps::{HEAD, StampClock};
 use super::window::Window;
 use super::{Contents, Datagram};
-use crate::gateways::adsb::{Frame, Framing, Reason, STAMP_HZ, Step, Translator};
-use fusion::time::{DAY, SECOND, Time};
+use crate::gateways::adsb::{BODY_MOST, Deframer, Framing, Piece, Reason, Step, Translator};
+use fusion::time::Time;
 
-/// What begins every frame.
+/// First octet of every Beast frame.
 pub(super) const ESCAPE: u8 = 0x1a;
+/// First characters of lines of AVR.
+pub(super) const MARKS: [u8; 3] = [b'*', b'@', b'<'];
 /// Frames in a row by which a file is recognised, unless it ends before.
 const RECOGNISED: usize = 4;
 /// Octets in which they are, each of them doubled.
-pub(super) const SAMPLE: usize = RECOGNISED * 2 * (2 + 7 + 14);
+pub(super) const SAMPLE: usize = RECOGNISED * 2 * (1 + BODY_MOST);
 /// Octets looked at in one go, and those between two frames that are told of in one piece.
 const STEP: usize = 4096;
-/// Bits of the counter.
-const STAMP_BITS: u32 = 48;
-/// A counter that moves by more than this, in either direction, is believed once the next one is as far.
-const JUMP: i64 = 60 * STAMP_HZ;
 
-/// Whether these octets, the first of a file, are frames one behind another.
-pub(super) fn begins(mut octets: &[u8]) -> bool {
-    for found in 0..RECOGNISED {
-        let [ESCAPE, kind, rest @ ..] = octets else { return found > 0 && octets.is_empty() };
-        let mut left = match kind {
-            b'1' => 9,
-            b'2' => 14,
-            b'3' | b'4' => 21,
-            _ => return false,
-        };
-        octets = rest;
-        while left > 0 {
-            octets = match octets {
-                [ESCAPE, ESCAPE, rest @ ..] => rest,
-                [ESCAPE, ..] | [] => return false,
-                [_, rest @ ..] => rest,
-            };
-            left -= 1;
+/// Whether these octets, the first of a file, are frames one behind another; `Some(false)` if none of them has a stamp.
+pub(super) fn begins(framing: Framing, octets: &[u8]) -> Option<bool> {
+    let mut deframer = Deframer::new(framing);
+    let (mut found, mut has_stamp) = (0, false);
+    for octet in octets {
+        match deframer.take(*octet) {
+            Some(Piece::Frame(frame)) => {
+                found += 1;
+                has_stamp |= frame.stamp.is_some();
+            }
+            Some(Piece::Cut | Piece::Malformed) => return None,
+            None => {}
+        }
+        if deframer.outside() > 0 {
+            return None;
+        }
+        if found == RECOGNISED {
+            break;
         }
     }
-    true
+    (found == RECOGNISED || found > 0 && !deframer.is_within()).then_some(has_stamp)
 }
 
 /// Reads such a file.
 pub(super) struct Beast {
+    framing: Framing,
     translator: Translator,
     clock: StampClock,
     /// Offset of the frame that is being read.
@@ -63,10 +63,12 @@ pub(super) struct Beast {
 }
 
 impl Beast {
-    pub(super) fn open(name: &str) -> Self {
+    /// The reader of a file of this name.
+    pub(super) fn open(name: &str, framing: Framing) -> Self {
         Self {
-            translator: Self::translator(DataSource { sac: 0, sic: 0 }),
-            clock: StampClock { start: start(name), last: None, astray: None, elapsed: 0 },
+            framing,
+            translator: Self::translator(framing, &Receivers::default()),
+            clock: StampClock::new(start(name)),
             frame_at: 0,
             was_within: false,
             unframed: Vec::new(),
@@ -75,18 +77,19 @@ impl Beast {
         }
     }
 
-    fn translator(source: DataSource) -> Translator {
-        Translator::new(Framing::Beast, source, None)
+    fn translator(framing: Framing, receivers: &Receivers) -> Translator {
+        Translator::new(framing, receivers.adsb, receivers.place)
     }
 
     /// Whether its name says when it begins.
     pub(super) fn is_dated(&self) -> bool {
-        self.clock.start.is_some()
+        self.clock.is_dated()
     }
 
-    /// Whose records they shall be. Before the first one is read.
-    pub(super) fn set_source(&mut self, source: DataSource) {
-        self.translator = Self::translator(source);
+    /// States where the receiver is, what its stamps count, and whose its records are. Before the first one is read.
+    pub(super) fn set_receivers(&mut self, receivers: &Receivers) {
+        self.translator = Self::translator(self.framing, receivers);
+        self.clock.set_stamps(receivers.stamps);
     }
 
     /// The next position, or octets that belong to no frame; all else is counted in `skipped`.
@@ -95,6 +98,10 @@ impl Beast {
         window: &mut Window,
         skipped: &mut Skipped,
     ) -> Result<Option<Datagram>, Damage> {
+        if self.clock.is_undecided() {
+            let head = window.glimpse(HEAD);
+            self.clock.decide(self.framing, &head[..head.len().min(HEAD)]);
+        }
         loop {
             let position = window.position();
             let octets = window.glimpse(1);
@@ -122,8 +129,8 @@ impl Beast {
                 self.was_within = self.translator.is_within();
                 taken += 1;
                 if self.was_within && matches!(step, Some(Step::Dropped(Reason::Cut))) {
-                    // It is cut by the next one, which began with the escape before this octet.
-                    self.frame_at = at - 1;
+                    // The next frame cuts it: a line begins with this octet, a Beast frame with the escape before it.
+                    self.frame_at = if self.framing == Framing::Beast { at - 1 } else { at };
                 }
                 if self.translator.outside() > before {
                     // Of two escapes the first is of no frame, and the second begins one.
@@ -149,11 +156,10 @@ impl Beast {
             }
             window.consume(taken);
             if let Some(payload) = found {
-                let since_start = self.clock.elapsed_ns();
-                let received = self.clock.start.map(|start| Time::from_nanos(start.nanos() + since_start));
+                let received = self.clock.now();
                 return Ok(Some(Datagram {
                     received,
-                    since_midnight: received.is_none().then(|| since_start.rem_euclid(DAY)),
+                    since_midnight: received.is_none().then(|| self.clock.since_midnight_ns()),
                     origin: self.frame_at,
                     payload,
                     contents: Contents::Translated,
@@ -178,6 +184,7 @@ fn reason_of(reason: Reason) -> SkipReason {
         Reason::Malformed => SkipReason::Malformed,
         Reason::Copy => SkipReason::Copy,
         Reason::Damaged => SkipReason::Checksum,
+        Reason::ReceiverId => SkipReason::ReceiverId,
         Reason::ModeAc | Reason::Receiver | Reason::ModeS | Reason::TisB | Reason::Unused => {
             SkipReason::NotAdsb
         }
@@ -197,44 +204,6 @@ fn start(name: &str) -> Option<Time> {
     })
 }
 
-/// Time by the receiver's counter.
-struct StampClock {
-    /// Time of the first stamp.
-    start: Option<Time>,
-    last: Option<u64>,
-    /// One that was far from the one before.
-    astray: Option<u64>,
-    /// From the first stamp to the last one, counts.
-    elapsed: i64,
-}
-
-impl StampClock {
-    fn time(&mut self, frame: &Frame) -> Time {
-        if let Some(stamp) = frame.stamp {
-            let moved = self.last.map_or(0, |last| difference(stamp, last));
-            let agrees =
-                self.astray.replace(stamp).is_some_and(|astray| difference(stamp, astray).abs() <= JUMP);
-            if moved.abs() <= JUMP || agrees {
-                self.elapsed = self.elapsed.saturating_add(moved);
-                self.last = Some(stamp);
-                self.astray = None;
-            }
-        }
-        let start = self.start.map_or(0, Time::nanos);
-        Time::from_nanos(start.saturating_add(self.elapsed_ns()))
-    }
-
-    fn elapsed_ns(&self) -> i64 {
-        (i128::from(self.elapsed) * i128::from(SECOND) / i128::from(STAMP_HZ)) as i64
-    }
-}
-
-/// From `before` to `stamp`, the nearer way round.
-fn difference(stamp: u64, before: u64) -> i64 {
-    let spare = 64 - STAMP_BITS;
-    (stamp.wrapping_sub(before) << spare).cast_signed() >> spare
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -245,22 +214,5 @@ mod tests {
         assert_eq!(time("a/ulss7-20180403T190228Z.beast").as_deref(), Some("2018-04-03T19:02:28.000Z"));
         assert_eq!(time("20181303T190228Z 20180403T190229Z").as_deref(), Some("2018-04-03T19:02:29.000Z"));
         assert_eq!([time("capture.beast"), time("20180403T190228"), time("")], [None, None, None]);
-    }
-
-    #[test]
-    fn a_counter_goes_round_and_one_stray_moves_nothing() {
-        let mut clock = StampClock { start: None, last: None, astray: None, elapsed: 0 };
-        let message = crate::gateways::adsb::Message::ModeAc;
-        let mut at = |stamp| clock.time(&Frame { stamp, message }).nanos();
-        let second = STAMP_HZ as u64;
-        assert_eq!(at(Some((1 << 48) - second)), 0);
-        assert_eq!(at(Some(second)), 2 * SECOND);
-        assert_eq!(at(Some(second / 2)), 3 * SECOND / 2);
-        assert_eq!(at(None), 3 * SECOND / 2);
-        assert_eq!(at(Some(7_000 * second)), 3 * SECOND / 2);
-        assert_eq!(at(Some(3 * second)), 4 * SECOND);
-        // A pause: two that agree.
-        assert_eq!(at(Some(7_000 * second)), 4 * SECOND);
-        assert_eq!(at(Some(7_001 * second)), 7_002 * SECOND);
     }
 }

@@ -7,12 +7,15 @@
 //! | pcapng | `0a0d0d0a` | the payload of one UDP datagram | of the capture; none in a simple packet block |
 //! | FINAL | a whole first record, with its `a5a5a5a5` at the end | the data of one record | time of day, without a day |
 //! | pcap, pcapng of Wi-Fi or Bluetooth | link types 105, 127, 272 | the Remote ID of one frame, as a gateway's line | of the capture |
-//! | Beast | four frames of a 1090 MHz receiver in a row | one position, as CAT021 | by its counter, from the time in the file's name on |
+//! | ORADIS recording | records in a row whose blocks can be decoded | the blocks of one record | time of day, without a day |
+//! | GPS recording (10 octets behind each block) | the same | one data block | none |
+//! | Beast, AVR | four frames of a 1090 MHz receiver in a row | one position, as CAT021 | by its stamps, from the time in the file's name on |
+//! | MAVLink log (`.tlog`) | four records in a row | one position, as CAT129 | of the log |
 //!
-//! Each may be gzip-compressed (`1f8b08`); offsets are then those of the unpacked data. File names say nothing, but for the time of a Beast file. Memory is
+//! Each may be gzip-compressed (`1f8b08`); offsets are then those of the unpacked data. File names say nothing, but for the time of a Beast or AVR file. Memory is
 //! bounded by one window over the file, and 64 datagrams that came in IP fragments and wait for the rest of them. Frames that hold no
 //! whole datagram (ARP, TCP, …) are skipped and counted in
-//! [`Skipped`]. Where octets of a raw file or a FINAL recording were lost, added or changed, reading resumes at the next
+//! [`Skipped`]. Where octets of a file that holds nothing else than ASTERIX were lost, added or changed, reading resumes at the next
 //! block or record; the octets between are [`Contents::Unframed`] and counted in [`Gaps`]. Other damage ends the capture
 //! with a [`ReadError`] that says where. Broken blocks are for the decoder to report.
 //!
@@ -24,6 +27,7 @@ mod clock;
 mod error;
 mod final_recording;
 mod fragments;
+mod framed;
 mod gaps;
 mod gzip;
 mod held;
@@ -32,8 +36,11 @@ mod merge;
 mod pcap;
 mod pcapng;
 mod raw;
+mod receivers;
 mod recognise;
 mod skipped;
+mod stamps;
+mod tlog;
 mod trailer;
 mod window;
 
@@ -44,7 +51,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use asterix::DataSource;
+use crate::gateways::adsb::Framing;
 use fusion::time::Time;
 use gzip::Gunzip;
 use held::Held;
@@ -52,12 +59,15 @@ use recognise::Kind;
 use window::Window;
 
 pub use error::{Damage, OpenError, ReadError};
+pub(crate) use framed::oradis_blocks;
 pub use gaps::Gaps;
 pub use gzip::GzipError;
 pub use link::{Endpoints, LinkType};
 pub use merge::{Merged, Reception, ReceptionKind};
 pub use pcap::Resolution;
+pub use receivers::Receivers;
 pub use skipped::{SkipReason, Skipped};
+pub use stamps::Stamps;
 pub(crate) use trailer::{Ending, Trailers};
 pub use trailer::{Trailer, TrailerRules};
 
@@ -66,8 +76,8 @@ pub use trailer::{Trailer, TrailerRules};
 pub struct Datagram {
     /// Time of reception; `None` in a file without reception times.
     pub received: Option<Time>,
-    /// Time of reception in a FINAL recording, which has no date: nanoseconds after midnight. `None` elsewhere, and where it
-    /// is 24 h or more.
+    /// Time of reception in a file that has no date (FINAL, ORADIS, 1090 MHz frames): nanoseconds after midnight. `None`
+    /// elsewhere, and where it is 24 h or more.
     pub since_midnight: Option<i64>,
     /// Sender and receiver; `None` in a file without addresses.
     pub endpoints: Option<Endpoints>,
@@ -98,7 +108,7 @@ pub enum Contents {
     /// Data blocks, one after the other.
     #[default]
     Blocks,
-    /// Octets of a damaged raw file or FINAL recording that belong to no block or record; a long stretch comes in parts.
+    /// Octets of a damaged file that belong to no block, record or frame; a long stretch comes in parts.
     Unframed,
     /// A datagram that a translator of [`crate::gateways`] made of the frame at its origin.
     Translated,
@@ -120,14 +130,31 @@ pub enum Format {
     Pcapng,
     /// FINAL recording.
     Final,
-    /// Frames of a 1090 MHz receiver.
+    /// ORADIS recording.
+    Oradis,
+    /// Blocks, each with 10 octets behind it.
+    Gps,
+    /// Frames of a 1090 MHz receiver, binary.
     Beast,
+    /// Frames of a 1090 MHz receiver, as text.
+    Avr,
+    /// MAVLink telemetry log.
+    Tlog,
 }
 
 impl Format {
     /// Whether the file holds nothing but ASTERIX, so that unreadable octets are damage. (A network capture may hold anything.)
     pub fn is_asterix_only(&self) -> bool {
-        matches!(self, Self::Raw | Self::Final)
+        matches!(self, Self::Raw | Self::Final | Self::Oradis | Self::Gps)
+    }
+
+    /// The records that its frames are translated to, if it holds no ASTERIX.
+    pub fn translation(&self) -> Option<&'static str> {
+        match self {
+            Self::Beast | Self::Avr => Some("CAT021"),
+            Self::Tlog => Some("CAT129"),
+            Self::Raw | Self::Final | Self::Oradis | Self::Gps | Self::Pcap { .. } | Self::Pcapng => None,
+        }
     }
 }
 
@@ -138,7 +165,11 @@ impl fmt::Display for Format {
             Self::Pcap { link, resolution } => write!(f, "pcap ({link}, {resolution})"),
             Self::Pcapng => f.write_str("pcapng"),
             Self::Final => f.write_str("FINAL recording"),
+            Self::Oradis => f.write_str("ORADIS recording"),
+            Self::Gps => f.write_str("GPS recording (10 octets behind each block)"),
             Self::Beast => f.write_str("Beast (1090 MHz)"),
+            Self::Avr => f.write_str("AVR (1090 MHz)"),
+            Self::Tlog => f.write_str("MAVLink log"),
         }
     }
 }
@@ -166,7 +197,9 @@ enum Reader {
     Pcap(pcap::Pcap),
     Pcapng(pcapng::Pcapng),
     Final(final_recording::Recording),
+    Framed(framed::Framed),
     Beast(Box<beast::Beast>),
+    Tlog(tlog::Tlog),
 }
 
 impl Capture {
@@ -218,7 +251,18 @@ impl Capture {
             }
             Ok(Kind::Pcapng) => (Format::Pcapng, Reader::Pcapng(pcapng::Pcapng::default())),
             Ok(Kind::Final) => (Format::Final, Reader::Final(final_recording::Recording::default())),
-            Ok(Kind::Beast) => (Format::Beast, Reader::Beast(Box::new(beast::Beast::open(&name)))),
+            Ok(Kind::Framed(framed)) => {
+                let format = match framed.framing() {
+                    framed::Framing::Oradis => Format::Oradis,
+                    framed::Framing::Gps => Format::Gps,
+                };
+                (format, Reader::Framed(framed))
+            }
+            Ok(Kind::Receiver(framing)) => {
+                let format = if framing == Framing::Beast { Format::Beast } else { Format::Avr };
+                (format, Reader::Beast(Box::new(beast::Beast::open(&name, framing))))
+            }
+            Ok(Kind::Tlog) => (Format::Tlog, Reader::Tlog(tlog::Tlog::open(&Receivers::default()))),
             Ok(Kind::Gzip) => return Err(OpenError::GzipInGzip { name }),
             Ok(Kind::Empty) => return Err(OpenError::Empty { name }),
             Ok(Kind::Foreign { found, advice }) => return Err(OpenError::Foreign { name, found, advice }),
@@ -244,12 +288,12 @@ impl Capture {
         &self.name
     }
 
-    /// Whether its days are known: from the capture, or from the name of a Beast file.
+    /// Whether its days are known: from the capture, or from the name of a Beast or AVR file.
     pub fn is_dated(&self) -> bool {
         match &self.reader {
-            Reader::Raw(_) | Reader::Final(_) => false,
+            Reader::Raw(_) | Reader::Final(_) | Reader::Framed(_) => false,
             Reader::Beast(beast) => beast.is_dated(),
-            Reader::Pcap(_) | Reader::Pcapng(_) => true,
+            Reader::Pcap(_) | Reader::Pcapng(_) | Reader::Tlog(_) => true,
         }
     }
 
@@ -281,12 +325,13 @@ impl Capture {
         self
     }
 
-    /// Sets SAC and SIC of the records that are made of frames of a 1090 MHz receiver, before the first datagram; else both
-    /// are 0.
+    /// States the site's receivers, before the first datagram, by which a file of another format than ASTERIX is translated.
     #[must_use]
-    pub fn with_adsb_source(mut self, source: DataSource) -> Self {
-        if let Reader::Beast(beast) = &mut self.reader {
-            beast.set_source(source);
+    pub fn with_receivers(mut self, receivers: &Receivers) -> Self {
+        match &mut self.reader {
+            Reader::Beast(beast) => beast.set_receivers(receivers),
+            Reader::Tlog(tlog) => *tlog = tlog::Tlog::open(receivers),
+            Reader::Raw(_) | Reader::Pcap(_) | Reader::Pcapng(_) | Reader::Final(_) | Reader::Framed(_) => {}
         }
         self
     }
@@ -332,18 +377,24 @@ impl Iterator for Capture {
 }
 
 impl Capture {
-    /// Reads the next datagram. A block of a raw file and a position of a Beast file are returned; all else is held until trailers are decided.
+    /// Reads the next datagram. Blocks of files without other octets, and translated positions, are returned; all else is held
+    /// until trailers are decided.
     fn read(&mut self) -> Option<Datagram> {
         let next = match &mut self.reader {
             Reader::Raw(raw) => raw.next(&mut self.window),
             Reader::Pcap(pcap) => pcap.next(&mut self.window, &mut self.skipped),
             Reader::Pcapng(pcapng) => pcapng.next(&mut self.window, &mut self.skipped),
             Reader::Final(recording) => recording.next(&mut self.window),
+            Reader::Framed(framed) => framed.next(&mut self.window),
             Reader::Beast(beast) => beast.next(&mut self.window, &mut self.skipped),
+            Reader::Tlog(tlog) => tlog.next(&mut self.window, &mut self.skipped),
         };
+        let is_held = matches!(self.reader, Reader::Pcap(_) | Reader::Pcapng(_) | Reader::Final(_));
         match next {
-            Ok(Some(block)) if matches!(self.format, Format::Raw | Format::Beast) => return Some(block),
-            Ok(Some(datagram)) => self.held.take(datagram),
+            Ok(Some(block)) if !is_held => return Some(block),
+            Ok(Some(datagram)) => {
+                framed::unwrapped(datagram).into_iter().for_each(|part| self.held.take(part));
+            }
             Ok(None) => self.ended = true,
             Err(damage) => {
                 self.ended = true;

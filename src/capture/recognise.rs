@@ -4,10 +4,13 @@
 //! fits into them, and the trailer. If no such record, or beginning of one, follows, it still is one unless it could be raw
 //! ASTERIX. Where only the beginning is damaged, what follows decides.
 //!
+//! Recordings in other framings (`framed.rs`) are recognised by records in a row whose blocks can be decoded, MAVLink logs by
+//! times and frames in a row, 1090 MHz receivers by frames in a row.
+//!
 //! Nothing marks raw ASTERIX: any octet but 0 is a category. A file is taken for raw ASTERIX when
 //! 1. it does not begin with the magic number of another format,
 //! 2. its first block is whole: CAT is not 0, LEN is at least 3 and the file is that long,
-//! 3. its first record announces items: FSPEC does not begin with 00 or 01,
+//! 3. its first record announces items: FSPEC has other bits than those that extend it,
 //! 4. it is not text. LEN of a block below 2,304 octets begins with an octet that no text contains; a larger one is
 //!    believed only if there are control characters among its first octets, as there are in all binary data,
 //! 5. what follows the first block is the end, a stray octet or two, zeros, or the header of another block (CAT not 0,
@@ -20,17 +23,20 @@ use super::beast;
 use super::chain;
 use super::raw::{self, HEADER};
 use super::window::Window;
-use super::{final_recording, gzip, pcapng};
+use super::{final_recording, framed, gzip, pcapng, tlog};
+use crate::gateways::adsb::Framing;
 use crate::hex;
 
 /// The kind of a file.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub(super) enum Kind {
     Raw,
     Pcap,
     Pcapng,
     Final,
-    Beast,
+    Framed(framed::Framed),
+    Receiver(Framing),
+    Tlog,
     Gzip,
     Empty,
     Foreign { found: String, advice: &'static str },
@@ -60,8 +66,8 @@ const LARGE: usize = 0x0900;
 /// Category whose blocks are large.
 const VIDEO: u8 = 240;
 
-const WHAT_IS_READ: &str =
-    "this program reads raw ASTERIX, pcap, pcapng, FINAL and Beast, also gzip-compressed";
+const WHAT_IS_READ: &str = "this program reads raw ASTERIX, pcap, pcapng, FINAL, ORADIS, Beast, AVR and MAVLink logs, also gzip-compressed";
+const WITH_STAMPS: &str = "without them it is not known when a frame came; record Beast (usually port 30005), or AVR whose lines begin with @";
 const PACKED: &str = "unpack it first";
 
 /// Foreign formats by magic number, and what to do about them.
@@ -120,8 +126,22 @@ fn by_content(window: &mut Window) -> Kind {
     if head.starts_with(gzip::MAGIC) {
         return Kind::Gzip;
     }
-    if head.first() == Some(&beast::ESCAPE) && beast::begins(window.glimpse(beast::SAMPLE)) {
-        return Kind::Beast;
+    if head.first() == Some(&beast::ESCAPE)
+        && beast::begins(Framing::Beast, window.glimpse(beast::SAMPLE)).is_some()
+    {
+        return Kind::Receiver(Framing::Beast);
+    }
+    if window.glimpse(1).first().is_some_and(|mark| beast::MARKS.contains(mark)) {
+        match beast::begins(Framing::Avr, window.glimpse(beast::SAMPLE)) {
+            Some(true) => return Kind::Receiver(Framing::Avr),
+            Some(false) => {
+                return Kind::Foreign { found: "AVR without time stamps".to_owned(), advice: WITH_STAMPS };
+            }
+            None => {}
+        }
+    }
+    if tlog::begins(window) {
+        return Kind::Tlog;
     }
     let head = window.glimpse(LONGEST_MAGIC);
     if let Some((_, found, advice)) = FOREIGN.iter().find(|(magic, ..)| head.starts_with(magic)) {
@@ -133,7 +153,13 @@ fn by_content(window: &mut Window) -> Kind {
             return Kind::Final;
         }
     }
+    if let Some(framed) = framed::recognise(window, framed::Framing::Oradis) {
+        return Kind::Framed(framed);
+    }
     let Some(objection) = objection_to_raw(window) else { return Kind::Raw };
+    if let Some(framed) = framed::recognise(window, framed::Framing::Gps) {
+        return Kind::Framed(framed);
+    }
     let sample = window.glimpse(SAMPLE);
     let foreign = describe(&sample[..sample.len().min(SAMPLE)], &objection);
     if is_text(&sample[..sample.len().min(SAMPLE)]) {
@@ -176,7 +202,7 @@ fn objection_to_raw(window: &mut Window) -> Option<String> {
             "as ASTERIX, they would begin a block of category {category} and {length} octets, but the file ends after {end}"
         ));
     }
-    if matches!(octets[HEADER..length], [0 | 1, ..]) {
+    if !announces_items(&octets[HEADER..length]) {
         return Some("as ASTERIX, their first record would announce no items".to_owned());
     }
     if is_text(&octets[..length.min(SAMPLE)]) {
@@ -199,6 +225,13 @@ fn objection_to_raw(window: &mut Window) -> Option<String> {
             hexadecimal(&next[..HEADER])
         )
     })
+}
+
+/// Whether the FSPEC at the front of these octets, of which the last bit extends it by another octet, announces an item. A
+/// block without records does not say.
+fn announces_items(octets: &[u8]) -> bool {
+    let extended = octets.iter().take_while(|octet| **octet == 1).count();
+    octets.get(extended).is_none_or(|octet| *octet != 0) && (extended == 0 || extended < octets.len())
 }
 
 /// CAT and LEN, if these octets can begin a block.

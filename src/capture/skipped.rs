@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Why a captured frame has no datagram. [`NotIp`](Self::NotIp), [`NotUdp`](Self::NotUdp), [`NotRemoteId`](Self::NotRemoteId)
-/// and [`NotAdsb`](Self::NotAdsb) are other traffic, a radio channel loses frames, and a [`Copy`](Self::Copy) costs nothing;
+/// Why a captured frame has no datagram. [`NotIp`](Self::NotIp), [`NotUdp`](Self::NotUdp), [`NotRemoteId`](Self::NotRemoteId),
+/// [`NotAdsb`](Self::NotAdsb), [`ReceiverId`](Self::ReceiverId), [`NotPosition`](Self::NotPosition) and
+/// [`UnknownSystem`](Self::UnknownSystem) are other traffic, a radio channel loses frames, and a [`Copy`](Self::Copy) costs nothing;
 /// any other reason may have cost surveillance data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SkipReason {
@@ -26,6 +27,12 @@ pub enum SkipReason {
     NotRemoteId,
     /// On 1090 MHz: an answer to an interrogator, in Mode A, C or S; or a squitter that says nothing of use.
     NotAdsb,
+    /// On 1090 MHz: a frame that names the receiver of others.
+    ReceiverId,
+    /// In a MAVLink log: a message that is no position, or a position without a fix.
+    NotPosition,
+    /// In a MAVLink log: a message of a system that the site does not name.
+    UnknownSystem,
     /// The radio's own checksum, or the parity, failed.
     Checksum,
     /// On 1090 MHz: a frame that has come before, its stamp included.
@@ -48,6 +55,9 @@ impl fmt::Display for SkipReason {
             Self::UnknownInterface => "on an interface that the file does not describe",
             Self::NotRemoteId => "without Remote ID",
             Self::NotAdsb => "without ADS-B",
+            Self::ReceiverId => "with a receiver's identity",
+            Self::NotPosition => "without a position",
+            Self::UnknownSystem => "of an unknown system",
             Self::Checksum => "with a failed checksum",
             Self::Copy => "repeated",
             Self::Unplaced => "with half a position",

@@ -10,7 +10,7 @@ use asterix::Fault;
 use super::edition::{EditionOf, editions};
 use super::{CommandResult, Outcome, Usage};
 use crate::app::Failure;
-use crate::capture::Capture;
+use crate::capture::{Capture, OpenError, Receivers, Stamps};
 use crate::decode::{Decoder, Faults, Sink, Tables};
 use crate::gateways::remote_id::Line;
 use crate::json::{
@@ -60,16 +60,17 @@ impl Format {
 ///
 /// A message of Remote ID (ASTM F3411), of a Wi-Fi or Bluetooth capture or a gateway's line: {"time":…, "offset":…, "block":…,
 /// "transmitter":"90:3a:e6:5b:c8:a8", "message":"location", "version":2, "latitude_deg":…, …}. Frames of a 1090 MHz receiver
-/// (Beast) are printed as the CAT021 records that they become, with SAC and SIC 0.
+/// (Beast, AVR) are printed as the CAT021 records that they become, positions of a MAVLink log as CAT129, with SAC and SIC 0.
 ///
 /// With --format csv or parquet a table of each category goes into the directory -o: cat048.parquet has a row per record and a
 /// column per scalar, I048_040_rho_m for `rho_m` of item 040; unread.parquet has what could not be read or was not looked into.
 /// CSV of one category (--cat) or of the errors (--errors-only) may go to standard output.
 ///
-/// The exit code is 4 where octets of a raw file or a FINAL recording could not be read.
+/// The exit code is 4 where octets of a raw file or of a FINAL, ORADIS or GPS recording could not be read.
 #[derive(clap::Args, Debug, Default)]
 pub struct Args {
-    /// Capture files (raw ASTERIX, pcap, pcapng, FINAL, Beast; also gzip-compressed), or - for standard input; one after the other
+    /// Capture files (raw ASTERIX, pcap, pcapng, FINAL, ORADIS, Beast, AVR, MAVLink log; also gzip-compressed), or - for standard
+    /// input; one after the other
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// Looks at blocks of this category only; where no block can be made out is still told
@@ -79,6 +80,10 @@ pub struct Args {
     /// fits), or 48:1.31; may be given several times
     #[arg(long, value_name = "[N:]EDITION")]
     pub edition: Vec<EditionOf>,
+    /// Kind of the stamps in Beast and AVR files: a counter of 12 MHz, or seconds of the UTC day and nanoseconds (Radarcape);
+    /// auto: found out from the first frames
+    #[arg(long, value_enum, value_name = "KIND", default_value = "auto")]
+    pub stamps: Stamps,
     /// Reads everything by the definitions alone, also the categories whose keys are made by hand: one rule for all keys
     #[arg(long)]
     pub untyped: bool,
@@ -143,7 +148,11 @@ impl Args {
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let chosen = if args.untyped { Editions::untyped() } else { Editions::default() };
     let editions = editions(chosen, &args.edition, args.cat)?;
-    let captures = args.inputs.iter().map(|path| Capture::open(path)).collect::<Result<Vec<_>, _>>()?;
+    let captures = args
+        .inputs
+        .iter()
+        .map(|path| Ok(Capture::open(path)?.with_receivers(&Receivers::default().with_stamps(args.stamps))))
+        .collect::<Result<Vec<_>, OpenError>>()?;
     let several = captures.len() > 1;
     let decoder = Decoder { editions, category: args.cat };
     let mut printer = Printer {

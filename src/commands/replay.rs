@@ -20,7 +20,7 @@ use super::unmatched::unmatched;
 use super::{CommandResult, Outcome, Usage, progress};
 use crate::app::Failure;
 use crate::areas::Masks;
-use crate::capture::{Capture, Format, Merged, Reception, TrailerRules};
+use crate::capture::{Capture, Format, Merged, Receivers, Reception, TrailerRules};
 use crate::config::{Config, PictureKind, Profile};
 use crate::integrity::Lookout;
 use crate::picture::PictureMaker;
@@ -54,8 +54,8 @@ pub fn run(args: &Args) -> CommandResult {
         config.http.listen = args.http.unwrap_or(config.http.listen);
         return serve::serve(args, Arc::new(config), masks, speed);
     }
-    let (trailers, adsb) = (TrailerRules::of(&config), config.adsb_source());
-    let captures = args.open(&trailers, adsb)?;
+    let (trailers, receivers) = (TrailerRules::of(&config), Receivers::of(&config));
+    let captures = args.open(&trailers, &receivers)?;
     let day = args.day_of(&captures);
     let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
     let mut lookout = Lookout::load(&config, masks.clone())?;
@@ -98,7 +98,7 @@ pub fn run(args: &Args) -> CommandResult {
     while args.again && !stage.is_over() && !stage.summary.is_empty() {
         info!("the recording has come to its end and begins again");
         stage.begin_anew();
-        (outcome, pipeline, skipped) = pass(&mut stage, args.open(&trailers, adsb)?)?;
+        (outcome, pipeline, skipped) = pass(&mut stage, args.open(&trailers, &receivers)?)?;
     }
     let summary = std::mem::take(&mut stage.summary);
     let failed = stage.finish()?;
@@ -238,7 +238,9 @@ impl Replay<'_, '_> {
             if event.is_warning() {
                 *warnings += 1;
                 let Some(capture) = merged.captures().nth(reception.input) else { continue };
-                *unread |= matches!(event, Event::Faulty { .. }) && *capture.format() == Format::Raw;
+                *unread |= matches!(event, Event::Faulty { .. })
+                    && capture.format().is_asterix_only()
+                    && *capture.format() != Format::Final;
                 let tell = || report(&event, reception, capture.name(), *warnings);
                 // Not into the line of the bar.
                 bar.as_ref().map_or_else(tell, |bar| bar.suspend(tell));

@@ -19,6 +19,7 @@ mod alerts;
 mod areas;
 mod changes;
 mod cidr;
+mod classification;
 mod cluster;
 mod conflicts;
 mod connections;
@@ -47,6 +48,7 @@ pub use alerts::{AlertKind, AlertRule, Alerts, Severity};
 pub use areas::{AlertArea, Area, AreaKind, AreaSeverity};
 pub use changes::{Change, changes};
 pub use cidr::{Network, NotANetwork};
+pub use classification::{CategoryOctet, Classification, Codes, ScaledOctet};
 pub use cluster::{CellArea, Cluster, Role};
 pub use conflicts::{Advisory, ConflictVolume, Conflicts, VolumePreset, VolumeSide, Warning};
 pub use connections::{BrokerAddress, Connection, ConnectionFormat, MavlinkSystem};
@@ -59,8 +61,8 @@ pub use output::{Output, Persistence, Record, SerialSource};
 pub use page::{keys, reference};
 pub use receivers::{Mqtt, MqttTracks, Webhook};
 pub use sensors::{
-    Camera, CameraAccuracy, Classification, Radar, RadarAccuracy, Registration, Sensor, SensorKind,
-    Transponder, TransponderAccuracy,
+    Camera, CameraAccuracy, Radar, RadarAccuracy, Registration, Sensor, SensorKind, Transponder,
+    TransponderAccuracy,
 };
 pub use sinks::{Carrier, Cot, CotUrl, F3623, Sapient, TcpUrl};
 pub use site::Site;
@@ -228,13 +230,6 @@ impl Config {
     /// Whether it is computed who will come near whom.
     pub fn finds_conflicts(&self) -> bool {
         self.fusion.profile == Profile::Operational && self.conflicts.enabled
-    }
-
-    /// SAC and SIC of the first sensor of kind `"adsb"`: of the records that a recording of a 1090 MHz receiver becomes. Both are
-    /// 0 where there is none.
-    pub fn adsb_source(&self) -> DataSource {
-        let adsb = self.sensors.iter().find(|sensor| matches!(sensor.kind, SensorKind::AdsB(_)));
-        adsb.map_or(DataSource { sac: 0, sic: 0 }, |sensor| DataSource { sac: sensor.sac, sic: sensor.sic })
     }
 
     /// The radars, in the order of the file; the first is the origin of the ENU frame.

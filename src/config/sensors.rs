@@ -3,14 +3,15 @@
 use serde::{Deserialize, Serialize};
 
 use super::adsb::AdsB;
+use super::classification::{Classification, probability_source};
 use super::connections::{Connection, ConnectionFormat};
 use super::network::Input;
 use super::site::{Site, area_code, check_origin, identification_code};
 use tables::error::Faults;
-use tables::kinds::{Kind, Toml, checked_tables, flag, inline, is_plain, named, number, tables, text, whole};
+use tables::kinds::{Kind, checked_tables, flag, inline, is_plain, named, number, tables, text, whole};
 use tables::reader::Section;
 use tables::section;
-use tables::table::{ByHand, Entry, Row, Table, absent, depends, need};
+use tables::table::{ByHand, Entry, Table, absent, depends, need};
 use tables::{names, written_by_name};
 
 section! {
@@ -147,7 +148,7 @@ section! {
             |v| (-500.0..=20_000.0).contains(&v),
         );
         /// Where a plot states its UAV probability, for which CAT048 has no item.
-        classification: Classification = Classification::SpecialPurpose { octet: 0 }, probability_source();
+        classification: Classification = Classification::of_octet(0), probability_source();
         /// What is done about misalignment of the radar, as drones with transponders reveal it. Not used by the `reference`
         /// profile.
         registration: Registration = Registration::Apply, named();
@@ -398,83 +399,4 @@ pub(super) fn read(top: &mut Section<'_>, site: &Site, faults: &Faults) -> Vec<S
         _ => {}
     }
     sensors
-}
-
-names! {
-    /// Where a plot states its UAV probability.
-    #[derive(Copy)]
-    Classification, "source of probabilities" {
-        /// An octet n of I048/SP, counted from 0 after the length octet: n / 255.
-        SpecialPurpose {
-            /// 0 to 253.
-            octet: usize
-        } = "special-purpose",
-        /// The codes of I048/030: birds, vehicles, wind turbines and the like are 0, everything else 1.
-        TargetClassification = "target-classification",
-        /// One probability for every plot.
-        Constant {
-            /// 0 to 1.
-            value: f64
-        } = "constant",
-    }
-}
-
-fn octet_number() -> Kind<u8> {
-    whole("octets of I048/SP are counted from 0 after the length, to 253", 0..=253)
-}
-
-fn probability() -> Kind<f64> {
-    number("a probability is between 0 and 1", |v| (0.0..=1.0).contains(&v))
-}
-
-fn probability_source() -> Kind<Classification> {
-    Kind::new("a table of the keys below", |item| {
-        let mut section = item.section()?;
-        let source =
-            section.need("source", "source = \"special-purpose\", \"target-classification\" or \"constant\"");
-        let mut read = source.and_then(|item| (named().read)(&item))?;
-        match &mut read {
-            Classification::SpecialPurpose { octet } => {
-                let item = section.item("octet");
-                *octet = item.and_then(|item| (octet_number().read)(&item)).unwrap_or(0).into();
-            }
-            Classification::TargetClassification => {}
-            Classification::Constant { value } => {
-                let item = section.need("value", "value = …, the probability from 0 to 1");
-                *value = item.and_then(|item| (probability().read)(&item)).unwrap_or(0.0);
-            }
-        }
-        section.finish();
-        Some(read)
-    })
-}
-
-impl Toml for Classification {
-    fn toml(&self) -> Option<String> {
-        let more = match self {
-            Self::SpecialPurpose { octet } => format!(", octet = {octet}"),
-            Self::TargetClassification => String::new(),
-            Self::Constant { value } => format!(", value = {value:?}"),
-        };
-        Some(format!("{{ source = \"{}\"{more} }}", self.name()))
-    }
-
-    fn keys() -> Vec<Row> {
-        let source = named::<Self>().values;
-        vec![
-            Row::by_hand("source", None, &source, "Where the probability is stated."),
-            Row::by_hand(
-                "octet",
-                Some("`0`"),
-                &octet_number().values,
-                "Octet; with `source = \"special-purpose\"`.",
-            ),
-            Row::by_hand(
-                "value",
-                None,
-                &probability().values,
-                "The probability; with `source = \"constant\"`.",
-            ),
-        ]
-    }
 }

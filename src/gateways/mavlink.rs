@@ -42,6 +42,28 @@ impl System {
     }
 }
 
+/// Every system number, each drone called after it: `SYSTEM-1` to `SYSTEM-255`.
+pub fn every_system() -> BTreeMap<u8, System> {
+    (1..=u8::MAX).filter_map(|number| Some((number, System::new(&format!("SYSTEM-{number}"))?))).collect()
+}
+
+/// Octets of the frame that begins with these three; `None` if none does.
+pub(crate) fn frame_length(start: [u8; 3]) -> Option<usize> {
+    let [magic, contents, flags] = start;
+    let around = match magic {
+        VERSION_1 => HEADERS[0] + CHECKSUM,
+        VERSION_2 if flags & SIGNED != 0 => HEADERS[1] + CHECKSUM + SIGNATURE,
+        VERSION_2 => HEADERS[1] + CHECKSUM,
+        _ => return None,
+    };
+    Some(around + usize::from(contents))
+}
+
+/// Whether the checksum of this frame fits; `None` where it cannot be verified.
+pub(crate) fn is_sound(frame: &[u8]) -> Option<bool> {
+    Frame::new(frame).ok()?.is_sound()
+}
+
 /// Why a frame is dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
@@ -229,6 +251,12 @@ impl Translator {
             }
             octets = behind;
         }
+    }
+
+    /// Translates the frame that these octets are, received at a time: a datagram, or `None` for a sign of life. Counts nothing.
+    pub(crate) fn frame_at(&self, octets: &[u8], received: Time) -> Result<Option<Vec<u8>>, Reason> {
+        let frame = Frame::new(octets).map_err(|_| Reason::Cut)?;
+        if frame.is_sound() == Some(false) { Err(Reason::Checksum) } else { self.frame(&frame, received) }
     }
 
     fn drop(&mut self, reason: Reason) {

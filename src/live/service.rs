@@ -27,7 +27,7 @@ use super::lines::{Listening, Readers, listen};
 use super::losses::Losses;
 use super::published::Status;
 use super::quiet::Quiet;
-use crate::capture::{Ending, Endpoints, Reception, ReceptionKind, TrailerRules, Trailers};
+use crate::capture::{Ending, Endpoints, Reception, ReceptionKind, TrailerRules, Trailers, oradis_blocks};
 use crate::config::Config;
 use crate::formats::Encoders;
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
@@ -330,9 +330,12 @@ impl Engine {
         }
     }
 
-    /// The blocks of a datagram.
+    /// The blocks of a datagram, without what some senders put in front of them or behind.
     fn without_trailer(&mut self, arrival: Arrival) -> Vec<u8> {
         let mut payload = arrival.payload;
+        if let Some(blocks) = oradis_blocks(&payload) {
+            return blocks;
+        }
         let endpoints = self.lines.get(arrival.line).map(|(line, _)| Endpoints {
             source: SocketAddr::V4(arrival.from),
             destination: line.destination().into(),

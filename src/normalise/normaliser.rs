@@ -419,9 +419,11 @@ impl RadarSensor {
 
     fn uav_probability(&self, record: &cat048::Record) -> Option<f64> {
         match self.classification {
-            Classification::SpecialPurpose { octet } => {
-                let field = record.special_purpose.as_ref()?;
-                field.contents().get(octet).map(|&n| f64::from(n) / 255.0)
+            Classification::SpecialPurpose(stated) => {
+                stated.probability(record.special_purpose.as_ref()?.contents())
+            }
+            Classification::SpecialPurposeCategory(category) => {
+                category.probability(record.special_purpose.as_ref()?.contents())
             }
             Classification::TargetClassification => {
                 let mut codes = record.warnings.iter().flat_map(cat048::Warnings::codes);

@@ -10,16 +10,19 @@ mod categories;
 mod editions;
 mod hints;
 mod histogram;
+mod misread;
 mod presence;
 mod report;
 mod source;
+mod truncated;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use asterix::all::Untyped;
 use asterix::{
-    Block, DataSource, Fault, Located, Record, UapItem, blocks, cat015, cat021, cat034, cat048, cat062,
-    cat063, cat065, cat129,
+    Block, DataSource, Fault, Located, Record, TimeOfDay, UapItem, blocks, cat015, cat021, cat034, cat048,
+    cat062, cat063, cat065, cat129,
 };
 
 use crate::capture::{Contents, Datagram, Endpoints, Gaps};
@@ -29,13 +32,14 @@ use crate::pipeline::{Duplicates, LineFault};
 use bounded::Bounded;
 use editions::Editions;
 use fusion::time::{SECOND, Time};
+use misread::Misread;
 use presence::{DOUBT_NS, Presence, nanos_between};
 use report::rate;
 use source::{Glimpse, Source, Target};
 
 pub use report::{
-    CategoryReport, Delay, EditionReport, ErrorReport, Followed, Interval, Items, LineHint, RemoteIdReport,
-    SensorHint, Silences, SourceReport, Span, Stamp, StreamReport, SurveyReport,
+    CategoryReport, Delay, EditionReport, ErrorReport, Followed, Interval, Items, LineHint, MisreadReport,
+    RemoteIdReport, SensorHint, Silences, SourceReport, Span, Stamp, StreamReport, SurveyReport,
 };
 
 /// Most streams that are distinguished.
@@ -46,6 +50,10 @@ pub const TRANSMITTERS: usize = 4096;
 
 /// Most sources that are distinguished; one may take half a megabyte.
 pub const SOURCES: usize = 256;
+
+/// Monoradar target reports of old radars, and their service messages, which alone have a whole time of day.
+const OLD_REPORTS: u8 = 1;
+const OLD_SERVICE: u8 = 2;
 
 /// Largest backward step of the reception time that is not reported, nanoseconds.
 const STEP_NS: i64 = SECOND;
@@ -66,6 +74,9 @@ pub struct Survey {
     records_of_more_sources: u64,
     categories: BTreeMap<u8, Category>,
     editions: Editions,
+    misread: Misread,
+    /// The last time of each source of CAT002.
+    north_times: Bounded<Option<DataSource>, Option<TimeOfDay>, SOURCES>,
     transmitters: Bounded<String, (), TRANSMITTERS>,
     remote_id: RemoteIdReport,
     errors: BTreeMap<(Option<u8>, &'static str), ErrorReport>,
@@ -164,6 +175,12 @@ impl Survey {
         let category = self.categories.entry(block.category).or_default();
         category.blocks += 1;
         category.octets += block.octets.len() as u64;
+        let is_misread = self.contents(block, datagram);
+        self.misread.block(block, is_misread);
+    }
+
+    /// Counts the records of a block. Whether one of them cannot be read, or has a time of day that does not exist.
+    fn contents(&mut self, block: Block<'_>, datagram: &Datagram) -> bool {
         match block.category {
             15 => self.read(block, (), datagram, |record: &cat015::Record| {
                 record.number.map(|number| Target::Track(number.number()))
@@ -172,7 +189,7 @@ impl Survey {
                 let edition = self.editions.block(block);
                 self.read(block, edition, datagram, |record: &cat021::Record| {
                     record.target_address.map(|address| Target::Address(address.address()))
-                });
+                })
             }
             34 => self.read(block, (), datagram, |_: &cat034::Record| None),
             48 => self.read(block, (), datagram, |record: &cat048::Record| {
@@ -188,13 +205,28 @@ impl Survey {
             }),
             // Of the others the newest edition.
             other => {
-                if let Some(category) = asterix::all::category(other) {
-                    let definition = category.newest();
-                    let records = definition.records(block);
-                    self.records(block, definition.items(), records, datagram, Glimpse::of_untyped);
-                }
+                let Some(category) = asterix::all::category(other) else { return false };
+                let definition = category.newest();
+                let around = self.north_time(block.first_source(), datagram);
+                let glimpse = |record: &Untyped<'_>| {
+                    let glimpse = Glimpse::of_untyped(record);
+                    let is_old = other == OLD_REPORTS;
+                    let time = around.filter(|_| is_old).and_then(|around| truncated::time(record, around));
+                    Glimpse { time: glimpse.time.or(time), ..glimpse }
+                };
+                let records = definition.records(block);
+                self.records(block, definition.items(), records, datagram, glimpse)
             }
         }
+    }
+
+    /// A time near those of a source of CAT001: of its last CAT002 record, or else of the reception.
+    fn north_time(&mut self, source: Option<DataSource>, datagram: &Datagram) -> Option<TimeOfDay> {
+        let received = || {
+            let count = datagram.received?.since_midnight() * i64::from(TimeOfDay::PER_SECOND) / SECOND;
+            TimeOfDay::from_count(count as u32)
+        };
+        self.north_times.get(source).and_then(|time| *time).or_else(received)
     }
 
     /// Counts the records of a block, each with its source.
@@ -204,9 +236,9 @@ impl Survey {
         edition: R::Edition,
         datagram: &Datagram,
         target: impl Fn(&R) -> Option<Target>,
-    ) {
+    ) -> bool {
         let glimpse = |record: &R| Glimpse::of(record, target(record));
-        self.records(block, R::UAP, block.records_in::<R>(edition), datagram, glimpse);
+        self.records(block, R::UAP, block.records_in::<R>(edition), datagram, glimpse)
     }
 
     /// Counts records of a category with these items.
@@ -217,8 +249,8 @@ impl Survey {
         located: impl Iterator<Item = Result<Located<T>, Fault>>,
         datagram: &Datagram,
         glimpse: impl Fn(&T) -> Glimpse,
-    ) {
-        let mut records = 0;
+    ) -> bool {
+        let (mut records, mut is_misread) = (0, false);
         let end = block.offset + block.octets.len();
         let mut next = end - block.contents().len();
         for located in located {
@@ -226,17 +258,29 @@ impl Survey {
                 Ok(located) => {
                     records += 1;
                     next = located.offset + located.length;
-                    self.record(block.category, &glimpse(&located.record), located.length, datagram);
+                    let glimpse = glimpse(&located.record);
+                    is_misread |= glimpse.time.is_some_and(|time| time.count() > TimeOfDay::PER_DAY);
+                    self.record(block.category, &glimpse, located.length, datagram);
                 }
-                Err(fault) => self.fault(fault, datagram, next..end),
+                Err(fault) => {
+                    is_misread = true;
+                    self.fault(fault, datagram, next..end);
+                }
             }
         }
         let category = self.categories.entry(block.category).or_default();
         category.items = items;
         *category.records.get_or_insert(0) += records;
+        is_misread
     }
 
     fn record(&mut self, category: u8, glimpse: &Glimpse, octets: usize, datagram: &Datagram) {
+        if category == OLD_SERVICE
+            && let Some(time) = glimpse.time
+            && let Some(north) = self.north_times.get(glimpse.source)
+        {
+            *north = Some(time);
+        }
         let around = self.span.span().map(|(_, last)| last);
         let Some(source) = self.sources.get((category, glimpse.source)) else {
             self.records_of_more_sources += 1;
@@ -284,7 +328,13 @@ impl Survey {
             counts.report(category, source, uap, dated, all_records)
         };
         let sources: Vec<_> = self.sources.iter().map(source).collect();
-        let editions = self.editions.report();
+        let misread = self.misread.report();
+        let is_older = |fit: &EditionReport| {
+            misread
+                .iter()
+                .any(|of| (of.category, of.sac, of.sic) == (cat021::Record::CATEGORY, fit.sac, fit.sic))
+        };
+        let editions: Vec<EditionReport> = self.editions.report().into_iter().filter(|fit| !is_older(fit)).collect();
         SurveyReport {
             datagrams: self.datagrams,
             octets: self.octets,
@@ -307,6 +357,7 @@ impl Survey {
                 })
                 .collect(),
             editions,
+            misread,
             remote_id: (self.transmitters.len() > 0)
                 .then(|| RemoteIdReport { transmitters: self.transmitters.len() as u64, ..self.remote_id }),
             errors: self.errors.values().cloned().collect(),

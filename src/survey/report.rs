@@ -34,6 +34,9 @@ pub struct SurveyReport {
     /// The editions of CAT021 that its sources follow.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub editions: Vec<EditionReport>,
+    /// Sources most of whose blocks cannot be read in the usual edition of their category.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub misread: Vec<MisreadReport>,
     /// What there is of Remote ID.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remote_id: Option<RemoteIdReport>,
@@ -274,6 +277,25 @@ pub struct EditionReport {
     pub unreadable: u64,
     /// Those that cannot be read in the editions that lay octets out differently.
     pub unreadable_otherwise: u64,
+}
+
+/// A source most of whose blocks cannot be read in the usual edition of their category.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct MisreadReport {
+    /// Category.
+    pub category: u8,
+    /// System area code, if the blocks seem to have one.
+    pub sac: Option<u8>,
+    /// System identification code, if the blocks seem to have one.
+    pub sic: Option<u8>,
+    /// Blocks.
+    pub blocks: u64,
+    /// Blocks that cannot be read, or hold times of day that do not exist.
+    pub misread: u64,
+    /// The editions that can read them; none: another edition, or another format.
+    pub read_in: Vec<&'static str>,
+    /// The editions that are known, the oldest first.
+    pub known: Vec<&'static str>,
 }
 
 /// Errors of one kind.

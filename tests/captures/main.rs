@@ -5,12 +5,14 @@ mod corpus;
 mod damage;
 mod finals;
 mod fragments;
+mod framed;
 mod packed;
 mod pcapng_damage;
 mod pcapngs;
 mod pcaps;
 mod raws;
 mod recordings;
+mod tlogs;
 mod writer;
 
 use std::io::{self, Read};

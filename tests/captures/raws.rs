@@ -22,6 +22,22 @@ fn each_block_is_a_datagram_without_a_time() {
     assert_eq!(capture.consumed(), 25);
 }
 
+/// An FSPEC whose first octet announces nothing but a second one.
+#[test]
+fn raw_file_whose_fspec_begins_with_01_is_read() {
+    let block = [48, 0, 7, 0x01, 0x80, 1, 2];
+    let octets = [block, block].concat();
+    let mut capture = open(&octets).unwrap();
+    assert_eq!(capture.format(), &Format::Raw);
+    assert_eq!(payloads(&read(&octets, &mut capture).0), [block, block]);
+    // Without an item there is no record.
+    for empty in [[0, 1, 0, 0], [1, 0, 1, 2], [1, 1, 1, 0], [1, 1, 1, 1]] {
+        let block = [&[48, 0, 7], &empty[..]].concat();
+        let error = open(&block.repeat(2)).unwrap_err().to_string();
+        assert!(error.contains("would announce no items"), "{error}");
+    }
+}
+
 #[test]
 fn what_follows_the_last_whole_block_is_handed_out_as_it_is() {
     let tails: [&[u8]; 6] = [&[0], &[48, 0], &[0; 40], &[48, 0, 2, 1, 1], &[48, 0, 0], &[48, 0, 9, 0xFF]];

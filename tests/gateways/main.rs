@@ -11,6 +11,7 @@ mod flights;
 mod live;
 #[path = "../shared/program.rs"]
 mod program;
+mod recorded;
 mod remote_id;
 #[path = "../shared/mod.rs"]
 #[allow(dead_code, reason = "of all captures, some are looked for by name")]

@@ -1,6 +1,7 @@
 //! The command `info`: hand-made captures, its options, and recordings.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod misread;
 mod options;
 mod recordings;
 mod screen;
@@ -68,7 +69,7 @@ fn arp() -> Vec<u8> {
 fn info(paths: &[&Path], json: bool, strict: bool) -> (String, Outcome) {
     let inputs = paths.iter().map(|path| path.to_path_buf()).collect();
     let mut out = Vec::new();
-    let outcome = info::run(&info::Args { inputs, json, strict, config_out: None }, &mut out).unwrap();
+    let outcome = info::run(&info::Args { inputs, json, strict, ..Default::default() }, &mut out).unwrap();
     (String::from_utf8(out).unwrap(), outcome)
 }
 

@@ -133,6 +133,32 @@ fn a_trailer_is_recognised_and_the_recording_replays_to_what_was_sent() {
     assert!(fs::read(&output).unwrap() == replayed(&input));
 }
 
+/// A radar whose blocks come in ORADIS framing: read as if they came without it, recorded as they came.
+#[test]
+fn oradis_framing_is_read_live_and_in_the_recording() {
+    let mut stage = Stage::new(SCENARIO, 22_050, |_, _| {});
+    let plots = stage.simulation.datagrams.iter_mut().filter(|datagram| datagram.payload[0] != 129);
+    for datagram in plots {
+        let length = (datagram.payload.len() as u16 + 6).to_be_bytes();
+        let header = [&length[..], &36_000_000_u32.to_be_bytes()].concat();
+        datagram.payload.splice(0..0, header);
+    }
+    let service = stage.run("run.log");
+    stage.send(0.0, 12.0);
+    std::thread::sleep(Duration::from_secs(1));
+    let (code, log) = service.stop();
+    assert_eq!(code, Some(0), "{log}");
+    assert!(!log.contains("runs past"), "{log}");
+
+    let directory = stage.scratch.path("recordings");
+    let input = only(&directory, "input-", ".pcap");
+    let (recorded, whole) = read(&input);
+    assert!(whole && recorded.iter().any(|datagram| datagram.payload[0] == 48));
+    let output = only(&directory, "output-", ".pcap");
+    assert!(datagrams(&output).len() > 10);
+    assert!(fs::read(&output).unwrap() == replayed(&input));
+}
+
 #[test]
 fn a_kill_leaves_readable_files_which_the_next_start_completes() {
     let stage = Stage::new(SCENARIO, 21_100, |_, _| {});

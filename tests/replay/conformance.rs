@@ -281,10 +281,11 @@ impl Said {
 fn uav(radar: &Sensor, record: &cat048::Record) -> Option<f64> {
     let SensorKind::Radar(radar) = &radar.kind else { panic!("the first sensor is the radar") };
     match radar.classification {
-        Classification::SpecialPurpose { octet } => {
+        Classification::SpecialPurpose(stated) => {
             let field = record.special_purpose.as_ref()?.contents();
-            field.get(octet).map(|&octet| f64::from(octet) / 255.0)
+            field.get(stated.octet).map(|&octet| f64::from(octet) / 255.0)
         }
+        Classification::SpecialPurposeCategory(_) => panic!("no radar of the flights states a category"),
         Classification::TargetClassification => {
             let codes = record.warnings.iter().flat_map(cat048::Warnings::codes);
             let none_but_uav = codes.into_iter().all(|code| ![5, 6, 7, 19, 20, 23].contains(&code));

@@ -366,3 +366,52 @@ fn several_records_in_a_cat129_block_are_read_and_noted() {
     assert!(ran.text().contains("noted      1 CAT129 blocks with more than one record"), "{}", ran.text());
     assert!(ran.text().contains("squitter (transponder): 3 reports"), "{}", ran.text());
 }
+
+/// Twenty seconds of a radar that states a code of the target and a probability in per cent in I048/SP (`04 01 14 46`: code 20,
+/// 70 %). Items: 010, 140, 020, 040, 161, 200, 110, SP.
+fn classified() -> Vec<u8> {
+    let plot = |count: u32| {
+        let (time, range) =
+            ((0x3e_8000 + 32 * count).to_be_bytes(), (0x0114 + count as u16 / 4).to_be_bytes());
+        let mut block = vec![48, 0, 29, 0xf1, 0x15, 0x09, 0x04, 25, 200];
+        block.extend(&time[1..]);
+        block.push(0x40);
+        block.extend(range);
+        block.extend([0x20, 0, 0, 7, 0, 0x6a, 0x20, 0, 0, 0x14, 4, 1, 0x14, 0x46]);
+        block
+    };
+    (0..80).flat_map(plot).collect()
+}
+
+#[test]
+fn drone_is_shown_where_classification_reads_its_probability() {
+    let scratch = Scratch::new();
+    let radar = scratch.file("radar.ast", classified());
+    let shown = |classification: &str| {
+        let site = format!(
+            "[site]\nname = \"sp\"\nsac = 25\nsic = 1\n[[sensors]]\nkind = \"radar\"\nid = \"north\"\nsac = 25\nsic = 200\n\
+             latitude_deg = 52.5\nlongitude_deg = -0.58\nheight_amsl_m = 100.0\nclassification = {classification}\n\
+             accuracy = {{ range_m = 5.0, azimuth_deg = 0.3, height_m = 10.0 }}\n"
+        );
+        let (site, out) = (scratch.file("site.toml", site), scratch.path("out.csv"));
+        let mut command = utm_fusion("replay");
+        let ran = ran(command.arg(&radar).arg("--config").arg(site).arg("-o").arg(&out));
+        assert_eq!(ran.code, 0, "{}", ran.stderr);
+        // Behind the names of the columns.
+        fs::read_to_string(&out).unwrap().lines().count() > 1
+    };
+    let cases = [
+        ("{ source = \"special-purpose\", octet = 2 }", false),
+        ("{ source = \"special-purpose\", octet = 2, scale = 0.01 }", true),
+        ("{ source = \"special-purpose\", octet = 2, scale = -0.01, offset = 1.0 }", false),
+        ("{ source = \"special-purpose-category\", octet = 1, drones = [20] }", true),
+        (
+            "{ source = \"special-purpose-category\", octet = 1, drones = [20], probability_octet = 2, scale = 0.01 }",
+            true,
+        ),
+        ("{ source = \"special-purpose-category\", octet = 1, drones = [19, 21] }", false),
+    ];
+    for (classification, expected) in cases {
+        assert_eq!(shown(classification), expected, "{classification}");
+    }
+}

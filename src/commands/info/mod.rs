@@ -10,7 +10,7 @@ use serde::{Serialize, Serializer};
 use tracing::{error, warn};
 
 use super::{CommandResult, Outcome, progress};
-use crate::capture::{Capture, Format, ReadError, Skipped, Trailer};
+use crate::capture::{Capture, Format, OpenError, ReadError, Receivers, Skipped, Stamps, Trailer};
 use crate::decode::lost_frames;
 use crate::survey::{Survey, SurveyReport};
 
@@ -19,15 +19,21 @@ use crate::survey::{Survey, SurveyReport};
 /// For each input: streams (who sends where), sources (SAC/SIC), how steadily and how late they report, which items they
 /// send, categories, errors, and the sensors that a configuration for it would have. Gaps are silences of a source longer
 /// than five times its usual interval and than a second; a delay is from the time of day in a record to its reception.
-/// Medians are good to 3 %. The exit code is 4 where octets of a raw file or a FINAL recording could not be read.
+/// Medians are good to 3 %. The exit code is 4 where octets of a raw file or of a FINAL, ORADIS or GPS recording
+/// could not be read.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Args {
-    /// Capture files (raw ASTERIX, pcap, pcapng, FINAL, Beast; also gzip-compressed), or - for standard input; each by itself
+    /// Capture files (raw ASTERIX, pcap, pcapng, FINAL, ORADIS, Beast, AVR, MAVLink log; also gzip-compressed), or - for standard
+    /// input; each by itself
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// Prints one JSON object per input, a line each
     #[arg(long)]
     pub json: bool,
+    /// Kind of the stamps in Beast and AVR files: a counter of 12 MHz, or seconds of the UTC day and nanoseconds (Radarcape);
+    /// auto: found out from the first frames
+    #[arg(long, value_enum, value_name = "KIND", default_value = "auto")]
+    pub stamps: Stamps,
     /// Writes a configuration with the sensors that were seen into this file; it says which values are to be filled in
     #[arg(long, value_name = "FILE")]
     pub config_out: Option<PathBuf>,
@@ -81,7 +87,11 @@ fn by_reason<S: Serializer>(skipped: &Skipped, serializer: S) -> Result<S::Ok, S
 /// and the next input is read.
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     args.config_out.as_deref().map_or(Ok(()), site::check)?;
-    let captures = args.inputs.iter().map(|path| Capture::open(path)).collect::<Result<Vec<_>, _>>()?;
+    let captures = args
+        .inputs
+        .iter()
+        .map(|path| Ok(Capture::open(path)?.with_receivers(&Receivers::default().with_stamps(args.stamps))))
+        .collect::<Result<Vec<_>, OpenError>>()?;
     let mut out = BufWriter::new(out);
     let mut outcome = Outcome::Done;
     let mut sensors = Vec::new();

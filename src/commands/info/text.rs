@@ -26,6 +26,7 @@ pub(super) fn text(info: &Info) -> Result<String, fmt::Error> {
     items(&mut text, report)?;
     categories(&mut text, report)?;
     editions(&mut text, report)?;
+    misread(&mut text, report)?;
     remote_id(&mut text, report)?;
     errors(&mut text, info)?;
     sensors(&mut text, &report.sensors)?;
@@ -38,20 +39,21 @@ fn head(text: &mut String, info: &Info) -> fmt::Result {
     writeln!(text, "format     {}, {} octets", info.format, grouped(info.size))?;
     let octets = grouped(report.octets);
     match info.format {
-        Format::Raw => {
+        Format::Raw | Format::Gps => {
             writeln!(text, "content    {} with {octets} octets", counted(report.datagrams, "block"))?;
         }
-        Format::Beast => {
+        Format::Beast | Format::Avr | Format::Tlog => {
+            let records = info.format.translation().unwrap_or_default();
             let frames = report.datagrams + info.skipped.total();
             write!(text, "content    {}, ", counted(frames, "frame"))?;
             writeln!(
                 text,
-                "{} of them with {octets} octets of CAT021; skipped {}",
+                "{} of them with {octets} octets of {records}; skipped {}",
                 grouped(report.datagrams),
                 info.skipped
             )?;
         }
-        Format::Final => {
+        Format::Oradis | Format::Final => {
             writeln!(
                 text,
                 "content    {} with {octets} octets",
@@ -243,6 +245,29 @@ fn editions(text: &mut String, report: &SurveyReport) -> fmt::Result {
         table.row([source, edition, blocks, unreadable, otherwise]);
     }
     if table.is_empty() { Ok(()) } else { section(text, &table) }
+}
+
+/// The sources that follow another edition than the usual one, or none that is known.
+fn misread(text: &mut String, report: &SurveyReport) -> fmt::Result {
+    let blank = if report.misread.is_empty() { "" } else { "\n" };
+    write!(text, "{blank}")?;
+    for of in report.misread.iter().take(SHOWN) {
+        let source = of.sac.zip(of.sic).map_or(String::new(), |(sac, sic)| format!(" of {sac}/{sic}"));
+        let (category, blocks) = (of.category, counted(of.blocks, "block"));
+        write!(text, "CAT{category:03}{source}: {} of {blocks} misread; ", grouped(of.misread))?;
+        match (of.read_in.as_slice(), of.known.first().zip(of.known.last())) {
+            ([], Some((first, last))) => writeln!(
+                text,
+                "no edition from {first} to {last} fits: perhaps one before {first}, or another format"
+            )?,
+            ([], None) => writeln!(text, "no edition is known")?,
+            ([only], _) => writeln!(text, "edition {only} fits: decode --edition {category}:{only}")?,
+            ([first, .., last], _) => {
+                writeln!(text, "editions {first} to {last} fit: decode --edition {category}:{last}")?;
+            }
+        }
+    }
+    more(text, report.misread.len(), "source")
 }
 
 fn errors(text: &mut String, info: &Info) -> fmt::Result {

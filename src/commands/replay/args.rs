@@ -6,11 +6,10 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use asterix::DataSource;
 use jiff::civil::Date;
 use tracing::warn;
 
-use crate::capture::{Capture, OpenError, TrailerRules};
+use crate::capture::{Capture, OpenError, Receivers, Stamps, TrailerRules};
 use crate::commands::Usage;
 use crate::commands::address::listen_address;
 use crate::commands::moment::{Moment, Speed, day};
@@ -27,7 +26,8 @@ const UNDATED: Date = Date::constant(1970, 1, 1);
 /// The same input gives the same bytes, at any speed. Without -o a summary is printed.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// Captures: raw ASTERIX, pcap, pcapng or FINAL, gzip-compressed or not, recognised by content; `-` is standard input.
+    /// Captures: raw ASTERIX, pcap, pcapng, FINAL, ORADIS, Beast, AVR or a MAVLink log, gzip-compressed or not, recognised by
+    /// content; `-` is standard input.
     /// Several are merged by reception time.
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
@@ -57,10 +57,15 @@ pub struct Args {
     /// No output from this time of the flight on.
     #[arg(long, value_name = "T")]
     pub end: Option<Moment>,
-    /// UTC day of the first record of each file that does not say its day (raw ASTERIX, FINAL).
+    /// UTC day of the first record of each file that does not say its day (raw ASTERIX, FINAL, ORADIS; Beast and AVR
+    /// without a time in the name).
     /// Without it their times are dated from 1970-01-01 on, and a warning says so.
     #[arg(long, value_name = "YYYY-MM-DD", value_parser = day)]
     pub date: Option<Date>,
+    /// Kind of the stamps in Beast and AVR files: a counter of 12 MHz, or seconds of the UTC day and nanoseconds (Radarcape).
+    /// `auto`: found out from the first frames.
+    #[arg(long, value_enum, value_name = "KIND", default_value = "auto")]
+    pub stamps: Stamps,
     /// Begins with the transponder numbers and the radars' registration that the service has kept in this directory (`[state]
     /// dir`), or that stand beside a recording: `input-<start>`, for its `.numbers.json` and `.registration.json`; then what was
     /// decided by hand (`.decisions.jsonl`, of each input) is decided again. It is only read.
@@ -123,10 +128,16 @@ impl Args {
         Ok(saved)
     }
 
-    /// The inputs; `adsb` has SAC and SIC of the records that frames of a 1090 MHz receiver become.
-    pub(super) fn open(&self, trailers: &TrailerRules, adsb: DataSource) -> Result<Vec<Capture>, OpenError> {
-        let open =
-            |path: &PathBuf| Ok(Capture::open(path)?.with_trailers(trailers.clone()).with_adsb_source(adsb));
+    /// The inputs, with the trailers and the receivers of the site.
+    pub(super) fn open(
+        &self,
+        trailers: &TrailerRules,
+        receivers: &Receivers,
+    ) -> Result<Vec<Capture>, OpenError> {
+        let receivers = receivers.clone().with_stamps(self.stamps);
+        let open = |path: &PathBuf| {
+            Ok(Capture::open(path)?.with_trailers(trailers.clone()).with_receivers(&receivers))
+        };
         self.inputs.iter().map(open).collect()
     }
 

@@ -8,7 +8,7 @@ use super::args::Args;
 use crate::api;
 use crate::app::{Served, Signals, listen_locally, runtime};
 use crate::areas::{Areas, Masks};
-use crate::capture::TrailerRules;
+use crate::capture::{Receivers, TrailerRules};
 use crate::commands::{CommandResult, Outcome, needs_tokens};
 use crate::config::Config;
 use crate::integrity::Lookout;
@@ -23,8 +23,8 @@ use fusion::time::Time;
 /// An input cannot be opened, or the address is taken.
 pub fn serve(args: &Args, config: Arc<Config>, masks: Masks, speed: f64) -> CommandResult {
     let (named, again) = (args.clone(), args.again);
-    let (trailers, adsb) = (TrailerRules::of(&config), config.adsb_source());
-    let open: OpenCaptures = Arc::new(move || named.open(&trailers, adsb));
+    let (trailers, receivers) = (TrailerRules::of(&config), Receivers::of(&config));
+    let open: OpenCaptures = Arc::new(move || named.open(&trailers, &receivers));
     let date = args.day_of(&open()?); // a wrong path is an error at once
     let plan = args.saved_state()?.correlations.plan(&config);
     runtime(2)?.block_on(async {

@@ -71,7 +71,7 @@ fn the_base_is_valid_and_its_defaults_are_those_of_the_reference() {
     let (sensor, radar) = config.radars().next().unwrap();
     assert_eq!((sensor.id.as_str(), sensor.period_s), ("north", None));
     assert_eq!(radar.assumed_height_amsl_m, 105.0);
-    assert_eq!(radar.classification, Classification::SpecialPurpose { octet: 0 });
+    assert_eq!(radar.classification, Classification::of_octet(0));
     assert_eq!(config.output.asterix[0].ttl, 1);
     assert_eq!((config.output.status, config.output.flush_on_stop), (true, true));
     assert_eq!(config.output.max_accuracy_m, 100.0);

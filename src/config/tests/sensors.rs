@@ -72,6 +72,30 @@ fn site_and_sensors() {
         ),
         (
             radar,
+            &with("classification = { source = \"special-purpose\", scale = 2.0 }"),
+            "14: sensors[0].classification.scale = 2",
+            "between -1 and 1",
+        ),
+        (
+            radar,
+            &with("classification = { source = \"special-purpose-category\", octet = 1 }"),
+            "14: sensors[0].classification.drones",
+            "missing",
+        ),
+        (
+            radar,
+            &with("classification = { source = \"special-purpose-category\", drones = [] }"),
+            "14: sensors[0].classification.drones",
+            "no target would be a drone",
+        ),
+        (
+            radar,
+            &with("classification = { source = \"special-purpose-category\", drones = [20], scale = 0.01 }"),
+            "14: sensors[0].classification.scale",
+            "unknown",
+        ),
+        (
+            radar,
             &with("classification = { source = \"constant\", value = 1.1 }"),
             "14: sensors[0].classification.value = 1.1",
             "between 0 and 1",

@@ -3,7 +3,8 @@
 /// How a receiver hands on what it hears.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Framing {
-    /// An octet 1a, the kind, a stamp of 6 octets, the level, the message; 1a doubled within. Usually port 30005.
+    /// An octet 1a, the kind, a stamp of 6 octets, the level, the message; 1a doubled within. Usually port 30005. Kinds that
+    /// identify a receiver have neither stamp nor level.
     Beast,
     /// `*`, the message in hexadecimal, `;`; or `@` and a stamp of 12 digits before it. Usually port 30002.
     Avr,
@@ -18,14 +19,18 @@ pub enum Message {
     Short([u8; 7]),
     /// A long one.
     Long([u8; 14]),
-    /// The receiver about itself.
-    Receiver,
+    /// The receiver's settings and state (kind `4`).
+    Status([u8; 14]),
+    /// The receiver's position (kind `5`).
+    ReceiverPlace,
+    /// The identity of the receiver that the next frame, or the whole stream, comes from (kinds e3 and e4 of readsb).
+    ReceiverId,
 }
 
 /// A frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// The receiver's counter at its end, of 12 MHz, where there is one.
+    /// The receiver's stamp at its end, where there is one: a counter of 12 MHz, or seconds of the day and nanoseconds.
     pub stamp: Option<u64>,
     /// What it carries.
     pub message: Message,
@@ -48,8 +53,13 @@ pub const STAMP_HZ: i64 = 12_000_000;
 const ESCAPE: u8 = 0x1a;
 /// Octets of the stamp and the level.
 const HEADER: usize = 7;
-/// Octets of the longest frame behind its kind.
+/// Octets of the longest frame with a message, behind its kind.
 const LONGEST: usize = HEADER + 14;
+/// Octets of the longest frame behind its kind, escapes undone.
+pub(crate) const BODY_MOST: usize = UUID;
+/// Octets of a receiver's identity as a number, and as the text of a UUID.
+const ID: usize = 8;
+const UUID: usize = 36;
 /// Characters of the longest line between its marks: stamp, level, message.
 const LINE: usize = 12 + 2 + 28;
 /// A stamp that says that there is none: `MLAT` behind ff 00.
@@ -131,10 +141,12 @@ impl Deframer {
 
     /// The octet behind an escape that stands for itself.
     fn begin(&mut self, kind: u8) -> Option<Piece> {
-        let message = match kind {
-            b'1' => 2,
-            b'2' => 7,
-            b'3' | b'4' => 14,
+        let end = match kind {
+            b'1' => HEADER + 2,
+            b'2' => HEADER + 7,
+            b'3' | b'4' | b'5' => LONGEST,
+            0xe3 => ID,
+            0xe4 => UUID,
             // Of two escapes the second may begin a frame.
             ESCAPE => {
                 self.outside += 1;
@@ -147,7 +159,7 @@ impl Deframer {
             }
         };
         self.length = 0;
-        self.state = State::Inside { kind, end: HEADER + message };
+        self.state = State::Inside { kind, end };
         None
     }
 
@@ -163,9 +175,12 @@ impl Deframer {
             (b'1', _) => Message::ModeAc,
             (b'2', octets) => Message::Short(*octets.first_chunk()?),
             (b'3', octets) => Message::Long(*octets.first_chunk()?),
-            _ => Message::Receiver,
+            (b'4', octets) => Message::Status(*octets.first_chunk()?),
+            (b'5', _) => Message::ReceiverPlace,
+            _ => Message::ReceiverId,
         };
-        let stamp = (stamp != 0 && stamp != NO_STAMP).then_some(stamp);
+        let has_stamp = !matches!(message, Message::ReceiverPlace | Message::ReceiverId);
+        let stamp = (has_stamp && stamp != 0 && stamp != NO_STAMP).then_some(stamp);
         Some(Piece::Frame(Frame { stamp, message }))
     }
 
@@ -271,6 +286,17 @@ mod tests {
         let octets = written(Framing::Beast, 0x1a_0000_001a, &message);
         let frame = Frame { stamp: Some(0x1a_0000_001a), message: Message::Short(message) };
         assert_eq!(pieces(Framing::Beast, &octets), (vec![Piece::Frame(frame)], 0));
+    }
+
+    #[test]
+    fn receiver_frames_are_whole_and_have_no_stamp() {
+        let id = [&[ESCAPE, 0xe3, 1, 2, 3, ESCAPE, ESCAPE], &[4_u8; 4][..]].concat();
+        let uuid = [&[ESCAPE, 0xe4], &b"38366a5c-c54f-4256-bd0a-1557961f5ad0"[..]].concat();
+        let place = [&[ESCAPE, b'5'], &[7_u8; 21][..]].concat();
+        let (found, outside) = pieces(Framing::Beast, &[id, uuid, place].concat());
+        let piece = |message| Piece::Frame(Frame { stamp: None, message });
+        let expected = [Message::ReceiverId, Message::ReceiverId, Message::ReceiverPlace].map(piece);
+        assert_eq!((found, outside), (expected.to_vec(), 0));
     }
 
     #[test]

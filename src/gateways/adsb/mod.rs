@@ -26,8 +26,8 @@ use fusion::time::{SECOND, Time};
 
 use self::aircraft::{Aircraft, Unplaced};
 pub use self::cpr::Place;
-use self::frames::{Deframer, Piece};
-pub use self::frames::{Frame, Framing, Message, STAMP_HZ};
+pub(crate) use self::frames::BODY_MOST;
+pub use self::frames::{Deframer, Frame, Framing, Message, Piece, STAMP_HZ};
 use self::squitter::{NotAdsb, Says, Squitter};
 use super::Dropped;
 
@@ -47,8 +47,10 @@ pub enum Reason {
     Malformed,
     /// `mode_ac`: a reply in Mode A or C.
     ModeAc,
-    /// `receiver_status`: the receiver about itself.
+    /// `receiver_status`: the receiver's own state or position.
     Receiver,
+    /// `receiver_id`: the identity of the receiver.
+    ReceiverId,
     /// `mode_s_reply`: an answer to an interrogator, or what else is no squitter of an aircraft.
     ModeS,
     /// `copy`: stamp and octets of a frame shortly before.
@@ -78,11 +80,12 @@ pub enum Step {
     Dropped(Reason),
 }
 
-pub(super) const REASONS: [&str; 12] = [
+pub(super) const REASONS: [&str; 13] = [
     "cut",
     "malformed",
     "mode_ac",
     "receiver_status",
+    "receiver_id",
     "mode_s_reply",
     "copy",
     "damaged",
@@ -105,7 +108,7 @@ pub struct Counts {
     /// Squitters whose contents go with the aircraft's next positions.
     pub noted: u64,
     /// Frames dropped, by [`Reason`].
-    pub dropped: Dropped<12>,
+    pub dropped: Dropped<13>,
     /// Aircraft forgotten to make room.
     pub displaced: u64,
 }
@@ -202,7 +205,8 @@ impl Translator {
         }
         let message = match &frame.message {
             Message::ModeAc => return Err(Reason::ModeAc),
-            Message::Receiver => return Err(Reason::Receiver),
+            Message::Status(_) | Message::ReceiverPlace => return Err(Reason::Receiver),
+            Message::ReceiverId => return Err(Reason::ReceiverId),
             Message::Short(_) => return Err(Reason::ModeS),
             Message::Long(message) => message,
         };
