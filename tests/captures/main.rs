@@ -3,6 +3,7 @@
 mod beasts;
 mod corpus;
 mod damage;
+mod field_cases;
 mod finals;
 mod fragments;
 mod packed;
@@ -11,6 +12,7 @@ mod pcapngs;
 mod pcaps;
 mod raws;
 mod recordings;
+mod tunnels;
 mod writer;
 
 use std::io::{self, Read};
