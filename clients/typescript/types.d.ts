@@ -521,6 +521,9 @@ export type Geometry = {
   type: "LineString";
   coordinates: Array<Position>;
 } | {
+  type: "MultiLineString";
+  coordinates: Array<Array<Position>>;
+} | {
   type: "Polygon";
   coordinates: Array<Array<Position>>;
 } | {

@@ -52,9 +52,10 @@ pub fn remote_id(data: &[u8]) {
         taken += 1;
     });
     assert_eq!((counts.taken, counts.lines), (taken, taken + counts.refused.total()));
-    for link in [Link::Radiotap, Link::Ieee80211, Link::NordicBle] {
-        if let Ok(line) = lines::heard(link, data, Some(Time::from_nanos(START))) {
-            let read = lines::Line::parse(&line).expect("a line of our own");
+    for link in Link::ALL {
+        let heard = lines::heard(link, data, Some(Time::from_nanos(START))).unwrap_or_default();
+        for line in lines::lines(&heard) {
+            let read = lines::Line::parse(line).expect("a line of our own");
             assert_eq!(read.time, Some(Time::from_nanos(START)));
         }
     }

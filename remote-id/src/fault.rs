@@ -17,14 +17,14 @@ pub enum Fault {
         /// Octets of a message, as the pack says.
         length: u8,
     },
-    /// A pack of none, or of more than nine.
-    #[error("the pack says that it has {count} messages; a pack has 1 to 9")]
+    /// A pack of none, or of more than ten.
+    #[error("the pack says that it has {count} messages; a pack has 1 to 10")]
     PackCount {
         /// As the pack says.
         count: u8,
     },
     /// The pack ends before its last message.
-    #[error("the pack says that it has {count} messages, and ends in the {ends_in}th")]
+    #[error("the pack says that it has {count} messages, and ends in message {ends_in}")]
     PackCut {
         /// As the pack says.
         count: u8,

@@ -1,5 +1,5 @@
 //! Direct Remote ID as drones broadcast it: messages of 25 octets (ASTM F3411-22a section 5.4, ASD-STAN EN 4709-002, Open
-//! Drone ID), packs of them, and the Wi-Fi and Bluetooth frames that carry them.
+//! Drone ID), packs of them, and the Wi-Fi and Bluetooth frames that carry them. French beacons ([`French`]) are made into packs.
 //!
 //! Messages are also made: [`BasicId::new`], [`Location::new`], [`System::new`], and [`pack`] of several.
 //!
@@ -22,13 +22,15 @@ mod basic_id;
 mod count;
 mod fault;
 mod frame;
+mod french;
 mod location;
 mod message;
 mod system;
 
 pub use basic_id::{BasicId, IdType, UaType};
 pub use fault::{Fault, NotHeard};
-pub use frame::{Advertisement, Link, Transport, advertisement};
+pub use frame::{Advertisement, Link, Transport, advertisements};
+pub use french::French;
 pub use location::{HeightAbove, Location, LocationContent, Status};
-pub use message::{LENGTH, Message, Messages, OperatorId, SelfId, messages, pack};
+pub use message::{LENGTH, Message, Messages, OperatorId, PACK_MOST, SelfId, messages, pack};
 pub use system::{System, SystemContent};

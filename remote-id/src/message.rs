@@ -4,8 +4,9 @@ use super::{BasicId, Fault, Location, System};
 
 /// Octets of a message.
 pub const LENGTH: usize = 25;
-/// Most messages of a pack.
-const PACK_MOST: u8 = 9;
+/// Most messages of a pack that is read (F3411-19: 10, F3411-22: 9), and of one that is made.
+pub const PACK_MOST: u8 = 10;
+const PACK_MADE: u8 = 9;
 /// Versions that have been published: F3411-19 (0), F3411-22 (1, 2).
 const VERSIONS: u8 = 3;
 
@@ -96,6 +97,8 @@ pub(crate) fn trimmed(octets: &[u8]) -> &[u8] {
 
 /// The type of a pack.
 const PACK: u8 = 0xf;
+/// Octets in front of the messages of a pack.
+const PACK_HEADER: usize = 3;
 
 /// The messages of what stands behind the counter of an advertisement: a message, or a pack. A fault of a message leaves those
 /// behind it as they are; a fault of the pack is the last item.
@@ -121,9 +124,22 @@ pub fn messages(octets: &[u8]) -> Messages<'_> {
     }
 }
 
+/// Whether octets begin as a pack of messages does.
+pub(crate) fn is_pack_header(octets: &[u8]) -> bool {
+    let [first, length, count, ..] = *octets else { return false };
+    first >> 4 == PACK && usize::from(length) == LENGTH && (1..=PACK_MOST).contains(&count)
+}
+
+/// How many octets of a pack are missing; `None`: it is whole, or no pack.
+pub(crate) fn missing(octets: &[u8]) -> Option<usize> {
+    let whole = PACK_HEADER + LENGTH * usize::from(*octets.get(2)?);
+    let missing = whole.checked_sub(octets.len()).filter(|missing| *missing > 0);
+    missing.filter(|_| is_pack_header(octets))
+}
+
 /// A pack of these messages; `None` for none and for more than nine.
 pub fn pack(messages: &[Message]) -> Option<Vec<u8>> {
-    let count = u8::try_from(messages.len()).ok().filter(|count| (1..=PACK_MOST).contains(count))?;
+    let count = u8::try_from(messages.len()).ok().filter(|count| (1..=PACK_MADE).contains(count))?;
     let mut octets = vec![PACK << 4 | 2, LENGTH as u8, count];
     messages.iter().for_each(|message| octets.extend(message.octets()));
     Some(octets)

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 use pcap_parser::{LegacyPcapSlice, PcapBlockOwned, PcapNGSlice};
 use remote_id::{
-    Fault, HeightAbove, Link, Location, Message, NotHeard, Status, Transport, advertisement, messages,
+    Fault, HeightAbove, Link, Location, Message, NotHeard, Status, Transport, advertisements, messages,
 };
 use serde_json::{Value, json};
 
@@ -119,8 +119,9 @@ fn every_message_is_read_as_the_reference_decoder_reads_it() {
         let lines = lines(&folder.join(format!("{name}.ndjson.gz")));
         let (mut lines, mut said, mut same, mut damaged) = (lines.iter(), 0, 0, 0);
         for frame in &frames {
-            let said_by = match advertisement(link, frame) {
-                Ok(advertisement) => advertisement,
+            let said_by = match advertisements(link, frame).as_deref() {
+                Ok([advertisement]) => advertisement.clone(),
+                Ok(several) => panic!("{name}: {several:?}"),
                 Err(NotHeard::Damaged) => {
                     damaged += 1;
                     continue;
@@ -140,12 +141,13 @@ fn every_message_is_read_as_the_reference_decoder_reads_it() {
             assert_eq!(line["transmitter"], transmitter.join(":"));
             let transport = match said_by.transport {
                 Transport::WifiBeacon => "wifi-beacon",
+                Transport::WifiFrench => "wifi-french",
                 Transport::WifiNan => "wifi-nan",
                 Transport::Bluetooth => "ble",
             };
             assert_eq!(line["transport"], transport);
             let theirs = line["decoded"].as_array().unwrap();
-            let ours: Vec<_> = messages(said_by.octets).collect();
+            let ours: Vec<_> = messages(&said_by.octets).collect();
             if theirs.is_empty() {
                 assert!(matches!(ours[..], [Err(Fault::PackCount { count: 0 })]), "{ours:?}");
                 continue;
@@ -167,8 +169,8 @@ fn every_message_is_read_as_the_reference_decoder_reads_it() {
 fn heights_of_the_emulator_are_above_its_take_off() {
     let Some(folder) = folder() else { return };
     let frames = frames(&folder.join("test-transmitter-wifi-beacon.pcap"));
-    let said = advertisement(Link::Radiotap, &frames[0]).unwrap();
-    let location = messages(said.octets).find_map(|message| match message {
+    let said = advertisements(Link::Radiotap, &frames[0]).unwrap();
+    let location = messages(&said[0].octets).find_map(|message| match message {
         Ok(Message::Location(location)) => Some(location),
         _ => None,
     });

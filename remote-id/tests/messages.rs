@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use remote_id::{
     BasicId, Fault, HeightAbove, IdType, LENGTH, Link, Location, Message, NotHeard, Status, UaType,
-    advertisement, messages,
+    advertisements, messages,
 };
 
 /// 52.1 N, 0.25 W, course 270, 70.5 m/s, climbing 2.5 m/s, 120 m geodetic, 60 m above ground, at 30 min 12.3 s.
@@ -88,7 +88,7 @@ fn a_pack_yields_what_is_sound_and_says_what_is_not() {
     assert_eq!(cut, [sound, Err(Fault::PackCut { count: 4, ends_in: 2 })]);
     for (octets, fault) in [
         (pack(0, &[]), Fault::PackCount { count: 0 }),
-        (pack(10, &[LOCATION]), Fault::PackCount { count: 10 }),
+        (pack(11, &[LOCATION]), Fault::PackCount { count: 11 }),
         (vec![0xf0, 24, 1], Fault::PackLength { length: 24 }),
         (vec![0xf9, 25, 1], Fault::Version { version: 9 }),
         (vec![], Fault::Short { there: 0 }),
@@ -117,35 +117,36 @@ fn beacon(radiotap: &[u8], element: &[u8]) -> Vec<u8> {
 fn a_frame_that_the_radio_garbled_is_no_frame() {
     let element = [&[221, 5 + 25, 0xfa, 0x0b, 0xbc, 0x0d, 77][..], &LOCATION].concat();
     let plain = beacon(&[], &element);
-    let said = advertisement(Link::Ieee80211, &plain).unwrap();
-    assert_eq!((said.transmitter, said.counter, said.octets), ([1, 2, 3, 4, 5, 6], 77, &LOCATION[..]));
+    let said = advertisements(Link::Ieee80211, &plain).unwrap();
+    assert_eq!((said[0].transmitter, said[0].counter), ([1, 2, 3, 4, 5, 6], 77));
+    assert_eq!(said[0].octets, LOCATION.as_slice());
     // Flags alone; a time stamp, aligned to eight, in front of them.
     for (flags_at, header) in
         [(8, vec![0, 0, 9, 0, 2, 0, 0, 0, 0]), (16, [&[0, 0, 17, 0, 3, 0, 0, 0][..], &[0; 9]].concat())]
     {
         let mut header: Vec<u8> = header;
         let framed = beacon(&header, &element);
-        assert_eq!(advertisement(Link::Radiotap, &framed), Ok(said));
+        assert_eq!(advertisements(Link::Radiotap, &framed), Ok(said.clone()));
         header[flags_at] = 0x40;
         let garbled = beacon(&header, &element);
-        assert_eq!(advertisement(Link::Radiotap, &garbled), Err(NotHeard::Damaged));
+        assert_eq!(advertisements(Link::Radiotap, &garbled), Err(NotHeard::Damaged));
         header[flags_at] = 0x10;
         let mut checked = beacon(&header, &element);
         checked.extend([0xde, 0xad, 0xbe, 0xef]);
-        assert_eq!(advertisement(Link::Radiotap, &checked), Ok(said));
+        assert_eq!(advertisements(Link::Radiotap, &checked), Ok(said.clone()));
     }
-    assert_eq!(advertisement(Link::Ieee80211, &plain[..plain.len() - 1]), Err(NotHeard::Cut));
-    assert_eq!(advertisement(Link::Ieee80211, &beacon(&[], &[])), Err(NotHeard::Other));
+    assert_eq!(advertisements(Link::Ieee80211, &plain[..plain.len() - 1]), Err(NotHeard::Cut));
+    assert_eq!(advertisements(Link::Ieee80211, &beacon(&[], &[])), Err(NotHeard::Other));
 }
 
 proptest! {
     /// Nothing that comes in stops it, and a pack never gives more than it may.
     #[test]
     fn any_octets(octets in prop::collection::vec(any::<u8>(), 0..300)) {
-        for link in [Link::Radiotap, Link::Ieee80211, Link::NordicBle] {
-            let _ = advertisement(link, &octets);
+        for link in Link::ALL {
+            let _ = advertisements(link, &octets);
         }
-        prop_assert!(messages(&octets).count() <= 9);
+        prop_assert!(messages(&octets).count() <= 10);
     }
 
     /// Every cut of a pack gives the messages in front of it.

@@ -23,6 +23,7 @@ impl Position {
 pub enum Geometry {
     Point(Position),
     LineString(Vec<Position>),
+    MultiLineString(Vec<Vec<Position>>),
     Polygon(Vec<Vec<Position>>),
     MultiPolygon(Vec<Vec<Vec<Position>>>),
 }

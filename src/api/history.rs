@@ -7,6 +7,7 @@ use jiff::SignedDuration;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::antimeridian;
 use super::ask::{Answer, Ask, GEO_JSON, json, live};
 use super::geometry::{CollectionType, Feature, Geometry, Point, Position};
 use super::problem::Problem;
@@ -141,7 +142,7 @@ fn position(track: &SavedTrack, undulation_m: f64) -> (f64, f64, Option<f64>) {
     (rounded(track.longitude_deg, 7), rounded(track.latitude_deg, 7), height_m)
 }
 
-/// Where a track was: a line, or a point where there is only one place.
+/// Where a track was: a line, or a point where there is only one place; several lines where it crossed the antimeridian.
 pub type Trail<'a> = Feature<'a, Geometry, TrailProperties<'a>>;
 
 #[derive(Serialize, JsonSchema)]
@@ -162,16 +163,20 @@ fn geojson<'a>(id: &'a str, places: &[(Time, SavedTrack)], undulation_m: f64) ->
         let (lng, lat, height_m) = position(place, undulation_m);
         Position::new(lng, lat, height_m.filter(|_| all_high))
     };
-    let mut positions: Vec<Position> = places.iter().map(position).collect();
-    let geometry = match positions.len() {
-        1 => Geometry::Point(positions.remove(0)),
-        _ => Geometry::LineString(positions),
+    let parts = antimeridian::cut(places);
+    let mut lines: Vec<Vec<Position>> =
+        parts.iter().map(|part| part.iter().map(position).collect()).collect();
+    let geometry = match (lines.len(), lines[0].len()) {
+        (1, 1) => Geometry::Point(lines.remove(0).remove(0)),
+        (1, _) => Geometry::LineString(lines.remove(0)),
+        _ => Geometry::MultiLineString(lines),
     };
+    let places = || parts.iter().flatten();
     let properties = TrailProperties {
         id,
-        times: places.iter().map(|&(time, _)| time.into()).collect(),
-        sources: places.iter().map(|(_, place)| place.source).collect(),
-        alt_msl: places.iter().map(|(_, place)| alt_msl(place)).collect(),
+        times: places().map(|&(time, _)| time.into()).collect(),
+        sources: places().map(|(_, place)| place.source).collect(),
+        alt_msl: places().map(|(_, place)| alt_msl(place)).collect(),
     };
     Feature::new(id, geometry, properties)
 }

@@ -9,6 +9,7 @@
 //! OpenAPI document are made, the handlers, [`ApiState`], and what that holds.
 
 mod alerts;
+mod antimeridian;
 mod ask;
 mod asyncapi;
 mod auth;

@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::hours::instant;
 use super::member::Member;
 use super::zone::{Reading, Zone};
-use super::{ed269, ed318, geojson};
+use super::{crs, ed269, ed318, geojson};
 use fusion::time::Time;
 
 /// Most zones whose faults are named.
@@ -28,6 +28,7 @@ pub(super) fn read(text: &str, reading: &Reading<'_>) -> Result<Contents, String
     };
     let text = text.trim_start_matches('\u{feff}');
     let file: Value = serde_json::from_str(text).map_err(|cause| hint(format!("is no GeoJSON: {cause}")))?;
+    crs::check(&file)?;
     let contents = if let Some(zones) = ed269::zones(&file) {
         Contents { zones: each(zones, |zone| ed269::zone(zone, reading))?, valid_to: None }
     } else {
@@ -39,14 +40,16 @@ pub(super) fn read(text: &str, reading: &Reading<'_>) -> Result<Contents, String
             let valid_to = valid_to(&file, reading)?;
             Contents { zones: each(features, |feature| ed318::zone(feature, reading))?, valid_to }
         } else {
-            Contents { zones: geojson::zones(text, reading).map_err(hint)?, valid_to: None }
+            geojson::check(text).map_err(hint)?;
+            let zones = each(features, |feature| geojson::zones(feature, reading)).map_err(hint)?;
+            Contents { zones: zones.into_iter().flatten().collect(), valid_to: None }
         }
     };
     if contents.zones.is_empty() { Err(hint("holds no polygon".to_owned())) } else { Ok(contents) }
 }
 
 /// Each zone of a list, or what is wrong with the first of them.
-fn each(zones: &[Value], read: impl Fn(&Value) -> Result<Zone, String>) -> Result<Vec<Zone>, String> {
+fn each<T>(zones: &[Value], read: impl Fn(&Value) -> Result<T, String>) -> Result<Vec<T>, String> {
     let mut faults = Vec::new();
     let mut found = Vec::new();
     for (index, zone) in zones.iter().enumerate() {
@@ -73,6 +76,7 @@ fn identifier(zone: &Value) -> String {
         "/properties/UASZone/identifier",
         "/identifier",
         "/properties/name",
+        "/properties/title",
         "/name",
     ];
     let text = places.iter().find_map(|place| zone.pointer(place).and_then(Value::as_str));

@@ -1,50 +1,101 @@
 //! Polygons of GeoJSON, RFC 7946, of which nothing is known but a name.
 
-use ::geojson::{Feature, GeoJson};
-use geo::{Geometry, MultiPolygon};
+use ::geojson::GeoJson;
+use serde_json::Value;
 
+use super::member::{Member, is_blank};
 use super::schedule::Schedule;
 use super::shape::Shape;
 use super::zone::{Format, Reading, Volume, Zone};
 
-/// The polygons of a file, each as an area.
-pub(super) fn zones(text: &str, reading: &Reading<'_>) -> Result<Vec<Zone>, String> {
-    let json: GeoJson = text.parse().map_err(|cause| format!("is no GeoJSON: {cause}"))?;
-    let features = match json {
-        GeoJson::FeatureCollection(collection) => collection.features,
-        GeoJson::Feature(feature) => vec![feature],
-        GeoJson::Geometry(geometry) => vec![geometry.into()],
-    };
-    let mut zones = Vec::new();
-    for feature in features {
-        let name = feature.property("name").and_then(|name| name.as_str()).map(str::trim);
-        let name = name.filter(|name| !name.is_empty()).unwrap_or(&reading.stem).to_owned();
-        for polygon in polygons_of(feature)? {
-            zones.push(Zone {
-                name: name.clone(),
-                identifier: None,
-                kind: None,
-                conditions: None,
-                schedule: Schedule::default(),
-                format: Format::GeoJson,
-                volumes: vec![Volume { shape: Shape::new(polygon)?, band: reading.band }],
-            });
-        }
-    }
-    Ok(zones)
+/// Members by which publishers limit an area in height, in small letters and without what joins words.
+const LIMITS: [&str; 23] = [
+    "ceiling",
+    "ceilingft",
+    "ceilingm",
+    "floor",
+    "floorft",
+    "floorm",
+    "lower",
+    "lowerval",
+    "lowervalue",
+    "lowermeters",
+    "lowerlimit",
+    "loweraltitude",
+    "minalt",
+    "minaltitude",
+    "maxalt",
+    "maxaltitude",
+    "maxheight",
+    "upper",
+    "upperval",
+    "uppervalue",
+    "uppermeters",
+    "upperlimit",
+    "upperaltitude",
+];
+
+/// Refuses what is no GeoJSON.
+pub(super) fn check(text: &str) -> Result<(), String> {
+    text.parse::<GeoJson>().map(|_| ()).map_err(|cause| format!("is no GeoJSON: {cause}"))
 }
 
-/// Those of a feature; a collection of polygons is several, a feature without a geometry none.
-fn polygons_of(feature: Feature) -> Result<Vec<MultiPolygon>, String> {
-    let Some(geometry) = feature.geometry else { return Ok(Vec::new()) };
-    let geometry = Geometry::try_from(geometry).map_err(|cause| format!("is no GeoJSON: {cause}"))?;
-    let one = |geometry| match geometry {
-        Geometry::Polygon(polygon) => Ok(polygon.into()),
-        Geometry::MultiPolygon(polygons) => Ok(polygons),
-        _ => Err("holds something that is no polygon".to_owned()),
+/// The polygons of a feature or of a geometry, each as an area; a feature without a geometry has none.
+pub(super) fn zones(object: &Value, reading: &Reading<'_>) -> Result<Vec<Zone>, String> {
+    let object = Member::top(object);
+    let is_feature = object.value().get("type").is_some_and(|kind| kind == "Feature");
+    let (geometry, properties) =
+        if is_feature { (object.get("geometry"), object.get("properties")) } else { (Some(object), None) };
+    let Some(geometry) = geometry else { return Ok(Vec::new()) };
+    let mut shapes = Vec::new();
+    add_shapes(&geometry, &mut shapes)?;
+    // Heights that the configuration gives stand in for those of the file.
+    if !reading.band.is_limited() {
+        let limit = properties.iter().flat_map(Member::members).find(is_limit);
+        if let Some(limit) = limit {
+            return Err(limit.refused(
+                "plain GeoJSON has no heights; write floor_m or ceiling_m in this [[areas]], or remove the member from a \
+                 copy of the file",
+            ));
+        }
+    }
+    let name = properties.as_ref().and_then(|properties| properties.value().get("name"));
+    let name = name.and_then(Value::as_str).map(str::trim).filter(|name| !name.is_empty());
+    let zone = |shape| Zone {
+        name: name.unwrap_or(&reading.stem).to_owned(),
+        identifier: None,
+        kind: None,
+        conditions: None,
+        schedule: Schedule::default(),
+        format: Format::GeoJson,
+        volumes: vec![Volume { shape, band: reading.band }],
     };
-    match geometry {
-        Geometry::GeometryCollection(collection) => collection.into_iter().map(one).collect(),
-        geometry => Ok(vec![one(geometry)?]),
+    Ok(shapes.into_iter().map(zone).collect())
+}
+
+/// Whether a member limits an area in height.
+fn is_limit(member: &Member<'_>) -> bool {
+    let name: String = member.name().chars().filter(char::is_ascii_alphanumeric).collect();
+    LIMITS.contains(&name.to_ascii_lowercase().as_str())
+}
+
+/// Adds the polygons of a geometry; a collection of polygons is several.
+fn add_shapes(geometry: &Member<'_>, shapes: &mut Vec<Shape>) -> Result<(), String> {
+    let kind = geometry.need("type", "a geometry has a type")?;
+    match kind.text()? {
+        "Polygon" | "MultiPolygon" => {
+            let is_empty = geometry.value().get("coordinates").is_none_or(is_blank);
+            let shape =
+                if is_empty { Err("holds an empty polygon".to_owned()) } else { Shape::of(geometry.value()) };
+            shapes.push(shape?);
+            Ok(())
+        }
+        "GeometryCollection" => match geometry.get("geometries") {
+            Some(parts) => parts.entries().iter().try_for_each(|part| add_shapes(part, shapes)),
+            None => Ok(()),
+        },
+        _ => {
+            Err(kind.refused("it is no polygon: understood are Polygon, MultiPolygon and GeometryCollection"))
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 mod alerting;
 mod band;
+mod crs;
 mod ed269;
 mod ed318;
 mod entry;

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use geo::{
-    BoundingRect, Destination, Geodesic, Geometry, Intersects, LineString, MultiPolygon, Point, Polygon, Rect,
+    Area, BoundingRect, Destination, Geodesic, Geometry, Intersects, LineString, LinesIter, MultiPolygon,
+    Point, Polygon, Rect,
 };
 use serde_json::{Value, json};
 
@@ -14,6 +15,11 @@ const CORNERS: usize = 180;
 /// What a polygon is refused for that leaves the map.
 const BEYOND: &str = "holds a position beyond ±180 degrees of longitude or ±90 of latitude";
 
+/// Area, square degrees, below which a polygon is none: a hundredth of a square metre.
+const LEAST_AREA: f64 = 1e-12;
+/// Longest edge, degrees of longitude. Beyond that it is unknown which way round the Earth was meant.
+const LONGEST_EDGE_DEG: f64 = 180.0;
+
 /// Polygons that are one, with the box around them. Straight lines in longitude and latitude, degrees.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Shape {
@@ -22,12 +28,28 @@ pub(super) struct Shape {
 }
 
 impl Shape {
-    /// Refuses one that is empty or not on the Earth.
+    /// Refuses one that is empty, has no area, is not on the Earth, or whose edges may be meant the other way round it.
     pub(super) fn new(polygon: MultiPolygon) -> Result<Self, String> {
         let bounds = polygon.bounding_rect().ok_or("holds an empty polygon")?;
         let (min, max) = (bounds.min(), bounds.max());
         let is_on_earth = min.x >= -180.0 && max.x <= 180.0 && min.y >= -90.0 && max.y <= 90.0;
-        if is_on_earth { Ok(Self { bounds, polygon }) } else { Err(BEYOND.to_owned()) }
+        if !is_on_earth {
+            let is_swapped = min.x >= -90.0 && max.x <= 90.0 && min.y >= -180.0 && max.y <= 180.0;
+            let swapped = if is_swapped { "; latitude and longitude seem to be swapped" } else { "" };
+            return Err(format!("{BEYOND}{swapped}"));
+        }
+        let is_long = |line: &geo::Line| line.dx().abs() > LONGEST_EDGE_DEG;
+        if let Some(line) = polygon.lines_iter().find(is_long) {
+            let (from, to) = (line.start.x, line.end.x);
+            return Err(format!(
+                "has an edge from longitude {from} to {to}: a polygon over the antimeridian has to be cut in two at 180 \
+                 degrees (RFC 7946, section 3.1.9), and an edge may not be longer than 180 degrees"
+            ));
+        }
+        if polygon.unsigned_area() < LEAST_AREA {
+            return Err("has no area: its corners are one place or lie on one line".to_owned());
+        }
+        Ok(Self { bounds, polygon })
     }
 
     /// Of a GeoJSON polygon, of which other members are left out.

@@ -64,10 +64,7 @@ pub enum OpenError {
         octets: usize,
     },
     /// A pcap whose frames begin with something else than the supported link headers.
-    #[error(
-        "{name}: is a pcap of link type {number} ({link}), which cannot be read; \
-         capture on an Ethernet or loopback interface, or with `-i any`"
-    )]
+    #[error("{name}: is a pcap of link type {number} ({link}), which cannot be read; {advice}")]
     LinkType {
         /// Its path.
         name: String,
@@ -75,6 +72,8 @@ pub enum OpenError {
         number: u16,
         /// Its usual name, or `unknown`.
         link: &'static str,
+        /// Advice for the operator.
+        advice: &'static str,
     },
 }
 

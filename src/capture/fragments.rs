@@ -1,4 +1,4 @@
-//! IP fragments, put together to the datagram that was sent.
+//! IP fragments, put together to the packet that was sent.
 
 use std::collections::VecDeque;
 use std::net::IpAddr;
@@ -14,11 +14,12 @@ const MOST: usize = 64;
 /// A datagram whose fragments are farther apart than this is given up (RFC 8200, section 4.5): its number may have come again.
 const PATIENCE: SignedDuration = SignedDuration::from_secs(60);
 
-/// Which fragments belong together: sender, receiver, and the number that the sender gave their datagram.
+/// Which fragments belong together: sender, receiver, protocol, and the number that the sender gave their packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Key {
     source: IpAddr,
     destination: IpAddr,
+    protocol: IpNumber,
     number: u32,
 }
 
@@ -32,7 +33,11 @@ pub(super) struct Place {
 
 impl Place {
     /// Of an IP packet that is a fragment.
-    pub(super) fn of(net: &LaxNetSlice<'_>, (source, destination): (IpAddr, IpAddr)) -> Option<Self> {
+    pub(super) fn of(
+        net: &LaxNetSlice<'_>,
+        (source, destination): (IpAddr, IpAddr),
+        protocol: IpNumber,
+    ) -> Option<Self> {
         let (number, offset, has_more) = match net {
             LaxNetSlice::Ipv4(ip) => {
                 let header = ip.header();
@@ -47,11 +52,11 @@ impl Place {
             }
             LaxNetSlice::Arp(_) => return None,
         };
-        Some(Self { key: Key { source, destination, number }, offset, has_more })
+        Some(Self { key: Key { source, destination, protocol, number }, offset, has_more })
     }
 }
 
-/// A UDP datagram with its header, from so many fragments.
+/// The payload of an IP packet, and the number of frames that its fragments came in.
 #[derive(Debug)]
 pub(super) struct Whole {
     pub(super) octets: Vec<u8>,
@@ -74,13 +79,15 @@ struct Waiting {
 }
 
 impl Fragments {
-    /// Takes a fragment of a UDP datagram that stands at `position` of the file; the datagram, if this was the last one of it.
+    /// Takes a fragment that stands at `position` of the file and came in that many frames; the payload, if this was the last
+    /// one of it.
     pub(super) fn take(
         &mut self,
         place: Place,
         payload: &[u8],
         received: Option<Time>,
         position: u64,
+        frames: u32,
     ) -> Option<Whole> {
         let waits = self.0.iter().position(|waiting| waiting.key == place.key);
         let is_recent = |waiting: &Waiting| {
@@ -90,14 +97,14 @@ impl Fragments {
         let waiting = waits.and_then(|at| self.0.remove(at)).filter(is_recent);
         let mut waiting = waiting.unwrap_or_else(|| Waiting {
             key: place.key,
-            so_far: IpDefragBuf::new(IpNumber::UDP, Vec::new(), Vec::new()),
+            so_far: IpDefragBuf::new(place.key.protocol, Vec::new(), Vec::new()),
             origin: position,
             fragments: 0,
             latest: received,
         });
         // Of fragments that contradict each other nobody knows which are right: all are given up.
         waiting.so_far.add(place.offset, place.has_more, payload).ok()?;
-        waiting.fragments += 1;
+        waiting.fragments += frames;
         waiting.latest = received;
         if place.offset.value() == 0 {
             waiting.origin = position;

@@ -1,15 +1,14 @@
-//! From a captured frame down to the payload of its UDP datagram, or to the line of Remote ID that it carries.
+//! The link types of captures: what is in front of every frame.
 
 use std::fmt;
-use std::net::{IpAddr, SocketAddr};
-
-use etherparse::err::packet::SliceError;
-use etherparse::{EtherType, IpNumber, LaxNetSlice, LaxSlicedPacket, UdpHeader, UdpSlice, ether_type};
+use std::net::SocketAddr;
 
 use ::remote_id::{Link, NotHeard};
 
-use super::fragments::{Fragments, Place, Whole};
-use super::skipped::SkipReason;
+use super::fragments::Fragments;
+use super::packet::{self, Part};
+use super::skipped::{Lost, SkipReason};
+use super::tunnel::{self, Layer};
 use super::{Contents, Datagram};
 use crate::gateways::remote_id;
 use fusion::time::Time;
@@ -26,7 +25,7 @@ pub struct Endpoints {
 /// The link header of every frame of a capture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkType {
-    /// Ethernet II, with or without VLAN tags.
+    /// Ethernet II or IEEE 802.3.
     Ethernet,
     /// Linux `-i any`, version 1.
     LinuxCooked,
@@ -36,12 +35,16 @@ pub enum LinkType {
     RawIp,
     /// BSD and macOS loopback: an address family in 4 octets.
     Loopback,
-    /// Wi-Fi, off the air.
-    Ieee80211,
-    /// The same behind a radiotap header.
-    Radiotap,
-    /// Bluetooth Low Energy off the air, behind the header of the nRF sniffer.
-    NordicBle,
+    /// PPP, with or without its framing, and Cisco's variant of it.
+    Ppp,
+    /// PPP over Ethernet, without the Ethernet header.
+    Pppoe,
+    /// Packets logged by the Linux firewall.
+    Nflog,
+    /// A header that names the link type of what follows it.
+    Ppi,
+    /// Frames off the air.
+    Radio(Link),
 }
 
 impl LinkType {
@@ -50,44 +53,46 @@ impl LinkType {
         match number {
             0 | 108 => Some(Self::Loopback),
             1 => Some(Self::Ethernet),
+            9 | 50 | 104 => Some(Self::Ppp),
             // 12 and 14 are what BSD systems wrote for 101; 228 and 229 are restricted to one version of IP.
             12 | 14 | 101 | 228 | 229 => Some(Self::RawIp),
-            105 => Some(Self::Ieee80211),
+            51 => Some(Self::Pppoe),
+            105 => Some(Self::Radio(Link::Ieee80211)),
             113 => Some(Self::LinuxCooked),
-            127 => Some(Self::Radiotap),
-            272 => Some(Self::NordicBle),
+            127 => Some(Self::Radio(Link::Radiotap)),
+            187 => Some(Self::Radio(Link::Hci)),
+            192 => Some(Self::Ppi),
+            201 => Some(Self::Radio(Link::HciDirection)),
+            239 => Some(Self::Nflog),
+            251 => Some(Self::Radio(Link::LeLinkLayer)),
+            254 => Some(Self::Radio(Link::HciMonitor)),
+            256 => Some(Self::Radio(Link::LeRadio)),
+            272 => Some(Self::Radio(Link::NordicBle)),
             276 => Some(Self::LinuxCooked2),
             _ => None,
         }
     }
 
-    /// What frames off the air begin with.
-    fn radio(self) -> Option<Link> {
-        match self {
-            Self::Ieee80211 => Some(Link::Ieee80211),
-            Self::Radiotap => Some(Link::Radiotap),
-            Self::NordicBle => Some(Link::NordicBle),
-            _ => None,
-        }
-    }
-
-    /// What `frame` carries, and at which offset; `None` if the frame is shorter than the link header.
-    fn ether_type(self, frame: &[u8]) -> Option<(EtherType, usize)> {
-        let (place, header) = match self {
-            Self::Ethernet => (12, 14),
-            Self::LinuxCooked => (14, 16),
-            Self::LinuxCooked2 => (0, 20),
-            // `IPV4` stands for both: the version is taken from the packet itself.
-            Self::RawIp => return Some((ether_type::IPV4, 0)),
-            Self::Loopback => {
-                let family = frame.first_chunk::<4>()?;
-                let ether_type = if is_ip_family(*family) { ether_type::IPV4 } else { EtherType(0) };
-                return Some((ether_type, 4));
-            }
-            Self::Ieee80211 | Self::Radiotap | Self::NordicBle => return None,
+    /// Layer and offset of the first octet behind the link header of `frame`.
+    fn first(self, frame: &[u8]) -> Result<(Layer, usize), SkipReason> {
+        let number = |at: usize, header: usize| {
+            let number = frame.get(..header).and_then(|header| header.get(at..)?.first_chunk::<2>());
+            number.map(|number| u16::from_be_bytes(*number)).ok_or(SkipReason::Truncated)
         };
-        let number = frame.get(..header)?.get(place..)?.first_chunk::<2>()?;
-        Some((EtherType(u16::from_be_bytes(*number)), header))
+        match self {
+            Self::Ethernet => Ok((Layer::Ethernet, 0)),
+            Self::LinuxCooked => Ok((tunnel::cooked(number(14, 16)?), 16)),
+            Self::LinuxCooked2 => Ok((tunnel::cooked(number(0, 20)?), 20)),
+            Self::RawIp => Ok((Layer::Ip, 0)),
+            Self::Loopback => {
+                let family = frame.first_chunk::<4>().ok_or(SkipReason::Truncated)?;
+                if is_ip_family(*family) { Ok((Layer::Ip, 4)) } else { Err(SkipReason::NotIp) }
+            }
+            Self::Ppp => Ok((Layer::Ppp, 0)),
+            Self::Pppoe => Ok((Layer::Pppoe, 0)),
+            Self::Nflog => Ok((Layer::Ip, nflog_packet(frame)?)),
+            Self::Ppi | Self::Radio(_) => Err(SkipReason::NotIp),
+        }
     }
 }
 
@@ -98,10 +103,15 @@ impl fmt::Display for LinkType {
             Self::LinuxCooked => "Linux cooked",
             Self::LinuxCooked2 => "Linux cooked v2",
             Self::RawIp => "raw IP",
-            Self::Ieee80211 => "Wi-Fi",
-            Self::Radiotap => "Wi-Fi with radiotap",
-            Self::NordicBle => "Bluetooth",
             Self::Loopback => "loopback",
+            Self::Ppp => "PPP",
+            Self::Pppoe => "PPPoE",
+            Self::Nflog => "Linux NFLOG",
+            Self::Ppi => "PPI",
+            Self::Radio(Link::Ieee80211) => "Wi-Fi",
+            Self::Radio(Link::Radiotap) => "Wi-Fi with radiotap",
+            Self::Radio(Link::NordicBle | Link::LeLinkLayer | Link::LeRadio) => "Bluetooth",
+            Self::Radio(Link::Hci | Link::HciDirection | Link::HciMonitor) => "Bluetooth HCI",
         })
     }
 }
@@ -113,8 +123,10 @@ pub(super) fn datagram(
     received: Option<Time>,
     position: u64,
     fragments: &mut Fragments,
-) -> Result<Datagram, SkipReason> {
-    if let Some(radio) = link.radio() {
+) -> Result<Datagram, Lost> {
+    let (link, start, frame) = if link == LinkType::Ppi { behind_ppi(frame)? } else { (link, 0, frame) };
+    let position = position + start as u64;
+    if let LinkType::Radio(radio) = link {
         let payload = remote_id::heard(radio, frame, received).map_err(|reason| match reason {
             NotHeard::Other => SkipReason::NotRemoteId,
             NotHeard::Damaged => SkipReason::Checksum,
@@ -123,26 +135,8 @@ pub(super) fn datagram(
         let contents = Contents::Translated;
         return Ok(Datagram { received, origin: position, payload, contents, ..Datagram::default() });
     }
-    let packet = udp_packet(link, frame)?;
-    let start = position + (packet.udp.as_ptr().addr() - frame.as_ptr().addr()) as u64;
-    let lacks = if packet.is_cut { SkipReason::Truncated } else { SkipReason::Malformed };
-    let put_together = match packet.place {
-        Some(_) if packet.is_cut => return Err(lacks),
-        Some(place) => Some(fragments.take(place, packet.udp, received, start).ok_or(SkipReason::Fragment)?),
-        None => None,
-    };
-    let (octets, origin, fragments) = match &put_together {
-        Some(Whole { octets, origin, fragments }) => (octets.as_slice(), *origin, *fragments),
-        None => (packet.udp, start, 0),
-    };
-    let udp = UdpSlice::from_slice(octets).map_err(|_| lacks)?;
-    let (source, destination) = packet.addresses;
-    let endpoints = Endpoints {
-        source: SocketAddr::new(source, udp.source_port()),
-        destination: SocketAddr::new(destination, udp.destination_port()),
-    };
-    let (origin, payload) = (origin + UdpHeader::LEN as u64, udp.payload().to_vec());
-    Ok(Datagram { received, endpoints: Some(endpoints), origin, payload, fragments, ..Datagram::default() })
+    let (layer, offset) = link.first(frame)?;
+    packet::datagram(layer, Part::of_frame(frame, position).behind(offset)?, received, fragments)
 }
 
 /// Whether an address family is IPv4 or IPv6. The number is in the byte order of the machine that captured (108: in
@@ -155,58 +149,71 @@ fn is_ip_family(family: [u8; 4]) -> bool {
     matches!(number, 2 | 10 | 23 | 24 | 28 | 30)
 }
 
-/// A packet of IP that carries UDP, or a fragment of that.
-struct UdpPacket<'a> {
-    addresses: (IpAddr, IpAddr),
-    /// Where it belongs, if it is a fragment.
-    place: Option<Place>,
-    /// Header and payload, or a part of them.
-    udp: &'a [u8],
-    /// Whether the capture holds less of it than there was.
-    is_cut: bool,
-}
-
-/// The packet in `frame`, without padding. A frame cut by the capture is fine as long as the datagram is whole.
-fn udp_packet(link: LinkType, frame: &[u8]) -> Result<UdpPacket<'_>, SkipReason> {
-    let (ether_type, start) = link.ether_type(frame).ok_or(SkipReason::Truncated)?;
-    let packet = LaxSlicedPacket::from_ether_type(ether_type, &frame[start..]);
-    let error = packet.stop_err.as_ref().map(|(error, _)| match error {
-        SliceError::Len(_) => SkipReason::Truncated,
-        _ => SkipReason::Malformed,
-    });
-    let Some(ip) = packet.ip_payload() else {
-        // An address resolution packet that is cut is still none of ours.
-        let arp = packet.net.is_some() || ether_type == ether_type::ARP;
-        return Err(error.filter(|_| !arp).unwrap_or(SkipReason::NotIp));
+/// Offset of the packet in a frame of link type 239: family, version and number of the log, then values of length, type and
+/// contents, padded to 4 octets. Length and type are in the byte order of the machine that captured.
+fn nflog_packet(frame: &[u8]) -> Result<usize, SkipReason> {
+    const HEADER: usize = 4;
+    const PAYLOAD: u16 = 9;
+    if frame.len() < HEADER {
+        return Err(SkipReason::Truncated);
+    }
+    let find = |read: fn([u8; 2]) -> u16| {
+        let mut at = HEADER;
+        while let Some(&[a, b, c, d]) = frame.get(at..).and_then(|rest| rest.first_chunk::<4>()) {
+            let (length, kind) = (usize::from(read([a, b])), read([c, d]));
+            // The highest bits of a type are flags.
+            match (kind & 0x3fff, length) {
+                (PAYLOAD, HEADER..) => return Some(at + HEADER),
+                (_, HEADER..) => at += length.next_multiple_of(4),
+                _ => return None,
+            }
+        }
+        None
     };
-    // The slicing stopped at an extension header; behind it there may have been a datagram. That a TCP or ICMP header
-    // is broken is not of interest.
-    if let Some(reason) = error
-        && ip.ip_number.is_ipv6_ext_header_value()
-    {
-        return Err(reason);
-    }
-    if ip.ip_number != IpNumber::UDP {
-        return Err(SkipReason::NotUdp);
-    }
-    let net = packet.net.as_ref().ok_or(SkipReason::NotIp)?;
-    let addresses = addresses(net).ok_or(SkipReason::NotIp)?;
-    let place = if ip.fragmented { Place::of(net, addresses) } else { None };
-    Ok(UdpPacket { addresses, place, udp: ip.payload, is_cut: ip.incomplete })
+    find(u16::from_le_bytes).or_else(|| find(u16::from_be_bytes)).ok_or(SkipReason::NotIp)
 }
 
-/// Source and destination of an IP header.
-fn addresses(net: &LaxNetSlice<'_>) -> Option<(IpAddr, IpAddr)> {
-    match net {
-        LaxNetSlice::Ipv4(ip) => {
-            let header = ip.header();
-            Some((header.source_addr().into(), header.destination_addr().into()))
+/// Link type, offset and octets of what follows a PPI header, without the checksum behind a Wi-Fi frame.
+fn behind_ppi(frame: &[u8]) -> Result<(LinkType, usize, &[u8]), SkipReason> {
+    /// Field with what Wi-Fi radios have in common, the offset of its flags, and their bits.
+    const COMMON: u16 = 2;
+    const FLAGS: usize = 8;
+    const HAS_CHECKSUM: u16 = 1;
+    const BAD_CHECKSUM: u16 = 4;
+    let &[_, _, low, high, a, b, c, d] = frame.first_chunk::<8>().ok_or(SkipReason::Truncated)?;
+    let length = usize::from(u16::from_le_bytes([low, high]));
+    let link = u16::try_from(u32::from_le_bytes([a, b, c, d])).ok().and_then(LinkType::from_number);
+    // A header within a header is nothing that is written.
+    let link = link.filter(|link| *link != LinkType::Ppi).ok_or(SkipReason::LinkType)?;
+    let (mut fields, mut behind) = frame.split_at_checked(length).ok_or(SkipReason::Truncated)?;
+    fields = fields.get(8..).ok_or(SkipReason::Malformed)?;
+    while let [a, b, c, d, rest @ ..] = fields {
+        let (kind, length) = (u16::from_le_bytes([*a, *b]), usize::from(u16::from_le_bytes([*c, *d])));
+        let (field, others) = rest.split_at_checked(length).ok_or(SkipReason::Malformed)?;
+        if let (COMMON, Some([low, high])) = (kind, field.get(FLAGS..FLAGS + 2)) {
+            let flags = u16::from_le_bytes([*low, *high]);
+            if flags & BAD_CHECKSUM != 0 {
+                return Err(SkipReason::Checksum);
+            }
+            let checksum = if flags & HAS_CHECKSUM == 0 { 0 } else { 4 };
+            behind = &behind[..behind.len().saturating_sub(checksum)];
         }
-        LaxNetSlice::Ipv6(ip) => {
-            let header = ip.header();
-            Some((header.source_addr().into(), header.destination_addr().into()))
+        fields = others;
+    }
+    Ok((link, length, behind))
+}
+
+/// Advice where a link type is not supported.
+pub(super) fn advice(number: u16) -> &'static str {
+    match number {
+        119 | 163 => "set the monitor interface to radiotap headers and capture again",
+        147..=162 => "the program that wrote it knows its layout; have it write Ethernet",
+        189 | 220 | 249 => {
+            "it holds the traffic of a USB bus: capture on the network or Bluetooth interface itself"
         }
-        LaxNetSlice::Arp(_) => None,
+        195 | 215 | 230 | 283 => "it holds a radio network without Remote ID or IP packets that can be read",
+        252 => "have Wireshark save the packets as they were captured instead of exported PDUs",
+        _ => "capture on an Ethernet or loopback interface, or with `-i any`",
     }
 }
 
@@ -215,23 +222,16 @@ pub(super) fn usual_name(number: u16) -> &'static str {
     match number {
         6 => "Token Ring",
         8 => "SLIP",
-        9 | 50 => "PPP",
         10 => "FDDI",
-        51 => "PPPoE",
-        104 => "Cisco HDLC",
         107 => "Frame Relay",
         117 => "OpenBSD pflog",
         119 => "IEEE 802.11 with Prism header",
         147..=162 => "private use",
         163 => "IEEE 802.11 with AVS header",
-        187 | 201 => "Bluetooth HCI",
         189 | 220 => "Linux USB",
-        192 => "PPI",
         195 | 215 | 230 => "IEEE 802.15.4",
         227 => "SocketCAN",
-        239 => "Linux NFLOG",
         249 => "USBPcap",
-        251 | 256 => "Bluetooth Low Energy",
         252 => "Wireshark upper PDU",
         253 => "Linux netlink",
         _ => "unknown",

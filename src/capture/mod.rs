@@ -6,7 +6,7 @@
 //! | pcap | `a1b2c3d4` or `a1b23c4d`, either byte order | the payload of one UDP datagram | of the capture |
 //! | pcapng | `0a0d0d0a` | the payload of one UDP datagram | of the capture; none in a simple packet block |
 //! | FINAL | a whole first record, with its `a5a5a5a5` at the end | the data of one record | time of day, without a day |
-//! | pcap, pcapng of Wi-Fi or Bluetooth | link types 105, 127, 272 | the Remote ID of one frame, as a gateway's line | of the capture |
+//! | pcap, pcapng of Wi-Fi or Bluetooth | their link types (see `link.rs`) | the Remote ID of one frame, as lines of a gateway | of the capture |
 //! | ORADIS recording | records in a row whose blocks can be decoded | the blocks of one record | time of day, without a day |
 //! | GPS recording (10 octets behind each block) | the same | one data block | none |
 //! | Beast, AVR | four frames of a 1090 MHz receiver in a row | one position, as CAT021 | by its stamps, from the time in the file's name on |
@@ -33,6 +33,7 @@ mod gzip;
 mod held;
 mod link;
 mod merge;
+mod packet;
 mod pcap;
 mod pcapng;
 mod raw;
@@ -42,6 +43,7 @@ mod skipped;
 mod stamps;
 mod tlog;
 mod trailer;
+mod tunnel;
 mod window;
 
 use std::fmt;

@@ -66,6 +66,7 @@ impl Pcap {
             name: name.to_owned(),
             number,
             link: link::usual_name(number),
+            advice: link::advice(number),
         })
     }
 
@@ -117,7 +118,7 @@ impl Pcap {
                             skipped.joined(datagram.fragments);
                             return Ok(Some(datagram));
                         }
-                        Err(reason) => skipped.add(reason),
+                        Err(lost) => skipped.lost(&lost),
                     }
                     needed = RECORD_HEADER;
                 }

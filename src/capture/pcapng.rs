@@ -17,7 +17,7 @@ use super::Datagram;
 use super::error::Damage;
 use super::fragments::Fragments;
 use super::link::{self, LinkType};
-use super::skipped::{SkipReason, Skipped};
+use super::skipped::{Lost, SkipReason, Skipped};
 use super::window::{CAPACITY, Window};
 use fusion::time::{SECOND, Time};
 
@@ -116,7 +116,7 @@ impl Pcapng {
                         skipped.joined(read.fragments);
                         datagram = Some(read);
                     }
-                    Err(reason) => skipped.add(reason),
+                    Err(lost) => skipped.lost(&lost),
                 }
             }
             window.consume(length);
@@ -126,7 +126,7 @@ impl Pcapng {
         }
     }
 
-    fn datagram(&mut self, kind: u32, block: &[u8], position: u64) -> Result<Datagram, SkipReason> {
+    fn datagram(&mut self, kind: u32, block: &[u8], position: u64) -> Result<Datagram, Lost> {
         let packet = self.packet(kind, block).ok_or(SkipReason::Malformed)?;
         let interface = self.interfaces.get(packet.interface).ok_or(SkipReason::UnknownInterface)?;
         let link = interface.link.ok_or(SkipReason::LinkType)?;

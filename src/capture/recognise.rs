@@ -75,6 +75,7 @@ const FOREIGN: &[(&[u8], &str, &str)] = &[
     (b"\x34\xCD\xB2\xA1", "a modified pcap capture", "convert it: editcap -F pcap IN OUT"),
     (b"\xA1\xB2\xCD\x34", "a modified pcap capture", "convert it: editcap -F pcap IN OUT"),
     (b"snoop\0\0\0", "a snoop capture", "convert it: editcap -F pcap IN OUT"),
+    (b"btsnoop\0", "a Bluetooth log (btsnoop)", "convert it: editcap -F pcap IN OUT"),
     (b"GMBU", "a Network Monitor capture", "convert it: editcap -F pcap IN OUT"),
     (b"BZh", "bzip2-compressed data", "unpack it first: bunzip2"),
     (b"\xFD7zXZ\0", "xz-compressed data", "unpack it first: unxz"),

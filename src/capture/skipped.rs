@@ -19,7 +19,9 @@ pub enum SkipReason {
     Truncated,
     /// Headers that contradict themselves, such as a UDP length larger than its IP packet.
     Malformed,
-    /// In a pcapng file, on an interface whose frames begin with something else than the supported link headers.
+    /// Within more headers, tags or tunnels than are read.
+    TooDeep,
+    /// In a pcapng file or behind a PPI header: frames that begin with something else than the supported link headers.
     LinkType,
     /// In a pcapng file, on an interface that the file does not describe.
     UnknownInterface,
@@ -43,6 +45,20 @@ pub enum SkipReason {
     Implausible,
 }
 
+/// A frame without a datagram, or the last one of several that were put together in vain.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lost {
+    pub(super) reason: SkipReason,
+    /// Frames that it was put together from; 0: it came in one.
+    pub(super) fragments: u32,
+}
+
+impl From<SkipReason> for Lost {
+    fn from(reason: SkipReason) -> Self {
+        Self { reason, fragments: 0 }
+    }
+}
+
 impl fmt::Display for SkipReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -51,6 +67,7 @@ impl fmt::Display for SkipReason {
             Self::Fragment => "fragmented",
             Self::Truncated => "cut short by the capture",
             Self::Malformed => "malformed",
+            Self::TooDeep => "nested too deeply",
             Self::LinkType => "of a link type that cannot be read",
             Self::UnknownInterface => "on an interface that the file does not describe",
             Self::NotRemoteId => "without Remote ID",
@@ -88,6 +105,12 @@ impl Skipped {
 
     pub(super) fn add(&mut self, reason: SkipReason) {
         *self.0.entry(reason).or_default() += 1;
+    }
+
+    /// Counts the frames that gave no datagram. Those of them that were counted as fragments have come together since.
+    pub(super) fn lost(&mut self, lost: &Lost) {
+        self.joined(lost.fragments);
+        *self.0.entry(lost.reason).or_default() += u64::from(lost.fragments.max(1));
     }
 
     /// The fragments of a datagram are not skipped once its last one has come, which is none of these.

@@ -16,7 +16,7 @@ use tracing::{error, error_span, info, warn};
 use super::moment::Speed;
 use super::stage::Stage;
 use super::summary::registered;
-use super::unmatched::unmatched;
+use super::unmatched::{nothing, unmatched};
 use super::{CommandResult, Outcome, Usage, progress};
 use crate::app::Failure;
 use crate::areas::Masks;
@@ -88,17 +88,24 @@ pub fn run(args: &Args) -> CommandResult {
         };
         pipeline.engine_mut().plan(plan.correlated.clone());
         pipeline.engine_mut().plan_words(plan.words.clone());
-        let mut replay =
-            Replay { pipeline, stage, warnings: 0, bar: None, unread: false, skipped: String::new() };
+        let mut replay = Replay {
+            pipeline,
+            stage,
+            warnings: 0,
+            bar: None,
+            unread: false,
+            skipped: String::new(),
+            frames: Vec::new(),
+        };
         let outcome = replay.run(captures, day)?;
-        Ok::<_, Failure>((outcome, replay.pipeline, replay.skipped))
+        Ok::<_, Failure>((outcome, replay.pipeline, replay.skipped, replay.frames))
     };
-    let (mut outcome, mut pipeline, mut skipped) = pass(&mut stage, captures)?;
+    let (mut outcome, mut pipeline, mut skipped, mut frames) = pass(&mut stage, captures)?;
     // A recording without a slot would go round without a pause.
     while args.again && !stage.is_over() && !stage.summary.is_empty() {
         info!("the recording has come to its end and begins again");
         stage.begin_anew();
-        (outcome, pipeline, skipped) = pass(&mut stage, args.open(&trailers, &receivers)?)?;
+        (outcome, pipeline, skipped, frames) = pass(&mut stage, args.open(&trailers, &receivers)?)?;
     }
     let summary = std::mem::take(&mut stage.summary);
     let failed = stage.finish()?;
@@ -128,6 +135,14 @@ pub fn run(args: &Args) -> CommandResult {
     let (site, input) =
         (args.config.display(), args.inputs.first().map_or(Path::new("-"), |input| input).display());
     if let Some(problem) = unmatched(pipeline.tally(), &config, &site.to_string(), &input.to_string()) {
+        return Err(problem.into());
+    }
+    // An end before the first reception leaves nothing to read, which is what was asked for.
+    let is_asked = args.end.is_some() && pipeline.tally().received == 0;
+    if outcome == Outcome::Done
+        && !is_asked
+        && let Some(problem) = nothing(pipeline.tally(), &frames.join("; "), &input.to_string())
+    {
         return Err(problem.into());
     }
     Ok(if failed > 0 && outcome == Outcome::Done { Outcome::Incomplete } else { outcome })
@@ -164,6 +179,8 @@ struct Replay<'a, 'b> {
     unread: bool,
     /// Lines of the summary.
     skipped: String,
+    /// Frames without a datagram, by reason, of each input.
+    frames: Vec<String>,
 }
 
 /// Warnings that are printed one by one; the rest is only counted.
@@ -208,6 +225,7 @@ impl Replay<'_, '_> {
         }
         for capture in merged.captures().filter(|capture| capture.skipped().total() > 0) {
             info!(capture = capture.name(), frames = %capture.skipped(), "frames without a whole UDP datagram");
+            self.frames.push(capture.skipped().to_string());
         }
         for capture in merged.captures() {
             for trailer in capture.trailers() {

@@ -1,4 +1,4 @@
-//! A replay without any record from a configured sensor.
+//! A replay without any record of a configured sensor.
 
 use std::collections::BTreeMap;
 
@@ -13,10 +13,7 @@ const NAMED: usize = 8;
 /// `site` and `input` are the names of their files.
 pub fn unmatched(tally: &Tally, config: &Config, site: &str, input: &str) -> Option<String> {
     let unknown: u64 = tally.unknown_sources.values().sum();
-    let is_matched = !tally.accepted.is_empty()
-        || !tally.service.is_empty()
-        || tally.refused.keys().any(|(sensor, _)| sensor.is_some());
-    if unknown == 0 || is_matched {
+    if unknown == 0 || is_matched(tally) {
         return None;
     }
     // The busiest first.
@@ -44,4 +41,53 @@ pub fn unmatched(tally: &Tally, config: &Config, site: &str, input: &str) -> Opt
         seen.join(", "),
         configured.join(", ")
     ))
+}
+
+/// The error message where there was no record at all. `frames` says of which kind the frames without a datagram were, if
+/// there were any; `input` is the name of the file.
+pub fn nothing(tally: &Tally, frames: &str, input: &str) -> Option<String> {
+    let unknown: u64 = tally.unknown_sources.values().sum();
+    if unknown > 0 || is_matched(tally) {
+        return None;
+    }
+    let advice = format!("`utm-fusion info {input}` shows what the input holds");
+    let mut reasons: Vec<String> = Vec::new();
+    let faults: u64 = tally.faults.values().sum();
+    if faults > 0 {
+        let kinds = tally.faults.iter().map(|((category, reason), count)| {
+            let category = category.map_or_else(String::new, |category| format!("CAT{category:03} "));
+            format!("{category}{reason} {}", grouped(*count))
+        });
+        let kinds = kinds.take(NAMED).collect::<Vec<_>>().join(", ");
+        reasons.push(format!("{} blocks, records or messages cannot be read ({kinds})", grouped(faults)));
+    }
+    let skipped: u64 = tally.skipped.values().sum();
+    if skipped > 0 {
+        let categories = tally.skipped.keys().take(NAMED).map(|category| format!("CAT{category:03}"));
+        let categories = categories.collect::<Vec<_>>().join(", ");
+        reasons
+            .push(format!("{} blocks are of categories that are not used ({categories})", grouped(skipped)));
+    }
+    let refused = tally.refused.iter().map(|((_, reason), count)| format!("{} {reason}", grouped(*count)));
+    let refused = refused.collect::<Vec<_>>();
+    if !refused.is_empty() {
+        reasons.push(format!("records were refused ({})", refused.join(", ")));
+    }
+    if !frames.is_empty() {
+        reasons.push(format!("frames hold no UDP datagram or message ({frames})"));
+    }
+    if reasons.is_empty() {
+        reasons.push(match tally.received {
+            0 => "it holds nothing; did the recording start?".to_owned(),
+            received => format!("its {} datagrams hold no record", grouped(received)),
+        });
+    }
+    Some(format!("{input}: no record could be used, so there is no output: {}; {advice}", reasons.join("; ")))
+}
+
+/// Whether there was a record of a configured sensor.
+fn is_matched(tally: &Tally) -> bool {
+    let of_sensors = [&tally.accepted, &tally.elsewhere, &tally.shed, &tally.service];
+    of_sensors.iter().any(|counts| !counts.is_empty())
+        || tally.refused.keys().any(|(sensor, _)| sensor.is_some())
 }

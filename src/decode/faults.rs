@@ -20,6 +20,7 @@ pub(crate) fn lost_frames(capture: &Capture) -> impl Iterator<Item = (SkipReason
         SkipReason::Fragment,
         SkipReason::Truncated,
         SkipReason::Malformed,
+        SkipReason::TooDeep,
         SkipReason::LinkType,
         SkipReason::UnknownInterface,
     ];

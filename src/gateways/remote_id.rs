@@ -13,7 +13,7 @@ use std::fmt::Write;
 
 use fusion::time::{SECOND, Time};
 use jiff::Timestamp;
-use remote_id::{Link, NotHeard, advertisement};
+use remote_id::{Advertisement, French, Link, NotHeard, Transport, advertisements};
 use serde::Deserialize;
 
 use super::Dropped;
@@ -21,13 +21,13 @@ use crate::hex;
 
 /// Longest name of a transmitter or a receiver, octets.
 const NAME_MAX: usize = 64;
-/// Longest line, octets: four times that of the largest pack, and shorter than the shortest text that could be a block of
+/// Longest line, octets: more than three times that of the largest pack, and shorter than the shortest text that could be a block of
 /// category 123, which begins as a line does (with a length of at least 2,304).
 const LINE_MAX: usize = 2_048;
 /// Octets of a message, of what stands before the messages of a pack, and of the largest pack.
 const MESSAGE: usize = remote_id::LENGTH;
 const PACK_HEADER: usize = 3;
-const PACK_MOST: usize = PACK_HEADER + 9 * MESSAGE;
+const PACK_MOST: usize = PACK_HEADER + remote_id::PACK_MOST as usize * MESSAGE;
 
 /// A broadcast that a receiver heard.
 #[derive(Clone, Debug, PartialEq)]
@@ -165,13 +165,22 @@ pub fn is_broadcast(payload: &[u8]) -> bool {
     is_whole && !is_block
 }
 
-/// The line of what a radio heard at a time.
+/// The lines of what a radio heard at a time, one for each advertisement of the frame.
 ///
 /// # Errors
 /// The frame carries no Remote ID, or the radio garbled it.
 pub fn heard(link: Link, frame: &[u8], at: Option<Time>) -> Result<Vec<u8>, NotHeard> {
-    let heard = advertisement(link, frame)?;
-    let octets = cut_to_claim(heard.octets);
+    let heard = advertisements(link, frame)?;
+    let lines: Vec<String> = heard.iter().filter_map(|heard| line_of(heard, at)).collect();
+    if lines.is_empty() { Err(NotHeard::Other) } else { Ok(lines.join("\n").into_bytes()) }
+}
+
+/// The line of an advertisement; `None` for a French beacon with no value in it.
+fn line_of(heard: &Advertisement<'_>, at: Option<Time>) -> Option<String> {
+    let octets = match heard.transport {
+        Transport::WifiFrench => Cow::Owned(french_pack(&heard.octets)?),
+        _ => Cow::Borrowed(cut_to_claim(&heard.octets)),
+    };
     let mut line = String::with_capacity(2 * octets.len() + 96);
     line.push('{');
     if let Some(stamp) = at.and_then(|at| Timestamp::from_nanosecond(at.nanos().into()).ok()) {
@@ -182,8 +191,20 @@ pub fn heard(link: Link, frame: &[u8], at: Option<Time>) -> Result<Vec<u8>, NotH
     for octet in rest {
         let _ = write!(line, ":{octet:02x}");
     }
-    let _ = write!(line, "\",\"message\":\"{}\"}}", hex::text(octets));
-    Ok(line.into_bytes())
+    let _ = write!(line, "\",\"message\":\"{}\"}}", hex::text(&octets));
+    Some(line)
+}
+
+/// The pack of a French beacon, whose altitude is above mean sea level: above the ellipsoid by EGM96.
+fn french_pack(octets: &[u8]) -> Option<Vec<u8>> {
+    let french = French::new(octets)?;
+    // No place is farther north or south.
+    let is_place = |[latitude, longitude]: &[f64; 2]| latitude.abs() <= 90.0 && longitude.abs() <= 180.0;
+    let place = french.place_deg.filter(is_place);
+    let undulation_m =
+        place.map(|[latitude, longitude]| egm96::egm96_compute_altitude_offset(latitude, longitude));
+    French { altitude_amsl_m: french.altitude_amsl_m.filter(|_| place.is_some()), place_deg: place, ..french }
+        .pack(undulation_m.unwrap_or_default())
 }
 
 /// Without what a frame has behind its message or pack; a pack that claims more than is there stays as it is.

@@ -41,6 +41,23 @@ function trailOf({ trail }, { frame, time }) {
   return places;
 }
 
+/** The parts of a trail, cut at the antimeridian (RFC 7946, section 3.1.9). */
+function cutTrail(trail) {
+  const lines = [[]];
+  trail.forEach(([lng, lat], i) => {
+    const apart = i ? lng - trail[i - 1][0] : 0;
+    if (Math.abs(apart) > 180) {
+      const [fromLng, fromLat] = trail[i - 1];
+      const edge = apart < 0 ? 180 : -180;
+      const crossing = fromLat + ((edge - fromLng) / (apart + 2 * edge)) * (lat - fromLat);
+      lines.at(-1).push([edge, crossing]);
+      lines.push([[-edge, crossing]]);
+    }
+    lines.at(-1).push([lng, lat]);
+  });
+  return lines;
+}
+
 const withTrails = (picture) => picture.visible().map((track) => [track, settings.layers.trails ? trailOf(track, picture) : []]);
 
 function geojson(picture) {
@@ -48,7 +65,9 @@ function geojson(picture) {
     const { trail: _, ...properties } = track.properties;
     const { id, lng, lat, alt } = properties;
     const here = { type: "Feature", id, geometry: { type: "Point", coordinates: alt == null ? [lng, lat] : [lng, lat, alt] }, properties };
-    const line = { type: "Feature", geometry: { type: "LineString", coordinates: trail }, properties: { trail_of: id } };
+    const lines = cutTrail(trail);
+    const geometry = lines.length > 1 ? { type: "MultiLineString", coordinates: lines } : { type: "LineString", coordinates: trail };
+    const line = { type: "Feature", geometry, properties: { trail_of: id } };
     return trail.length > 1 ? [here, line] : [here];
   });
   return JSON.stringify({ type: "FeatureCollection", time: new Date(picture.time).toISOString(), features });

@@ -3,6 +3,7 @@
 mod beasts;
 mod corpus;
 mod damage;
+mod field_cases;
 mod finals;
 mod fragments;
 mod framed;
@@ -13,6 +14,7 @@ mod pcaps;
 mod raws;
 mod recordings;
 mod tlogs;
+mod tunnels;
 mod writer;
 
 use std::io::{self, Read};

@@ -239,3 +239,22 @@ fn tokens_can_be_asked_for_and_no_longer_but_never_the_latter_where_others_reach
     assert_eq!(stage.statuses(), [200, 401, 401]);
     stage.stop();
 }
+
+#[test]
+fn zone_file_that_becomes_invalid_keeps_the_old_zone() {
+    let mut stage = Stage::new(22_900, |config, scratch| {
+        config.areas = vec![area(scratch, "field", AreaKind::Alert(AlertArea::default()))];
+    });
+    let has_zone = |stage: &Stage| stage.get("/api/v1/areas", "").1.contains("\"name\":\"field\"");
+    assert!(has_zone(&stage));
+    let file = stage.config.areas[0].file.clone();
+    let uncut = r#"{"type":"Polygon","coordinates":[[[179,52],[-179,52],[-179,53],[179,53],[179,52]]]}"#;
+    for (text, part) in [("{\"type\":", "no GeoJSON"), (uncut, "cut in two")] {
+        fs::write(&file, text).unwrap();
+        let told = stage.reload();
+        assert!(told.contains("everything stays as it was"), "{told}");
+        assert!(told.contains("field.geojson") && told.contains(part), "{told}");
+        assert!(!told.contains("in force now") && has_zone(&stage), "{told}");
+    }
+    stage.stop();
+}

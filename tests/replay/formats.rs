@@ -190,19 +190,25 @@ fn without_a_point_every_format_is_still_valid() {
     let flight = demo();
     let marker: &[u8] = &[34, 0, 6, 0x80, 70, 41];
     let scratch = Scratch::new();
-    for received in [vec![], vec![(Time::from_nanos(1_781_999_970 * SECOND), marker)]] {
+    for (received, code) in [(vec![], 1), (vec![(Time::from_nanos(1_781_999_970 * SECOND), marker)], 0)] {
         let input = scratch.file("in.pcap", pcap(received));
+        let output = |extension: &str| {
+            let file = scratch.path(format!("out.{extension}"));
+            let ran = ran(flight.replay(&[&input]).arg("-o").arg(&file));
+            assert_eq!(ran.code, code, "{extension}: {}", ran.stderr);
+            std::fs::read(file).unwrap()
+        };
         for (extension, empty) in [
             ("ast", ""),
             ("ndjson", ""),
             ("csv", "time,id,source,track_number,radar_track,transponder,lat,lon,alt_msl,flags\n"),
         ] {
-            assert_eq!(flight.output(&[&input], extension), empty.as_bytes(), "{extension}");
+            assert_eq!(output(extension), empty.as_bytes(), "{extension}");
         }
-        let collection: Value = serde_json::from_slice(&flight.output(&[&input], "geojson")).unwrap();
+        let collection: Value = serde_json::from_slice(&output("geojson")).unwrap();
         assert_eq!(collection, serde_json::json!({ "type": "FeatureCollection", "features": [] }));
-        let output = scratch.file("out.pcap", flight.output(&[&input], "pcap"));
-        assert!(datagrams(&output).is_empty());
+        output("pcap");
+        assert!(datagrams(&scratch.path("out.pcap")).is_empty());
         let summary = ran(&mut flight.replay(&[&input]));
         assert!(summary.text().contains("output     no point in "), "{}", summary.text());
     }

@@ -12,6 +12,7 @@ mod inputs;
 mod integrity;
 mod masks;
 mod mcap;
+mod nothing;
 mod now;
 mod parquet;
 #[path = "../shared/parquet.rs"]

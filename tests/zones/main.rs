@@ -2,5 +2,6 @@
 
 #![expect(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test")]
 
+mod field_cases;
 mod geometry;
 mod published;

@@ -495,7 +495,7 @@ Geometry2 = TypedDict(
 Geometry3 = TypedDict(
     "Geometry3",
     {
-        "type": Literal["Polygon"],
+        "type": Literal["MultiLineString"],
         "coordinates": list[list["Position"]],
     },
 )
@@ -503,12 +503,20 @@ Geometry3 = TypedDict(
 Geometry4 = TypedDict(
     "Geometry4",
     {
+        "type": Literal["Polygon"],
+        "coordinates": list[list["Position"]],
+    },
+)
+
+Geometry5 = TypedDict(
+    "Geometry5",
+    {
         "type": Literal["MultiPolygon"],
         "coordinates": list[list[list["Position"]]],
     },
 )
 
-Geometry = Union["Geometry1", "Geometry2", "Geometry3", "Geometry4"]
+Geometry = Union["Geometry1", "Geometry2", "Geometry3", "Geometry4", "Geometry5"]
 
 Health = TypedDict(
     "Health",

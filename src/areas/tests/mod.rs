@@ -2,6 +2,7 @@
 
 mod entries;
 mod files;
+mod national;
 mod schedules;
 
 use super::*;

@@ -1,0 +1,203 @@
+//! Bluetooth Low Energy: advertising as a sniffer captured it, and as a controller reported it to its host.
+
+use std::borrow::Cow;
+
+use super::{Advertisement, NotHeard, Transport, at_least_one};
+
+/// Service data of UUID 0xFFFA (ASTM), application code of Remote ID.
+const SERVICE: [u8; 3] = [0xfa, 0xff, 0x0d];
+/// Structure of advertising data: service data of a UUID of 16 bits.
+const SERVICE_DATA: u8 = 0x16;
+/// Access address of advertising.
+const ADVERTISING: [u8; 4] = [0xd6, 0xbe, 0x89, 0x8e];
+const ADDRESS: usize = 6;
+const CHECKSUM: usize = 3;
+
+/// In front of the access address: of the capture program, then of the radio (its flags second).
+const NORDIC_HEADER: usize = 17;
+const NORDIC_FLAGS: usize = 8;
+/// Bits of those flags.
+const NORDIC_CHECKSUM_GOOD: u8 = 1;
+const NORDIC_PHY: u8 = 0b0111_0000;
+const NORDIC_CODED: u8 = 2 << 4;
+
+/// Header of link type 256: channel, signal, noise, offenses, reference access address, flags.
+const RADIO_HEADER: usize = 10;
+const RADIO_FLAGS: usize = 8;
+/// Bits of those flags.
+const RADIO_CHECKSUM_CHECKED: u16 = 0x0400;
+const RADIO_CHECKSUM_VALID: u16 = 0x0800;
+const RADIO_PHY: u16 = 0xc000;
+const RADIO_CODED: u16 = 0x8000;
+
+/// Kinds of advertising: ADV_IND, ADV_NONCONN_IND, SCAN_RSP, ADV_SCAN_IND; and the extended kind.
+const LEGACY: [u8; 4] = [0, 2, 4, 6];
+const EXTENDED: u8 = 7;
+
+/// A packet of the nRF sniffer.
+pub(super) fn nordic(frame: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+    let flags = *frame.get(NORDIC_FLAGS).ok_or(NotHeard::Cut)?;
+    if flags & NORDIC_CHECKSUM_GOOD == 0 {
+        return Err(NotHeard::Damaged);
+    }
+    let (_, packet) = advertising(frame, NORDIC_HEADER, flags & NORDIC_PHY == NORDIC_CODED)?;
+    one(packet)
+}
+
+/// A packet from its access address to its checksum.
+pub(super) fn link_layer(frame: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+    let (whole, packet) = advertising(frame, 0, false)?;
+    checked(whole)?;
+    one(packet)
+}
+
+/// The same behind a header about the radio.
+pub(super) fn radio(frame: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+    let flags = frame.get(RADIO_FLAGS..RADIO_HEADER).ok_or(NotHeard::Cut)?;
+    let flags = u16::from_le_bytes([flags[0], flags[1]]);
+    let (whole, packet) = advertising(frame, RADIO_HEADER, flags & RADIO_PHY == RADIO_CODED)?;
+    match (flags & RADIO_CHECKSUM_CHECKED != 0, flags & RADIO_CHECKSUM_VALID != 0) {
+        (true, true) => {}
+        (true, false) => return Err(NotHeard::Damaged),
+        (false, _) => checked(whole)?,
+    }
+    one(packet)
+}
+
+/// Header and body of an advertising packet whose access address stands at `start`, with and without its checksum.
+fn advertising(frame: &[u8], start: usize, is_coded: bool) -> Result<(&[u8], &[u8]), NotHeard> {
+    let access = frame.get(start..).ok_or(NotHeard::Cut)?;
+    let (address, behind) = access.split_first_chunk::<4>().ok_or(NotHeard::Cut)?;
+    if *address != ADVERTISING {
+        return Err(NotHeard::Other);
+    }
+    // On the coded radio an octet of its coding.
+    let packet = behind.get(usize::from(is_coded)..).ok_or(NotHeard::Cut)?;
+    let [_, length, body @ ..] = packet else { return Err(NotHeard::Cut) };
+    let length = usize::from(*length);
+    if body.len() < length {
+        return Err(NotHeard::Cut);
+    }
+    Ok((&packet[..(2 + length + CHECKSUM).min(packet.len())], &packet[..2 + length]))
+}
+
+/// Compares the checksum behind an advertising packet (Core 5.4, volume 6 part B, section 3.1.1).
+fn checked(packet: &[u8]) -> Result<(), NotHeard> {
+    let (octets, sent) = packet.split_last_chunk::<CHECKSUM>().ok_or(NotHeard::Cut)?;
+    let length = octets.get(1).ok_or(NotHeard::Cut)?;
+    if octets.len() != 2 + usize::from(*length) {
+        return Err(NotHeard::Cut);
+    }
+    // The register of 24 bits, the oldest lowest; it begins with 0x555555.
+    let mut register: u32 = 0xaa_aaaa;
+    for octet in octets {
+        for bit in 0..8 {
+            let feedback = (register ^ u32::from(octet >> bit)) & 1;
+            register >>= 1;
+            if feedback == 1 {
+                register ^= 0xda_6000;
+            }
+        }
+    }
+    let sent = u32::from_le_bytes([sent[0], sent[1], sent[2], 0]);
+    if register == sent { Ok(()) } else { Err(NotHeard::Damaged) }
+}
+
+/// The advertisement of a packet from its header on, without its checksum.
+fn one(packet: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+    let [kind, _, body @ ..] = packet else { return Err(NotHeard::Cut) };
+    let kind = kind & 0xf;
+    let (address, data) = if LEGACY.contains(&kind) {
+        body.split_at_checked(ADDRESS).ok_or(NotHeard::Cut)?
+    } else if kind == EXTENDED {
+        let [header_length, rest @ ..] = body else { return Err(NotHeard::Cut) };
+        let length = usize::from(header_length & 0x3f);
+        let (header, data) = rest.split_at_checked(length).ok_or(NotHeard::Cut)?;
+        let [fields, header @ ..] = header else { return Err(NotHeard::Other) };
+        // The advertiser's address, where there is one, stands first.
+        if fields & 1 == 0 {
+            return Err(NotHeard::Other);
+        }
+        (header.get(..ADDRESS).ok_or(NotHeard::Cut)?, data)
+    } else {
+        return Err(NotHeard::Other);
+    };
+    let mut found = Vec::new();
+    service_data(&mut found, address, data);
+    at_least_one(found, false)
+}
+
+/// Adds the advertisements in advertising data: length, kind, contents each. The address stands backwards. A structure that
+/// goes on in a further packet is taken as far as it is there.
+fn service_data<'a>(found: &mut Vec<Advertisement<'a>>, address: &[u8], mut structures: &'a [u8]) {
+    let mut transmitter = [0; ADDRESS];
+    transmitter.iter_mut().zip(address.iter().rev()).for_each(|(to, from)| *to = *from);
+    while let &[length, ref rest @ ..] = structures
+        && length > 0
+    {
+        let (contents, behind) = rest.split_at(usize::from(length).min(rest.len()));
+        if let [SERVICE_DATA, data @ ..] = contents
+            && let Some([counter, octets @ ..]) = data.strip_prefix(&SERVICE)
+        {
+            let (transport, octets) = (Transport::Bluetooth, Cow::Borrowed(octets));
+            found.push(Advertisement { transport, transmitter, counter: *counter, octets });
+        }
+        structures = behind;
+    }
+}
+
+/// Indicator of an HCI packet that is an event.
+const EVENT: u8 = 4;
+/// Opcode of the Linux monitor for an event.
+const MONITOR_EVENT: u16 = 3;
+/// Event about Low Energy, and which of them report advertising.
+const LE_META: u8 = 0x3e;
+const REPORT: u8 = 0x02;
+const EXTENDED_REPORT: u8 = 0x0d;
+
+/// A packet of the Linux monitor: adapter, opcode, then as that says.
+pub(super) fn monitor(frame: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+    let [_, _, high, low, packet @ ..] = frame else { return Err(NotHeard::Cut) };
+    if u16::from_be_bytes([*high, *low]) == MONITOR_EVENT { event(packet) } else { Err(NotHeard::Other) }
+}
+
+/// An HCI packet with its indicator.
+pub(super) fn hci(packet: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+    match packet {
+        [EVENT, event_packet @ ..] => event(event_packet),
+        [] => Err(NotHeard::Cut),
+        _ => Err(NotHeard::Other),
+    }
+}
+
+/// The advertisements of an event: code, length, then of an LE event what it is about and the number of its reports.
+fn event(packet: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+    let [code, length, parameters @ ..] = packet else { return Err(NotHeard::Cut) };
+    if *code != LE_META {
+        return Err(NotHeard::Other);
+    }
+    let parameters = parameters.get(..usize::from(*length)).ok_or(NotHeard::Cut)?;
+    let [about, count, reports @ ..] = parameters else { return Err(NotHeard::Other) };
+    let mut reports = reports;
+    // Octets in front of the address, in front of the length of the data, and behind the data.
+    let (before, to_length, after) = match *about {
+        REPORT => (2, 8, 1),
+        EXTENDED_REPORT => (3, 23, 0),
+        _ => return Err(NotHeard::Other),
+    };
+    let mut found = Vec::new();
+    let mut is_cut = false;
+    for _ in 0..*count {
+        let data = reports.get(to_length).and_then(|&length| {
+            let end = to_length + 1 + usize::from(length);
+            Some((reports.get(to_length + 1..end)?, reports.get(end + after..)?))
+        });
+        let Some((data, behind)) = data else {
+            is_cut = true;
+            break;
+        };
+        service_data(&mut found, &reports[before..before + ADDRESS], data);
+        reports = behind;
+    }
+    at_least_one(found, is_cut)
+}

@@ -1,0 +1,119 @@
+//! Files that are nearly what is understood: other reference systems, polygons that are not what they seem, national members.
+
+use serde_json::{Value, json};
+
+use super::*;
+
+fn feature(coordinates: Value, properties: Value) -> Value {
+    let geometry = json!({ "type": "Polygon", "coordinates": coordinates });
+    json!({ "type": "Feature", "geometry": geometry, "properties": properties })
+}
+
+fn file(features: &[Value]) -> Value {
+    json!({ "type": "FeatureCollection", "features": features })
+}
+
+fn square(west: f64, south: f64, east: f64, north: f64) -> Value {
+    json!([[[west, south], [east, south], [east, north], [west, north], [west, south]]])
+}
+
+fn plain() -> Value {
+    feature(square(10.0, 50.0, 11.0, 51.0), json!({ "title": "Aerodrome" }))
+}
+
+#[test]
+fn crs_other_than_wgs84_is_refused_by_name() {
+    let named = |name: &str| json!({ "type": "name", "properties": { "name": name } });
+    for name in [
+        "urn:ogc:def:crs:OGC:1.3:CRS84",
+        "urn:ogc:def:crs:EPSG::4326",
+        "EPSG:4326",
+        "http://www.opengis.net/def/crs/EPSG/0/4258",
+    ] {
+        let mut text = file(&[plain()]);
+        text["crs"] = named(name);
+        assert_eq!(areas(&text.to_string(), &alert(|_| {})).zones().count(), 1, "{name}");
+    }
+    let mut unsaid = file(&[plain()]);
+    unsaid["crs"] = Value::Null;
+    assert_eq!(areas(&unsaid.to_string(), &alert(|_| {})).zones().count(), 1);
+    let link = json!({ "type": "link", "properties": { "href": "proj4" } });
+    for crs in [named("urn:ogc:def:crs:EPSG::3857"), named("4326 of ours"), link] {
+        // Of the file, of a feature, of a geometry.
+        let mut texts = [file(&[plain()]), file(&[plain()]), file(&[plain()])];
+        texts[0]["crs"] = crs.clone();
+        texts[1]["features"][0]["crs"] = crs.clone();
+        texts[2]["features"][0]["geometry"]["crs"] = crs.clone();
+        for text in texts {
+            let problem = refusal(&text.to_string(), &alert(|_| {}));
+            assert!(problem.contains("crs = ") && problem.contains("EPSG:4326"), "{problem}");
+        }
+    }
+}
+
+#[test]
+fn polygon_over_the_antimeridian_has_to_be_cut() {
+    let uncut = file(&[feature(square(179.9, -17.1, -179.9, -16.9), json!({}))]);
+    let problem = refusal(&uncut.to_string(), &alert(|_| {}));
+    assert!(problem.contains("zone 1: has an edge from longitude 179.9 to -179.9"), "{problem}");
+    assert!(problem.contains("RFC 7946"), "{problem}");
+    let halves = [square(179.9, -17.1, 180.0, -16.9), square(-180.0, -17.1, -179.9, -16.9)];
+    let cut = file(&halves.map(|half| feature(half, json!({}))));
+    let alerts = areas(&cut.to_string(), &alert(|_| {})).alerts();
+    let is_inside = |longitude_deg| !alerts.around(visitor(longitude_deg, -17.0, None), 0.0).is_empty();
+    assert_eq!([179.95, -179.95, 0.0].map(is_inside), [true, true, false]);
+    // An edge of half the way round is nobody's mistake.
+    let half = file(&[feature(square(-90.0, 50.0, 90.0, 51.0), json!({}))]);
+    assert_eq!(areas(&half.to_string(), &alert(|_| {})).zones().count(), 1);
+}
+
+#[test]
+fn polygon_with_swapped_coordinates_is_named_so() {
+    let swapped = file(&[feature(square(-17.1, 179.9, -16.9, 179.99), json!({}))]);
+    let problem = refusal(&swapped.to_string(), &alert(|_| {}));
+    assert!(problem.contains("latitude and longitude seem to be swapped"), "{problem}");
+    let beyond = file(&[feature(square(179.9, 10.0, 180.1, 11.0), json!({}))]);
+    let problem = refusal(&beyond.to_string(), &alert(|_| {}));
+    assert!(problem.contains("beyond") && !problem.contains("swapped"), "{problem}");
+}
+
+#[test]
+fn polygon_of_no_area_is_refused() {
+    let point = json!([[[10.1, 50], [10.1, 50], [10.1, 50], [10.1, 50]]]);
+    let line = json!([[[10.1, 50.1], [10.2, 50.2], [10.3, 50.3], [10.1, 50.1]]]);
+    for ring in [point, line] {
+        let problem = refusal(&file(&[feature(ring, json!({}))]).to_string(), &alert(|_| {}));
+        assert!(problem.contains("zone 1: has no area"), "{problem}");
+    }
+    // A square of a metre is one.
+    let small = file(&[feature(square(10.0, 50.0, 10.000_014, 50.000_009), json!({}))]);
+    assert_eq!(areas(&small.to_string(), &alert(|_| {})).zones().count(), 1);
+}
+
+#[test]
+fn plain_geojson_is_refused_with_feature_and_member() {
+    let point = json!({ "type": "Feature", "properties": { "title": "Airfield" },
+        "geometry": { "type": "Point", "coordinates": [10, 50] } });
+    let problem = refusal(&file(&[plain(), point]).to_string(), &alert(|_| {}));
+    assert!(problem.contains("zone 2 (\"Airfield\"): geometry.type = \"Point\""), "{problem}");
+    assert!(problem.contains("no polygon") && problem.contains("RFC 7946"), "{problem}");
+}
+
+#[test]
+fn height_limit_in_plain_geojson_is_refused() {
+    for member in ["CEILING", "ceiling_ft", "UPPER_VAL", "Max Altitude", "floor"] {
+        let text =
+            file(&[plain(), feature(square(10.0, 50.0, 11.0, 51.0), json!({ member: 200 }))]).to_string();
+        for area in [alert(|_| {}), Area { kind: AreaKind::Mask, file: PathBuf::from("mask.geojson") }] {
+            let problem = refusal(&text, &area);
+            assert!(problem.contains(&format!("zone 2: properties.{member} = 200")), "{problem}");
+        }
+        // The configuration says what holds instead.
+        let limited = areas(&text, &alert(|settings| settings.ceiling_m = Some(100.0)));
+        let ceilings = limited.parts().map(|part| part.band.above_sea(47.0).ceiling_m).collect::<Vec<_>>();
+        assert_eq!(ceilings, [Some(100.0); 2]);
+    }
+    let described = json!({ "CEILING": null, "Elevation_meter": 5.2, "height": 120, "upper_limits_of": "x" });
+    let text = file(&[feature(square(10.0, 50.0, 11.0, 51.0), described)]).to_string();
+    assert_eq!(areas(&text, &alert(|_| {})).zones().count(), 1);
+}

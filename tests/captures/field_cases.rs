@@ -1,0 +1,77 @@
+//! Captures that practitioners had trouble with, where `UTM_FUSION_SHARED_DATA` names them.
+
+use std::path::PathBuf;
+
+use remote_id::messages;
+use utm_fusion::capture::{Capture, Datagram};
+use utm_fusion::gateways::remote_id::{Line, lines};
+
+fn folder() -> Option<PathBuf> {
+    let folder =
+        std::env::var_os("UTM_FUSION_SHARED_DATA").map(|root| PathBuf::from(root).join("field-cases"));
+    if folder.is_none() {
+        println!("skipped: UTM_FUSION_SHARED_DATA is not set");
+    }
+    folder
+}
+
+fn datagrams(file: PathBuf) -> Vec<Datagram> {
+    Capture::open(&file).unwrap().map(Result::unwrap).collect()
+}
+
+#[test]
+fn mirrored_datagrams_are_all_read() {
+    let Some(folder) = folder() else { return };
+    for name in ["erspan1", "erspan2", "gre_ip", "gre_teb", "ipip", "llcsnap", "mpls", "pppoe"] {
+        let read = datagrams(folder.join("20-mirror-encapsulations").join(name).with_extension("pcap"));
+        assert_eq!(read.len(), 40, "{name}");
+        for datagram in read {
+            let endpoints = datagram.endpoints.unwrap();
+            let ends = (endpoints.source.to_string(), endpoints.destination.to_string());
+            assert_eq!(ends, ("10.48.0.10:50048".to_owned(), "239.192.48.1:8048".to_owned()));
+            assert_eq!((datagram.payload.len(), datagram.payload[0]), (24, 48), "{name}");
+        }
+    }
+}
+
+/// Sound messages and faults of all lines.
+fn counts(read: &[Datagram]) -> (usize, usize) {
+    let all = read.iter().flat_map(|datagram| lines(&datagram.payload));
+    let all = all.flat_map(|line| messages(&Line::parse(line).unwrap().octets).collect::<Vec<_>>());
+    let (sound, faults): (Vec<_>, Vec<_>) = all.partition(Result::is_ok);
+    (sound.len(), faults.len())
+}
+
+#[test]
+fn remote_id_frames_are_all_heard() {
+    let Some(folder) = folder() else { return };
+    for (name, heard, sound) in [
+        ("14-dissector30-beacon-flags/plain", 21, 105),
+        ("14-dissector30-beacon-flags/retry", 21, 105),
+        ("14-dissector30-beacon-flags/pwr_more", 21, 105),
+        ("14-dissector30-beacon-flags/order_htc", 21, 105),
+        ("14-dissector30-beacon-flags/nan_plain", 42, 42),
+        ("14-dissector30-beacon-flags/nan_retry", 42, 42),
+        ("14-dissector30-beacon-flags/nan_order_htc", 42, 42),
+        ("15-sniffle74-bt4-legacy/adv_ind", 25, 25),
+        ("15-sniffle74-bt4-legacy/adv_nonconn", 25, 25),
+        ("15-sniffle74-bt4-legacy/adv_scan_ind", 25, 25),
+        ("15-sniffle74-bt4-legacy/scan_rsp", 25, 25),
+        ("17-dissector15-linktype256/raw251", 50, 50),
+        ("17-dissector15-linktype256/sniffle_ext", 20, 20),
+        ("17-dissector15-linktype256/sniffle_legacy", 50, 50),
+        ("18-dissector19-hci/btmon201", 50, 50),
+    ] {
+        let read = datagrams(folder.join(name).with_extension("pcap"));
+        assert_eq!((read.len(), counts(&read)), (heard, (sound, 0)), "{name}");
+    }
+}
+
+#[test]
+fn packs_of_every_size_are_read_as_far_as_they_are_sound() {
+    let Some(folder) = folder() else { return };
+    for (name, sound, faults) in [("ten", 200, 0), ("cut", 40, 20), ("size24", 0, 5)] {
+        let read = datagrams(folder.join("37-mavlink1701-pack-sizes").join(name).with_extension("pcap"));
+        assert_eq!(counts(&read), (sound, faults), "{name}");
+    }
+}
