@@ -77,7 +77,8 @@ impl Fix {
 }
 
 /// Who a transponder says it is, in one of the [`Space`]s that tell identities apart: of a serial number with its
-/// registration country, without leading and trailing spaces and NULs. Ordered by space, then octets.
+/// registration country. Names that are text have no leading and trailing spaces and NULs; names that are octets
+/// ([`Space::octets`]) are complete. Ordered by space, then octets.
 ///
 /// ```
 /// use utm_fusion_engine::Identity;
@@ -111,9 +112,9 @@ pub enum Space {
     Address,
     /// Registration by a civil aviation authority (Remote ID).
     Registration,
-    /// Number that a traffic management service gave for a flight (Remote ID): octets of a UUID.
+    /// Number that a traffic management service gave for a flight (Remote ID): the 16 octets of a UUID.
     Flight,
-    /// Number of a session (Remote ID): octets, the first says of which kind.
+    /// Number of a session (Remote ID): 20 octets, the first says of which kind.
     Session,
 }
 
@@ -129,6 +130,15 @@ impl Space {
             Self::Registration => "registration",
             Self::Flight => "flight",
             Self::Session => "session",
+        }
+    }
+
+    /// Number of octets of a name that is binary, every one of which counts; `None` of a name that is text.
+    pub const fn octets(self) -> Option<usize> {
+        match self {
+            Self::Serial | Self::Address | Self::Registration => None,
+            Self::Flight => Some(16),
+            Self::Session => Some(NAME_MAX),
         }
     }
 }
@@ -152,13 +162,18 @@ impl Identity {
         Self { octets }
     }
 
-    /// Of a name in a space; `None` where it is blank, or longer than [`NAME_MAX`] octets.
+    /// Of a name in a space; `None` where it is blank, or longer than [`NAME_MAX`] octets. A binary name is filled up with
+    /// NULs; octets behind it are left out.
     pub fn of_name(space: Space, name: &[u8]) -> Option<Self> {
         let mut octets = [0; 24];
-        let name = trimmed(name);
         octets[0] = space as u8;
+        let name = match space.octets() {
+            Some(_) if name.len() > NAME_MAX => return None,
+            Some(length) => &name[..name.len().min(length)],
+            None => trimmed(name),
+        };
         octets[NAME].get_mut(..name.len())?.copy_from_slice(name);
-        (!name.is_empty()).then_some(Self { octets })
+        name.iter().any(|&octet| octet != 0).then_some(Self { octets })
     }
 
     /// What its name is.
@@ -166,9 +181,10 @@ impl Identity {
         Space::ALL[usize::from(self.octets[0])]
     }
 
-    /// The trimmed name: of a serial number that, of an address its digits.
+    /// The name: a trimmed text, or all octets of a binary name.
     pub fn name(&self) -> &[u8] {
-        filled(&self.octets[NAME])
+        let name = &self.octets[NAME];
+        self.space().octets().map_or_else(|| filled(name), |length| &name[..length])
     }
 
     /// The trimmed serial number; `None` of another space.
@@ -439,6 +455,27 @@ mod tests {
         assert!(all.iter().zip(Space::ALL).all(|(identity, space)| identity.space() == space));
         assert_eq!(all.map(|identity| identity.serial().is_some()), [true, false, false, false, false]);
         assert_eq!(Identity::of_name(Space::Session, &[b'A'; 21]), None);
+    }
+
+    #[test]
+    fn binary_names_that_differ_in_nul_or_blank_octets_differ() {
+        for (space, length) in [(Space::Flight, 16), (Space::Session, 20)] {
+            let mut seen = std::collections::BTreeSet::new();
+            for filler in [0x00, b' '] {
+                for place in [0, 1, length - 2, length - 1] {
+                    let mut name = vec![filler; length];
+                    name[place] = 0x11;
+                    let identity = Identity::of_name(space, &name).unwrap();
+                    assert_eq!(identity.name(), name);
+                    assert!(seen.insert(identity), "{identity:?}");
+                    let written = serde_json::to_value(identity).unwrap();
+                    assert_eq!(serde_json::from_value::<Identity>(written).unwrap(), identity);
+                }
+            }
+            assert_eq!(Identity::of_name(space, &vec![0; length]), None);
+        }
+        // The message has room for 20 octets: what stands behind a UUID is filler.
+        assert_eq!(Identity::of_name(Space::Flight, &[1; 20]), Identity::of_name(Space::Flight, &[1; 16]));
     }
 
     #[test]

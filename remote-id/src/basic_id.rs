@@ -70,9 +70,14 @@ impl BasicId {
         }
     }
 
-    /// The identity, at most 20 octets, without what fills it up; any octets.
+    /// The identity, any octets: of a text, at most 20 octets without the NULs and blanks behind it; of a UUID all 16 octets;
+    /// of a session all 20 octets.
     pub fn id(&self) -> &[u8] {
-        trimmed(&self.0[2..22])
+        match self.id_type() {
+            IdType::UtmAssigned => &self.0[2..18],
+            IdType::SpecificSession => &self.0[2..22],
+            _ => trimmed(&self.0[2..22]),
+        }
     }
 
     /// The octets of the identity as they are.

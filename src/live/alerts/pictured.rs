@@ -7,7 +7,7 @@ use geo::{ConvexHull, LineString, MultiPoint, Point, Winding};
 use super::wording::{jamming, lying, resolved, silent, uncooperative};
 use super::{AlertKind, Alerts, Basis, Details, Found, Severity};
 use crate::json::rounded;
-use crate::picture::{Picture, PictureMaker, PictureTrack};
+use crate::picture::{Picture, PictureMaker, PictureTrack, serial_text};
 use fusion::integrity::{Concern, State};
 use fusion::time::Time;
 use fusion::{Enu, Identity};
@@ -138,7 +138,7 @@ fn place(track: &PictureTrack) -> (f64, f64) {
 
 /// What tells an identity from all others, in a line.
 fn subject(identity: Identity) -> String {
-    format!("{} {}", identity.name().escape_ascii(), identity.country().escape_ascii())
+    format!("{} {}", serial_text(identity), identity.country().escape_ascii())
 }
 
 /// A closed ring around the places, at least the margin away from each.
