@@ -156,8 +156,11 @@ pub(super) fn source(
     let transponder = target.transponder().and_then(|transponder| transponder.part(cycle.end));
     Some(match (transponder, plot.zip(radar)) {
         (Some(transponder), Some((plot, radar))) => {
-            let curve = target.on_curve(plot.time, cycle.settings).map(|curve| curve.position);
-            let distance_m = (plot.position.0 - curve.unwrap_or(estimate.position).0).norm();
+            let curve = target.on_curve(plot.time, cycle.settings);
+            let stated = curve.map_or(transponder.height_measured, |curve| curve.height_measured);
+            let apart = plot.position.0 - curve.map_or(estimate.position, |curve| curve.position).0;
+            // An assumed height is no part of a distance.
+            let distance_m = if plot.height_measured && stated { apart.norm() } else { apart.xy().norm() };
             Source::Fused(radar, transponder, Association { distance_m, because })
         }
         (Some(transponder), None) => Source::Transponder(transponder),

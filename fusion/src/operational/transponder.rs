@@ -8,8 +8,8 @@ use super::cycle::EARLIEST;
 use super::settings::{self, Settings};
 use super::transponder_types::TransponderTypes;
 use super::tuning::{
-    BETWEEN_REPORTS_M_S2, DELAY_BETWEEN_TRANSPONDERS_S, FRESH_SHARE, NOISE_CHANGE_S, POORER, SAME_REPORT,
-    TRANSPONDER_SILENT_S,
+    BETWEEN_REPORTS_M_S2, DELAY_BETWEEN_TRANSPONDERS_S, FRESH_SHARE, HEIGHT_KEPT_S, NOISE_CHANGE_S, POORER,
+    SAME_REPORT, TRANSPONDER_SILENT_S,
 };
 use crate::frames::Enu;
 use crate::interpolation::{Curve, Knot, Piece};
@@ -297,6 +297,17 @@ impl Transponder {
             && last.is_some_and(|last| fix.time.seconds_since(last).abs() <= TRANSPONDER_SILENT_S)
     }
 
+    /// Whether a report states its height: that of the index or, because reports alternate between heights and none, one of
+    /// the last seconds before it.
+    fn states_height(&self, index: usize) -> bool {
+        let Some(last) = self.fixes.get(index) else { return false };
+        let mut lately = self.fixes[..=index]
+            .iter()
+            .rev()
+            .take_while(|fix| last.time.seconds_since(fix.time) <= HEIGHT_KEPT_S);
+        lately.any(|fix| fix.height_measured)
+    }
+
     /// Its part in a point of a slot that ends at `end`.
     pub(super) fn part(&self, end: Time) -> Option<TransponderPart> {
         let heard = self.fixes.partition_point(|fix| fix.time < end).checked_sub(1);
@@ -307,7 +318,8 @@ impl Transponder {
             time: heard.map(|index| self.fixes[index].time),
             items: self.items,
             aircraft: self.aircraft,
-            height_measured: heard.is_none_or(|index| self.fixes[index].height_measured),
+            // Before the first report it is that one's height that is published.
+            height_measured: self.states_height(heard.unwrap_or(0)),
         })
     }
 }
