@@ -7,6 +7,7 @@ use std::ops::Range;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
+use crate::declaration::Declaration;
 use crate::frames::Enu;
 use crate::time::Time;
 
@@ -284,6 +285,8 @@ pub struct Aircraft {
     pub callsign: [u8; 8],
     /// Emitter category (I021/020).
     pub emitter_category: Option<u8>,
+    /// What it declares by Remote ID.
+    pub declared: Declaration,
 }
 
 impl Aircraft {
@@ -294,6 +297,7 @@ impl Aircraft {
             kind: if of_category.emitter_category.is_some() { of_category.kind } else { self.kind },
             callsign: if self.callsign == [0; 8] { earlier.callsign } else { self.callsign },
             emitter_category: of_category.emitter_category,
+            declared: self.declared.or(earlier.declared),
         }
     }
 }
@@ -507,8 +511,12 @@ mod tests {
 
     #[test]
     fn what_a_report_leaves_out_is_known_from_an_earlier_one() {
-        let earlier =
-            Aircraft { kind: AircraftKind::Unmanned, callsign: *b"UAV1\0\0\0\0", emitter_category: Some(13) };
+        let earlier = Aircraft {
+            kind: AircraftKind::Unmanned,
+            callsign: *b"UAV1\0\0\0\0",
+            emitter_category: Some(13),
+            ..Aircraft::default()
+        };
         let bare = Aircraft { kind: AircraftKind::Crewed, ..Aircraft::default() };
         assert_eq!(bare.or(earlier), earlier);
         let vehicle =

@@ -59,9 +59,14 @@ impl BasicId {
         }
     }
 
+    /// Number of the kind of aircraft, 0 (none is declared) to 15.
+    pub fn ua_type_number(&self) -> u8 {
+        self.0[1] & 0xf
+    }
+
     /// What kind of aircraft it is.
     pub fn ua_type(&self) -> UaType {
-        match self.0[1] & 0xf {
+        match self.ua_type_number() {
             0 => UaType::None,
             1 => UaType::Aeroplane,
             2 => UaType::Rotorcraft,

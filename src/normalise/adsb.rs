@@ -145,7 +145,7 @@ fn aircraft(record: &Record) -> Aircraft {
         }
     }
     let emitter_category = record.emitter.map(|emitter| emitter.octets()[0]).filter(|&number| number > 0);
-    Aircraft { kind, callsign, emitter_category }
+    Aircraft { kind, callsign, emitter_category, ..Aircraft::default() }
 }
 
 #[cfg(test)]

@@ -18,6 +18,7 @@ use super::service::Service;
 use super::{adsb, remote_id};
 use crate::areas::Masks;
 use crate::config::{Classification, Config, Profile, SensorKind};
+use fusion::declaration::Declaration;
 use fusion::frames::{Geodetic, TangentPlane};
 use fusion::report::{Aircraft, Bearing, UasItems};
 use fusion::time::Time;
@@ -251,11 +252,12 @@ impl Normaliser {
         self.remote_id.values().copied()
     }
 
-    /// A drone's Location that this receiver heard, at `received`; `stamped`: when a gateway says that it did.
+    /// A drone's Location, with what else its transmitter declares, that this receiver heard, at `received`; `stamped`: when a
+    /// gateway says that it did.
     pub fn remote_id(
         &self,
         sensor: SensorIndex,
-        drone: (Identity, &::remote_id::Location),
+        drone: (Identity, &::remote_id::Location, Declaration),
         received: Time,
         stamped: Option<Time>,
         barometer: &mut Barometer,

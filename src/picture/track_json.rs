@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::integrity_json::TrackIntegrity;
+use super::remote_id_json::RemoteIdJson;
 use super::{Ellipse, HORIZONTAL, PictureMaker, PictureTrack, Rfc3339, TrackClass, VERTICAL};
 use crate::json::rounded;
 use fusion::operational::{ASSOCIATE_LLR, DISSOCIATE_LLR};
@@ -84,6 +85,9 @@ pub struct TrackJson<'a> {
     uas_id: Option<UasId<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     aircraft: Option<AircraftJson<'a>>,
+    /// What a drone declares by Remote ID.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    remote_id: Option<RemoteIdJson<'a>>,
     #[serde(flatten)]
     integrity: TrackIntegrity<'a>,
     /// Centre of the first slot with it.
@@ -284,6 +288,7 @@ impl<'a> TrackJson<'a> {
             aircraft_type: maker.class(track).name(),
             uas_id: source.transponder().and_then(UasId::new),
             aircraft: source.transponder().and_then(AircraftJson::new),
+            remote_id: source.transponder().and_then(|part| RemoteIdJson::new(&part.aircraft.declared)),
             integrity: TrackIntegrity::new(track),
             first_seen: track.point.first_seen.into(),
             last_measurement: motion.and_then(|motion| motion.last_measurement).map(Rfc3339),

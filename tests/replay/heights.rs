@@ -1,10 +1,13 @@
-//! Heights that no sensor measured, and binary identities, of Remote ID: in every output format.
+//! Remote ID in every output format: heights that no sensor measured, binary identities, and what a drone declares.
 
 use std::fmt::Write;
 
 use asterix::{blocks, cat062, cat129};
 use fusion::time::{SECOND, Time};
-use remote_id::{BasicId, IdType, Location, LocationContent, Message, Status, UaType, pack};
+use remote_id::{
+    BasicId, HeightAbove, IdType, LENGTH, Location, LocationContent, Message, Status, System, SystemContent,
+    UaType, pack,
+};
 use serde_json::Value;
 
 use super::common::{Scratch, pcap, ran, utm_fusion};
@@ -32,6 +35,20 @@ const START_S: i64 = 1_700_002_800;
 /// Lines of a gateway: each second a pack of identity and position of each drone, which flies east. The drone's height is
 /// known from a second on.
 fn lines(drones: &[(IdType, &[u8])], seconds: u16, known_from_s: u16) -> String {
+    let height = |second, content| LocationContent {
+        geodetic_altitude_m: (second >= known_from_s).then_some(180.0),
+        ..content
+    };
+    sent(drones, seconds, height, &[])
+}
+
+/// The same with positions that are changed, and with further messages.
+fn sent(
+    drones: &[(IdType, &[u8])],
+    seconds: u16,
+    change: impl Fn(u16, LocationContent) -> LocationContent,
+    more: &[Message],
+) -> String {
     let mut text = String::new();
     for second in 0..seconds {
         for (drone, (id_type, id)) in drones.iter().enumerate() {
@@ -42,7 +59,7 @@ fn lines(drones: &[(IdType, &[u8])], seconds: u16, known_from_s: u16) -> String 
                 climb_m_s: Some(0.0),
                 place_deg: Some([52.51 + 0.002 * drone as f64, -0.58 + f64::from(second) * 1.18e-4]),
                 pressure_altitude_m: None,
-                geodetic_altitude_m: (second >= known_from_s).then_some(180.0),
+                geodetic_altitude_m: None,
                 height_m: None,
                 accuracy_h_m: Some(10.0),
                 accuracy_v_m: None,
@@ -52,7 +69,10 @@ fn lines(drones: &[(IdType, &[u8])], seconds: u16, known_from_s: u16) -> String 
                 accuracy_time_s: None,
             };
             let own = BasicId::new(*id_type, UaType::Rotorcraft, id);
-            let octets = pack(&[Message::BasicId(own), Message::Location(Location::new(&content))]).unwrap();
+            let position = Location::new(&change(second, content));
+            let mut messages = vec![Message::BasicId(own), Message::Location(position)];
+            messages.extend(more);
+            let octets = pack(&messages).unwrap();
             let digits: String = octets.iter().map(|octet| format!("{octet:02x}")).collect();
             let time = START_S + i64::from(second);
             writeln!(
@@ -173,4 +193,56 @@ fn binary_identities_with_blank_octets_are_two_drones() {
     let points = tracks(&lines(&sessions, 30, 0));
     let ids: std::collections::BTreeSet<_> = points.iter().map(|point| point["id"].to_string()).collect();
     assert_eq!(ids.len(), 2, "{ids:?}");
+}
+
+#[test]
+fn declarations_are_published_and_an_emergency_is_an_alert() {
+    let operator = SystemContent {
+        location_type: 0,
+        classification: 0,
+        operator_deg: Some([52.5001, -0.5801]),
+        area_count: 1,
+        area_radius_m: 0.0,
+        area_ceiling_m: None,
+        area_floor_m: None,
+        category_and_class: [0, 0],
+        operator_altitude_m: Some(112.5),
+        time_s: 0,
+    };
+    let mut registration = [0; LENGTH];
+    registration[0] = 0x52;
+    registration[2..9].copy_from_slice(b"FIN87AB");
+    let more = [Message::System(System::new(&operator)), Message::new(registration).unwrap()];
+    let change = |second, content| LocationContent {
+        status: if (20..30).contains(&second) { Status::Emergency } else { Status::Airborne },
+        height_m: Some((55.5, HeightAbove::TakeOff)),
+        ..content
+    };
+    let lines = sent(&[(IdType::SerialNumber, b"1581F5WIFIODID000001")], 60, change, &more);
+    let points = tracks(&lines);
+    let declared = &points[points.len() / 4]["remote_id"];
+    let expected = serde_json::json!({
+        "ua_type": "Helicopter",
+        "operational_status": "Airborne",
+        "height": { "distance": 55.5, "reference": "TakeoffLocation" },
+        "operator_id": "FIN87AB",
+        "operator_location": { "lat": 52.5001, "lng": -0.5801, "alt": 112.5, "type": "Takeoff" },
+    });
+    assert_eq!(*declared, expected);
+    let status = |point: &Value| point["remote_id"]["operational_status"] == "Emergency";
+    assert!((30..60).contains(&points.iter().filter(|point| status(point)).count()));
+
+    let scratch = Scratch::new();
+    let (site, input) = (scratch.file("site.toml", SITE), scratch.file("in.pcap", capture(&lines)));
+    let alerts = scratch.path("alerts.ndjson");
+    let ran = ran(utm_fusion("replay").arg(input).arg("--config").arg(site).arg("--alerts").arg(&alerts));
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    let text = std::fs::read_to_string(alerts).unwrap();
+    let alerts: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let of_kind: Vec<&Value> = alerts.iter().filter(|alert| alert["kind"] == "emergency").collect();
+    assert_eq!(of_kind.len(), 2, "{text}");
+    assert_eq!((&of_kind[0]["severity"], of_kind[0].get("until")), (&"critical".into(), None));
+    assert_eq!(of_kind[0]["identity"], "1581F5WIFIODID000001");
+    assert_eq!(of_kind[0]["track_id"], points[0]["id"]);
+    assert!(of_kind[1]["until"].is_string());
 }

@@ -129,6 +129,11 @@ pub(super) fn uncooperative(track: &PictureTrack, id: &str, since: Time) -> Stri
     )
 }
 
+/// An aircraft declares an emergency.
+pub(super) fn emergency(track: &PictureTrack, id: &str, since: Time) -> String {
+    format!("{} has declared an emergency since {}", described(track, id), at(since))
+}
+
 /// It is none any more.
 pub(super) fn resolved(id: &str, identity: Option<Identity>) -> String {
     match identity {
