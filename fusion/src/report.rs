@@ -356,7 +356,15 @@ pub struct Fix {
     pub climb_m_s: Option<f64>,
 }
 
+/// Standard deviation from which on a stated height says too little to be compared with a radar's, metres.
+const COARSE_HEIGHT_M: f64 = 100.0;
+
 impl Fix {
+    /// Whether its height can be compared with what others measure: a flight level without the pressure of the day cannot.
+    pub fn has_fine_height(&self) -> bool {
+        self.height_measured && self.height_sigma_m.is_none_or(|sigma_m| sigma_m <= COARSE_HEIGHT_M)
+    }
+
     /// The type of its transponder.
     pub fn transponder_type(&self) -> TransponderType {
         TransponderType::of(self.sensor, &self.items)

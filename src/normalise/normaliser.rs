@@ -341,6 +341,20 @@ impl Normaliser {
         if time - received > self.max_future { Err(Refusal::Future) } else { Ok(time) }
     }
 
+    /// The height above the ellipsoid of a pressure altitude, with its standard deviation, metres. The rules of the `reference`
+    /// profile know no accuracy of a height: for them it has to have been shown by other aircraft.
+    pub(super) fn height_by_pressure(
+        &self,
+        altitude_m: f64,
+        time: Time,
+        barometer: &mut Barometer,
+    ) -> Option<(f64, f64)> {
+        match self.needs_height {
+            true => barometer.shown_m(altitude_m, time),
+            false => Some(barometer.height_m(altitude_m, self.undulation_m, time)),
+        }
+    }
+
     /// The place of a report: latitude and longitude, degrees, and the height above the ellipsoid where it says that, metres.
     pub(super) fn place(
         &self,

@@ -77,9 +77,9 @@ pub(super) fn fix(
     let pressure_m = location.pressure_altitude_m();
     let height = match (geodetic_m, pressure_m) {
         (Some(height_m), _) => Some((height_m, location.accuracy_v_m().map(|half_m| half_m / HALF_WIDTH))),
-        (None, Some(altitude_m)) => {
-            barometer.height_m(altitude_m, time).map(|(height_m, sigma_m)| (height_m, Some(sigma_m)))
-        }
+        (None, Some(altitude_m)) => site
+            .height_by_pressure(altitude_m, time, barometer)
+            .map(|(height_m, sigma_m)| (height_m, Some(sigma_m))),
         (None, None) => None,
     };
     let place = site.place(location.place_deg(), height.map(|height| height.0))?;

@@ -246,3 +246,13 @@ fn declarations_are_published_and_an_emergency_is_an_alert() {
     assert_eq!(of_kind[0]["track_id"], points[0]["id"]);
     assert!(of_kind[1]["until"].is_string());
 }
+
+#[test]
+fn pressure_altitude_alone_is_a_height_within_300_m() {
+    let change = |_, content| LocationContent { pressure_altitude_m: Some(150.0), ..content };
+    let points = tracks(&sent(&[(IdType::SerialNumber, b"1581F5WIFIODID000001")], 40, change, &[]));
+    for point in &points {
+        let [alt_msl, accuracy] = ["alt_msl", "accuracy_v_m"].map(|name| point[name].as_f64().unwrap());
+        assert!((alt_msl - 150.0).abs() < 5.0 && (250.0..400.0).contains(&accuracy), "{point}");
+    }
+}
