@@ -48,7 +48,7 @@ export type AircraftJson = {
 /** What is wrong, or was. */
 export type Alert = {
   id: string;
-  kind: "sensor" | "area" | "area-predicted" | "service" | "registration" | "integrity" | "jamming" | "silent" | "uncooperative" | "conflict";
+  kind: "sensor" | "area" | "area-predicted" | "service" | "registration" | "integrity" | "jamming" | "silent" | "uncooperative" | "conflict" | "emergency";
   severity: "warning" | "critical";
   /** A time, RFC 3339, UTC. */
   since: string;
@@ -147,6 +147,13 @@ export type Alerts = {
   ended: Array<Alert>;
   /** Further ones that ended match and are left off. */
   more?: boolean;
+};
+
+export type Altitude = {
+  /** Metres above the WGS-84 ellipsoid. */
+  value: number;
+  reference: "W84";
+  units: "M";
 };
 
 export type AreaProperties = {
@@ -656,6 +663,11 @@ export type IntegrityVerdict = {
   verdict: "trusted" | "distrusted" | "automatic";
 };
 
+export type LatLngPoint = {
+  lat: number;
+  lng: number;
+};
+
 /** A radar's errors as they have shown themselves; operational profile only, where they are learnt. */
 export type Learnt = {
   /** In a line. */
@@ -802,6 +814,24 @@ export type NodeState = {
   checkpoints: number;
 };
 
+export type OperatorLocation = {
+  position: LatLngPoint;
+  altitude?: Altitude;
+  altitude_type: "Takeoff" | "Dynamic" | "Fixed";
+};
+
+/** Place of an operator. */
+export type OperatorPlace = {
+  /** WGS-84, degrees. */
+  lat: number;
+  /** WGS-84, degrees. */
+  lng: number;
+  /** Metres above the ellipsoid. */
+  alt?: number;
+  /** The place of take-off, measured, or fixed. */
+  type: "Takeoff" | "Dynamic" | "Fixed";
+};
+
 export type PastPosition = {
   lat: number;
   lng: number;
@@ -865,7 +895,7 @@ export type RIDAircraftPosition = {
 export type RIDAircraftState = {
   timestamp: RIDTime;
   timestamp_accuracy: number;
-  operational_status: string;
+  operational_status: "Undeclared" | "Ground" | "Airborne" | "Emergency" | "RemoteIDSystemFailure";
   position: RIDAircraftPosition;
   /** Degrees true; 361: unknown. */
   track: number;
@@ -874,11 +904,13 @@ export type RIDAircraftState = {
   speed_accuracy: string;
   /** Metres per second; 63: unknown. */
   vertical_speed: number;
+  /** Above take-off or ground, as the drone declares it. */
+  height?: RIDHeight;
 };
 
 export type RIDFlight = {
   id: string;
-  aircraft_type: string;
+  aircraft_type: "NotDeclared" | "Aeroplane" | "Helicopter" | "Gyroplane" | "HybridLift" | "Ornithopter" | "Glider" | "Kite" | "FreeBalloon" | "CaptiveBalloon" | "Airship" | "FreeFallOrParachute" | "Rocket" | "TetheredPoweredAircraft" | "GroundObstacle" | "Other";
   simulated: boolean;
   current_state: RIDAircraftState;
   /** Only where `recent_positions_duration` asks for them. */
@@ -897,6 +929,15 @@ export type RIDFlightDetails = {
   } | {
     specific_session_id: string;
   };
+  operator_id?: string;
+  operator_location?: OperatorLocation;
+};
+
+/** A height relative to a place. */
+export type RIDHeight = {
+  /** Metres. */
+  distance: number;
+  reference: "TakeoffLocation" | "GroundLevel";
 };
 
 export type RIDRecentAircraftPosition = {
@@ -991,6 +1032,16 @@ export type RegistrationValues = {
   range_m: RegistrationValue;
   height_m: RegistrationValue;
   time_s: RegistrationValue;
+};
+
+/** What a drone declares by Remote ID beside identity and position. */
+export type RemoteIdDeclaration = {
+  ua_type?: "NotDeclared" | "Aeroplane" | "Helicopter" | "Gyroplane" | "HybridLift" | "Ornithopter" | "Glider" | "Kite" | "FreeBalloon" | "CaptiveBalloon" | "Airship" | "FreeFallOrParachute" | "Rocket" | "TetheredPoweredAircraft" | "GroundObstacle" | "Other";
+  operational_status?: "Undeclared" | "Ground" | "Airborne" | "Emergency" | "RemoteIDSystemFailure";
+  height?: RIDHeight;
+  /** The operator's registration. */
+  operator_id?: string;
+  operator_location?: OperatorPlace;
 };
 
 /** What came of the lines. */
@@ -1272,6 +1323,8 @@ export type TrackProperties = {
   aircraft_type: "drone" | "crewed" | "vehicle" | "other" | "unknown";
   uas_id?: UasId;
   aircraft?: AircraftJson;
+  /** What a drone declares by Remote ID. */
+  remote_id?: RemoteIdDeclaration;
   /** Operational: whether its transponder can be trusted; docs/INTEGRITY.md. */
   integrity?: "unverified" | "verified" | "suspect" | "failed" | null;
   /** Natural logarithm of how much likelier a lie of its transponder is than none, by radar. */
@@ -1342,9 +1395,9 @@ export type UasId = {
   serial_number?: string;
   /** Given by an authority. */
   registration_id?: string;
-  /** Given by a traffic management service for a flight, hexadecimal. */
+  /** Given by a traffic management service for a flight: a UUID. */
   utm_id?: string;
-  /** Of a session, hexadecimal; its first octet says of which kind. */
+  /** Of a session: 20 octets, hexadecimal; the first octet says of which kind. */
   specific_session_id?: string;
   manufacturer?: string;
   model?: string;

@@ -32,6 +32,7 @@ mod cells;
 mod checkpoint;
 pub mod conflicts;
 mod decimals;
+pub mod declaration;
 mod engine;
 mod filter;
 pub mod frames;

@@ -174,7 +174,7 @@ pub struct TransponderPart {
     pub items: UasItems,
     /// What else it says of its aircraft.
     pub aircraft: Aircraft,
-    /// Whether it says its height.
+    /// Whether it states its height: its latest report, one of the seconds before that, or, before its first report, that one.
     pub height_measured: bool,
 }
 
@@ -192,7 +192,7 @@ impl From<&Plot> for RadarPart {
 /// Why a pair was fused.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Association {
-    /// Distance between the two, metres (horizontal where the radar measured no height).
+    /// Distance between the two, metres (horizontal where one of them measured no height).
     pub distance_m: f64,
     /// What it rests on.
     pub because: Because,

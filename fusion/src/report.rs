@@ -7,6 +7,7 @@ use std::ops::Range;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
+use crate::declaration::Declaration;
 use crate::frames::Enu;
 use crate::time::Time;
 
@@ -77,7 +78,8 @@ impl Fix {
 }
 
 /// Who a transponder says it is, in one of the [`Space`]s that tell identities apart: of a serial number with its
-/// registration country, without leading and trailing spaces and NULs. Ordered by space, then octets.
+/// registration country. Names that are text have no leading and trailing spaces and NULs; names that are octets
+/// ([`Space::octets`]) are complete. Ordered by space, then octets.
 ///
 /// ```
 /// use utm_fusion_engine::Identity;
@@ -111,9 +113,9 @@ pub enum Space {
     Address,
     /// Registration by a civil aviation authority (Remote ID).
     Registration,
-    /// Number that a traffic management service gave for a flight (Remote ID): octets of a UUID.
+    /// Number that a traffic management service gave for a flight (Remote ID): the 16 octets of a UUID.
     Flight,
-    /// Number of a session (Remote ID): octets, the first says of which kind.
+    /// Number of a session (Remote ID): 20 octets, the first says of which kind.
     Session,
 }
 
@@ -129,6 +131,15 @@ impl Space {
             Self::Registration => "registration",
             Self::Flight => "flight",
             Self::Session => "session",
+        }
+    }
+
+    /// Number of octets of a name that is binary, every one of which counts; `None` of a name that is text.
+    pub const fn octets(self) -> Option<usize> {
+        match self {
+            Self::Serial | Self::Address | Self::Registration => None,
+            Self::Flight => Some(16),
+            Self::Session => Some(NAME_MAX),
         }
     }
 }
@@ -152,13 +163,18 @@ impl Identity {
         Self { octets }
     }
 
-    /// Of a name in a space; `None` where it is blank, or longer than [`NAME_MAX`] octets.
+    /// Of a name in a space; `None` where it is blank, or longer than [`NAME_MAX`] octets. A binary name is filled up with
+    /// NULs; octets behind it are left out.
     pub fn of_name(space: Space, name: &[u8]) -> Option<Self> {
         let mut octets = [0; 24];
-        let name = trimmed(name);
         octets[0] = space as u8;
+        let name = match space.octets() {
+            Some(_) if name.len() > NAME_MAX => return None,
+            Some(length) => &name[..name.len().min(length)],
+            None => trimmed(name),
+        };
         octets[NAME].get_mut(..name.len())?.copy_from_slice(name);
-        (!name.is_empty()).then_some(Self { octets })
+        name.iter().any(|&octet| octet != 0).then_some(Self { octets })
     }
 
     /// What its name is.
@@ -166,9 +182,10 @@ impl Identity {
         Space::ALL[usize::from(self.octets[0])]
     }
 
-    /// The trimmed name: of a serial number that, of an address its digits.
+    /// The name: a trimmed text, or all octets of a binary name.
     pub fn name(&self) -> &[u8] {
-        filled(&self.octets[NAME])
+        let name = &self.octets[NAME];
+        self.space().octets().map_or_else(|| filled(name), |length| &name[..length])
     }
 
     /// The trimmed serial number; `None` of another space.
@@ -268,6 +285,8 @@ pub struct Aircraft {
     pub callsign: [u8; 8],
     /// Emitter category (I021/020).
     pub emitter_category: Option<u8>,
+    /// What it declares by Remote ID.
+    pub declared: Declaration,
 }
 
 impl Aircraft {
@@ -278,6 +297,7 @@ impl Aircraft {
             kind: if of_category.emitter_category.is_some() { of_category.kind } else { self.kind },
             callsign: if self.callsign == [0; 8] { earlier.callsign } else { self.callsign },
             emitter_category: of_category.emitter_category,
+            declared: self.declared.or(earlier.declared),
         }
     }
 }
@@ -336,7 +356,15 @@ pub struct Fix {
     pub climb_m_s: Option<f64>,
 }
 
+/// Standard deviation from which on a stated height says too little to be compared with a radar's, metres.
+const COARSE_HEIGHT_M: f64 = 100.0;
+
 impl Fix {
+    /// Whether its height can be compared with what others measure: a flight level without the pressure of the day cannot.
+    pub fn has_fine_height(&self) -> bool {
+        self.height_measured && self.height_sigma_m.is_none_or(|sigma_m| sigma_m <= COARSE_HEIGHT_M)
+    }
+
     /// The type of its transponder.
     pub fn transponder_type(&self) -> TransponderType {
         TransponderType::of(self.sensor, &self.items)
@@ -442,6 +470,27 @@ mod tests {
     }
 
     #[test]
+    fn binary_names_that_differ_in_nul_or_blank_octets_differ() {
+        for (space, length) in [(Space::Flight, 16), (Space::Session, 20)] {
+            let mut seen = std::collections::BTreeSet::new();
+            for filler in [0x00, b' '] {
+                for place in [0, 1, length - 2, length - 1] {
+                    let mut name = vec![filler; length];
+                    name[place] = 0x11;
+                    let identity = Identity::of_name(space, &name).unwrap();
+                    assert_eq!(identity.name(), name);
+                    assert!(seen.insert(identity), "{identity:?}");
+                    let written = serde_json::to_value(identity).unwrap();
+                    assert_eq!(serde_json::from_value::<Identity>(written).unwrap(), identity);
+                }
+            }
+            assert_eq!(Identity::of_name(space, &vec![0; length]), None);
+        }
+        // The message has room for 20 octets: what stands behind a UUID is filler.
+        assert_eq!(Identity::of_name(Space::Flight, &[1; 20]), Identity::of_name(Space::Flight, &[1; 16]));
+    }
+
+    #[test]
     fn only_what_is_an_identity_is_read_as_one() {
         let of =
             |octets: [u8; 24]| serde_json::from_value::<Identity>(serde_json::json!({ "octets": octets }));
@@ -470,8 +519,12 @@ mod tests {
 
     #[test]
     fn what_a_report_leaves_out_is_known_from_an_earlier_one() {
-        let earlier =
-            Aircraft { kind: AircraftKind::Unmanned, callsign: *b"UAV1\0\0\0\0", emitter_category: Some(13) };
+        let earlier = Aircraft {
+            kind: AircraftKind::Unmanned,
+            callsign: *b"UAV1\0\0\0\0",
+            emitter_category: Some(13),
+            ..Aircraft::default()
+        };
         let bare = Aircraft { kind: AircraftKind::Crewed, ..Aircraft::default() };
         assert_eq!(bare.or(earlier), earlier);
         let vehicle =

@@ -59,9 +59,14 @@ impl BasicId {
         }
     }
 
+    /// Number of the kind of aircraft, 0 (none is declared) to 15.
+    pub fn ua_type_number(&self) -> u8 {
+        self.0[1] & 0xf
+    }
+
     /// What kind of aircraft it is.
     pub fn ua_type(&self) -> UaType {
-        match self.0[1] & 0xf {
+        match self.ua_type_number() {
             0 => UaType::None,
             1 => UaType::Aeroplane,
             2 => UaType::Rotorcraft,
@@ -70,9 +75,14 @@ impl BasicId {
         }
     }
 
-    /// The identity, at most 20 octets, without what fills it up; any octets.
+    /// The identity, any octets: of a text, at most 20 octets without the NULs and blanks behind it; of a UUID all 16 octets;
+    /// of a session all 20 octets.
     pub fn id(&self) -> &[u8] {
-        trimmed(&self.0[2..22])
+        match self.id_type() {
+            IdType::UtmAssigned => &self.0[2..18],
+            IdType::SpecificSession => &self.0[2..22],
+            _ => trimmed(&self.0[2..22]),
+        }
     }
 
     /// The octets of the identity as they are.

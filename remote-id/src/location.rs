@@ -144,9 +144,14 @@ impl Location {
         }
     }
 
+    /// Number of what it is doing, 0 (undeclared) to 15.
+    pub fn status_number(&self) -> u8 {
+        self.0[1] >> 4
+    }
+
     /// What it is doing.
     pub fn status(&self) -> Status {
-        match self.0[1] >> 4 {
+        match self.status_number() {
             0 => Status::Undeclared,
             1 => Status::Ground,
             2 => Status::Airborne,

@@ -2,6 +2,7 @@
 //!
 //! The standard requires its fields and gives each a value for "unknown"; only here such values are sent.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -16,8 +17,10 @@ use super::problem::Problem;
 use super::shown::Shown;
 use super::trails::{PLACES_OF_A_REQUEST, Trail};
 use crate::json::rounded;
+use crate::picture::remote_id_json::{self, HeightJson};
 use crate::picture::{PictureTrack, TrackClass, serial_text};
 use fusion::Identity;
+use fusion::declaration::OperatorPlace;
 use fusion::point::TransponderPart;
 use fusion::report::Space;
 
@@ -58,6 +61,7 @@ impl Timestamp {
 #[schemars(rename = "RIDFlight")]
 struct Flight {
     id: String,
+    #[schemars(extend("enum" = remote_id_json::UA_TYPES))]
     aircraft_type: &'static str,
     simulated: bool,
     current_state: AircraftState,
@@ -71,6 +75,7 @@ struct Flight {
 struct AircraftState {
     timestamp: Timestamp,
     timestamp_accuracy: f64,
+    #[schemars(extend("enum" = remote_id_json::STATUSES))]
     operational_status: &'static str,
     position: FlightPosition,
     /// Degrees true; 361: unknown.
@@ -80,6 +85,9 @@ struct AircraftState {
     speed_accuracy: &'static str,
     /// Metres per second; 63: unknown.
     vertical_speed: f64,
+    /// Above take-off or ground, as the drone declares it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    height: Option<HeightJson>,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -154,7 +162,7 @@ pub fn flights(ask: &Ask) -> Result<Flights, Problem> {
         if recent.is_empty() && !inside(piece.lng, piece.lat) {
             continue;
         }
-        let mut flight = flight(piece, track, accuracy_s);
+        let mut flight = flight(piece, track, part, accuracy_s);
         if let Some(recent_s) = recent_s.filter(|&recent_s| recent_s > 0.0) {
             // One position per second.
             let first = recent.len().saturating_sub(recent_s.ceil() as usize);
@@ -189,18 +197,19 @@ fn identified(shown: &Shown) -> impl Iterator<Item = (&Piece, &PictureTrack, &Tr
     shown.usual().filter_map(known)
 }
 
-fn flight(piece: &Piece, track: &PictureTrack, accuracy_s: f64) -> Flight {
+fn flight(piece: &Piece, track: &PictureTrack, part: &TransponderPart, accuracy_s: f64) -> Flight {
+    let declared = &part.aircraft.declared;
     let (no_track, no_speed, no_vertical_speed, no_alt) = UNKNOWN;
     let (motion, vertical) = (track.motion.as_ref(), track.vertical_motion());
     let direction = motion.and_then(|motion| motion.track_deg);
     Flight {
         id: piece.id.to_string(),
-        aircraft_type: "NotDeclared",
+        aircraft_type: remote_id_json::ua_type(declared).unwrap_or(remote_id_json::UA_TYPES[0]),
         simulated: false,
         current_state: AircraftState {
             timestamp: Timestamp::new(&track.time),
             timestamp_accuracy: accuracy_s,
-            operational_status: "Undeclared",
+            operational_status: remote_id_json::status(declared).unwrap_or(remote_id_json::STATUSES[0]),
             position: FlightPosition {
                 lat: rounded(piece.lat, 7),
                 lng: rounded(piece.lng, 7),
@@ -214,6 +223,7 @@ fn flight(piece: &Piece, track: &PictureTrack, accuracy_s: f64) -> Flight {
             speed_accuracy: motion.map_or("SAUnknown", |motion| motion.class_speed().name),
             vertical_speed: vertical
                 .map_or(no_vertical_speed, |motion| rounded(motion.climb().clamp(-STEEPEST, STEEPEST), 2)),
+            height: declared.height.map(HeightJson::from),
         },
         recent_positions: None,
     }
@@ -230,6 +240,48 @@ pub struct FlightDetails {
 struct Details {
     id: String,
     uas_id: UasId,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    operator_id: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    operator_location: Option<OperatorLocation>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct OperatorLocation {
+    position: LatLngPoint,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    altitude: Option<OperatorAltitude>,
+    #[schemars(extend("enum" = remote_id_json::PLACE_TYPES))]
+    altitude_type: &'static str,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct LatLngPoint {
+    lat: f64,
+    lng: f64,
+}
+
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Altitude")]
+struct OperatorAltitude {
+    /// Metres above the WGS-84 ellipsoid.
+    value: f64,
+    #[schemars(extend("const" = "W84"))]
+    reference: &'static str,
+    #[schemars(extend("const" = "M"))]
+    units: &'static str,
+}
+
+impl From<&OperatorPlace> for OperatorLocation {
+    fn from(operator: &OperatorPlace) -> Self {
+        let [lat, lng] = remote_id_json::degrees(operator);
+        let altitude = remote_id_json::metres(operator);
+        Self {
+            position: LatLngPoint { lat, lng },
+            altitude: altitude.map(|value| OperatorAltitude { value, reference: "W84", units: "M" }),
+            altitude_type: remote_id_json::place_type(operator),
+        }
+    }
 }
 
 /// One of them.
@@ -263,5 +315,13 @@ pub fn details(ask: &Ask) -> Result<FlightDetails, Problem> {
         .find(|(piece, _, _)| *piece.id == *ask.id)
         .ok_or_else(|| Problem::not_found("no flight of the last seconds has this id"))?;
     let uas_id = UasId::of(part.identity);
-    Ok(FlightDetails { details: Details { id: ask.id.clone(), uas_id } })
+    let declared = &part.aircraft.declared;
+    Ok(FlightDetails {
+        details: Details {
+            id: ask.id.clone(),
+            uas_id,
+            operator_id: remote_id_json::operator_id(declared).map(Cow::into_owned),
+            operator_location: declared.operator.as_ref().map(OperatorLocation::from),
+        },
+    })
 }

@@ -116,7 +116,7 @@ impl Summary {
                 text,
                 "aircraft   {number} ({} {}): {} points fused with {} radar tracks, {} of the transponder alone",
                 aircraft.identity.space().key(),
-                aircraft.identity.name().escape_ascii(),
+                serial_text(aircraft.identity),
                 aircraft.fused,
                 aircraft.radar_tracks.len(),
                 aircraft.alone,

@@ -67,6 +67,8 @@ names! {
         Uncooperative = "uncooperative",
         /// Two aircraft come near each other.
         Conflict = "conflict",
+        /// An aircraft declares an emergency.
+        Emergency = "emergency",
     }
 }
 
@@ -91,7 +93,7 @@ impl Default for AlertKind {
 
 impl AlertKind {
     /// All kinds.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Sensor,
         Self::Area,
         Self::AreaPredicted,
@@ -102,6 +104,7 @@ impl AlertKind {
         Self::Silent,
         Self::Uncooperative,
         Self::Conflict,
+        Self::Emergency,
     ];
 
     /// How long what an alert is about has to be over, where no rule says it. By judgement: who is inside an area may flicker
@@ -112,19 +115,27 @@ impl AlertKind {
         SignedDuration::from_secs(match self {
             Self::Area => 3,
             Self::AreaPredicted => 4,
-            Self::Silent | Self::Uncooperative => 10,
+            Self::Silent | Self::Uncooperative | Self::Emergency => 10,
             _ => 0,
         })
     }
 
     /// Whether its alerts are about transponders that can be named.
     const fn has_transponders(self) -> bool {
-        matches!(self, Self::Area | Self::AreaPredicted | Self::Integrity | Self::Silent | Self::Conflict)
+        matches!(
+            self,
+            Self::Area
+                | Self::AreaPredicted
+                | Self::Integrity
+                | Self::Silent
+                | Self::Conflict
+                | Self::Emergency
+        )
     }
 
     /// Whether its alerts are about a place.
     const fn has_place(self) -> bool {
-        matches!(self, Self::Silent | Self::Uncooperative | Self::Conflict)
+        matches!(self, Self::Silent | Self::Uncooperative | Self::Conflict | Self::Emergency)
     }
 }
 

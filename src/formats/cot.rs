@@ -5,6 +5,7 @@ use std::fmt::Write;
 
 use jiff::SignedDuration;
 
+use crate::picture::remote_id_json;
 use crate::picture::{PictureMaker, PictureTrack, TrackClass, serial_text, text};
 use crate::xml::escape;
 use fusion::integrity::{Reason, State};
@@ -142,6 +143,11 @@ fn callsign(track: &PictureTrack, id: &str, is_doubted: bool) -> String {
 /// The track in words: doubts about it first, the state of the service last.
 fn remarks(track: &PictureTrack, class: TrackClass, second: CotSecond) -> String {
     let mut said: Vec<String> = Vec::new();
+    let part = track.point.source.transponder();
+    let declared = part.map(|part| part.aircraft.declared).unwrap_or_default();
+    if declared.is_emergency() {
+        said.push("EMERGENCY: declared by the aircraft.".to_owned());
+    }
     if let Some(known) = track.point.integrity.filter(|known| known.state.is_flagged()) {
         let state = if known.state == State::Failed { "is wrong" } else { "is suspect" };
         let reasons: Vec<&str> = known.reasons.iter().map(Reason::name).collect();
@@ -183,6 +189,22 @@ fn remarks(track: &PictureTrack, class: TrackClass, second: CotSecond) -> String
     }
     if let Some(motion) = track.motion {
         said.push(format!("95 % within {:.0} m.", motion.accuracy_h_m.ceil()));
+    }
+    if let Some(height) = declared.height {
+        let above = if height.is_above_ground { "ground" } else { "take-off" };
+        said.push(format!("{:.1} m above {above}, as declared.", 0.5 * f64::from(height.half_metres)));
+    }
+    let declarations = [
+        ("Type", remote_id_json::ua_type(&declared).filter(|name| *name != remote_id_json::UA_TYPES[0])),
+        ("Status", remote_id_json::status(&declared).filter(|name| *name != remote_id_json::STATUSES[0])),
+    ];
+    said.extend(declarations.into_iter().filter_map(|(what, name)| Some(format!("{what}: {}.", name?))));
+    if let Some(id) = remote_id_json::operator_id(&declared) {
+        said.push(format!("Operator: {id}."));
+    }
+    if let Some(operator) = &declared.operator {
+        let [latitude, longitude] = remote_id_json::degrees(operator);
+        said.push(format!("Operator at {latitude:.5}, {longitude:.5}."));
     }
     if track.altitude_amsl_m.is_none() {
         said.push("Height not known.".to_owned());

@@ -1,7 +1,7 @@
 //! Messages of Remote ID as JSON, with the names of ASTM F3411-22a and the unit of each number in its key. What the standard
 //! calls unknown is `null`.
 
-use remote_id::{HeightAbove, IdType, Location, Message, Status, UaType, messages};
+use remote_id::{BasicId, HeightAbove, IdType, Location, Message, Status, UaType, messages};
 use serde_json::{Value, json};
 
 use super::{Error, Place, Tree, close_line, number, open_line, text as write_text, write_error};
@@ -63,7 +63,7 @@ fn fields(message: &Message) -> (&'static str, Value) {
     match message {
         Message::BasicId(basic) => (
             "basic_id",
-            json!({ "id_type": id_type(basic.id_type()), "ua_type": ua_type(basic.ua_type()), "uas_id": text(basic.id()) }),
+            json!({ "id_type": id_type(basic.id_type()), "ua_type": ua_type(basic.ua_type()), "uas_id": uas_id(basic) }),
         ),
         Message::Location(location) => ("location", location_fields(location)),
         Message::Authentication(octets) => ("authentication", json!({ "hex": hex::text(octets) })),
@@ -115,6 +115,14 @@ fn degrees(degrees: f64) -> f64 {
 }
 
 /// Text where it is printable ASCII.
+/// The identity: of the kinds that are binary always hexadecimal.
+fn uas_id(basic: &BasicId) -> Value {
+    match basic.id_type() {
+        IdType::UtmAssigned | IdType::SpecificSession => json!({ "hex": hex::text(basic.id()) }),
+        _ => text(basic.id()),
+    }
+}
+
 fn text(octets: &[u8]) -> Value {
     let is_printable = |octet: &u8| (b' '..=b'~').contains(octet);
     match str::from_utf8(octets) {

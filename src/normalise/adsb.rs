@@ -56,9 +56,9 @@ pub(super) fn fix(
     let stated = record.quality.as_ref().and_then(geometric_sigma_m);
     let height = match (geometric_m, pressure_m) {
         (Some(height_m), _) => Some((height_m, stated)),
-        (None, Some(altitude_m)) => {
-            barometer.height_m(altitude_m, time).map(|(height_m, sigma_m)| (height_m, Some(sigma_m)))
-        }
+        (None, Some(altitude_m)) => site
+            .height_by_pressure(altitude_m, time, barometer)
+            .map(|(height_m, sigma_m)| (height_m, Some(sigma_m))),
         (None, None) => None,
     };
     let place = site.place([latitude_deg, longitude_deg], height.map(|height| height.0))?;
@@ -145,7 +145,7 @@ fn aircraft(record: &Record) -> Aircraft {
         }
     }
     let emitter_category = record.emitter.map(|emitter| emitter.octets()[0]).filter(|&number| number > 0);
-    Aircraft { kind, callsign, emitter_category }
+    Aircraft { kind, callsign, emitter_category, ..Aircraft::default() }
 }
 
 #[cfg(test)]

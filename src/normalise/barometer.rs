@@ -1,7 +1,8 @@
 //! How far pressure altitude is from height, as aircraft that state both show it.
 //!
 //! Pressure altitude assumes the standard atmosphere: on a day of 990 hPa it is 190 m too high, and warm air adds a share of the
-//! height. So it is no height until aircraft nearby have shown the difference, and the further above or below them, the worse.
+//! height. Until aircraft nearby have shown the difference it is a height with a coarse bound; the further above or below them
+//! an aircraft is, the coarser the bound stays.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +16,11 @@ const REPORTS: f64 = 10.0;
 const SIGMA_M: f64 = 38.0;
 /// And for each metre above or below the aircraft that showed the difference: air is warmer or colder than standard.
 const SIGMA_A_METRE: f64 = 0.05;
+/// Sigma of the height where no aircraft has shown the difference, metres: 95 % of the days are within 300 m of the standard
+/// pressure at sea level (36 hPa).
+const UNSHOWN_SIGMA_M: f64 = 300.0 / 1.96;
+/// And for each metre above sea level: temperature, in the mean of the air below.
+const UNSHOWN_SIGMA_A_METRE: f64 = 0.02;
 
 /// The difference of the heights above the ellipsoid and the pressure altitudes of a site's aircraft.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -36,12 +42,32 @@ impl Barometer {
         self.altitude_m += (altitude_m - self.altitude_m) / self.reports;
     }
 
-    /// The height above the ellipsoid of a pressure altitude, and its standard deviation, metres; `None`: not known.
-    pub fn height_m(&mut self, altitude_m: f64, time: Time) -> Option<(f64, f64)> {
+    /// The height above the ellipsoid of a pressure altitude, and its standard deviation, metres, as aircraft have shown it;
+    /// `None`: too few have.
+    pub fn shown_m(&mut self, altitude_m: f64, time: Time) -> Option<(f64, f64)> {
         self.forget(time);
+        (self.reports >= REPORTS).then(|| self.by_reports(altitude_m))
+    }
+
+    /// The same at any time: while few reports are known, between what they show and the standard atmosphere above a geoid of
+    /// that undulation, metres.
+    pub fn height_m(&mut self, altitude_m: f64, undulation_m: f64, time: Time) -> (f64, f64) {
+        self.forget(time);
+        let (shown_m, shown_sigma_m) = self.by_reports(altitude_m);
+        let share = (self.reports / REPORTS).min(1.0);
+        let unshown_sigma_m = UNSHOWN_SIGMA_M.hypot(UNSHOWN_SIGMA_A_METRE * altitude_m);
+        if share == 0.0 {
+            return (altitude_m + undulation_m, unshown_sigma_m);
+        }
+        // What few reports show is no worse than what is known without them.
+        let shown_sigma_m = if share < 1.0 { shown_sigma_m.min(unshown_sigma_m) } else { shown_sigma_m };
+        let between = |shown: f64, unshown: f64| share * shown + (1.0 - share) * unshown;
+        (between(shown_m, altitude_m + undulation_m), between(shown_sigma_m, unshown_sigma_m))
+    }
+
+    fn by_reports(&self, altitude_m: f64) -> (f64, f64) {
         let away_m = (altitude_m - self.altitude_m).abs();
-        (self.reports >= REPORTS)
-            .then_some((altitude_m + self.difference_m, SIGMA_M + SIGMA_A_METRE * away_m))
+        (altitude_m + self.difference_m, SIGMA_M + SIGMA_A_METRE * away_m)
     }
 
     fn forget(&mut self, time: Time) {
@@ -62,13 +88,31 @@ mod tests {
     #[test]
     fn it_is_known_once_aircraft_have_shown_it_and_for_a_while() {
         let mut barometer = Barometer::default();
-        assert_eq!(barometer.height_m(500.0, at(0)), None);
+        assert_eq!(barometer.shown_m(500.0, at(0)), None);
         (0..12).for_each(|second| barometer.learn(1000.0, 1190.0, at(second)));
-        let (height_m, sigma_m) = barometer.height_m(1000.0, at(12)).unwrap();
+        let (height_m, sigma_m) = barometer.shown_m(1000.0, at(12)).unwrap();
         assert!((height_m - 1190.0).abs() < 1e-9 && sigma_m == SIGMA_M);
-        let (height_m, sigma_m) = barometer.height_m(3000.0, at(12)).unwrap();
+        let (height_m, sigma_m) = barometer.shown_m(3000.0, at(12)).unwrap();
         assert!((height_m - 3190.0).abs() < 1e-9 && (sigma_m - SIGMA_M - 100.0).abs() < 1e-9);
-        assert_eq!(barometer.height_m(1000.0, at(400)), None, "the weather may have changed");
+        assert_eq!(barometer.shown_m(1000.0, at(400)), None, "the weather may have changed");
+    }
+
+    #[test]
+    fn unshown_difference_is_bounded_by_300_m_and_narrowed_by_reports() {
+        let mut barometer = Barometer::default();
+        let (height_m, sigma_m) = barometer.height_m(500.0, 47.0, at(0));
+        assert!((height_m - 547.0).abs() < 1e-9 && (1.96 * sigma_m - 300.0).abs() < 2.0, "{sigma_m}");
+        // A day of 990 hPa: each report of both heights brings the height nearer, and the bound holds it.
+        let mut before_m = sigma_m;
+        for second in 0..10 {
+            barometer.learn(1000.0, 1000.0 + 47.0 - 190.0, at(second));
+            let (height_m, sigma_m) = barometer.height_m(1000.0, 47.0, at(second));
+            assert!((height_m - 857.0).abs() < 1.96 * sigma_m && sigma_m < before_m, "{height_m} {sigma_m}");
+            before_m = sigma_m;
+        }
+        assert!(before_m < 40.0, "{before_m}");
+        // And it is forgotten again.
+        assert!(barometer.height_m(1000.0, 47.0, at(4000)).1 > 150.0);
     }
 
     #[test]
@@ -76,7 +120,7 @@ mod tests {
         let mut barometer = Barometer::default();
         (0..1000).for_each(|second| barometer.learn(1000.0, 1190.0, at(second)));
         (4000..4100).for_each(|second| barometer.learn(1000.0, 1100.0, at(second)));
-        let (height_m, _) = barometer.height_m(1000.0, at(4100)).unwrap();
+        let (height_m, _) = barometer.shown_m(1000.0, at(4100)).unwrap();
         assert!((height_m - 1100.0).abs() < 5.0, "{height_m}");
     }
 }

@@ -16,5 +16,5 @@ pub use clock::{nearest_day, on_day, time_of_day_count};
 pub use normaliser::Normaliser;
 pub use polar::RadarSite;
 pub use refusal::{Refusal, Refused};
-pub use remote_id::identity;
+pub use remote_id::{identity, operator};
 pub use service::Service;

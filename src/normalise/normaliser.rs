@@ -18,6 +18,7 @@ use super::service::Service;
 use super::{adsb, remote_id};
 use crate::areas::Masks;
 use crate::config::{Classification, Config, Profile, SensorKind};
+use fusion::declaration::Declaration;
 use fusion::frames::{Geodetic, TangentPlane};
 use fusion::report::{Aircraft, Bearing, UasItems};
 use fusion::time::Time;
@@ -264,11 +265,12 @@ impl Normaliser {
         self.remote_id.values().copied()
     }
 
-    /// A drone's Location that this receiver heard, at `received`; `stamped`: when a gateway says that it did.
+    /// A drone's Location, with what else its transmitter declares, that this receiver heard, at `received`; `stamped`: when a
+    /// gateway says that it did.
     pub fn remote_id(
         &self,
         sensor: SensorIndex,
-        drone: (Identity, &::remote_id::Location),
+        drone: (Identity, &::remote_id::Location, Declaration),
         received: Time,
         stamped: Option<Time>,
         barometer: &mut Barometer,
@@ -350,6 +352,20 @@ impl Normaliser {
     /// A time that is not too far ahead of its reception.
     pub(super) fn not_ahead(&self, time: Time, received: Time) -> Result<Time, Refusal> {
         if time - received > self.max_future { Err(Refusal::Future) } else { Ok(time) }
+    }
+
+    /// The height above the ellipsoid of a pressure altitude, with its standard deviation, metres. The rules of the `reference`
+    /// profile know no accuracy of a height: for them it has to have been shown by other aircraft.
+    pub(super) fn height_by_pressure(
+        &self,
+        altitude_m: f64,
+        time: Time,
+        barometer: &mut Barometer,
+    ) -> Option<(f64, f64)> {
+        match self.needs_height {
+            true => barometer.shown_m(altitude_m, time),
+            false => Some(barometer.height_m(altitude_m, self.undulation_m, time)),
+        }
     }
 
     /// The place of a report: latitude and longitude, degrees, and the height above the ellipsoid where it says that, metres.

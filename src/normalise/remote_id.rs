@@ -2,13 +2,14 @@
 
 use nalgebra::Vector2;
 
-use ::remote_id::{BasicId, IdType, Location};
+use ::remote_id::{BasicId, HeightAbove, IdType, Location, System};
 
 use super::adsb::HALF_OF_95;
 use super::barometer::Barometer;
 use super::normaliser::Normaliser;
 use super::refusal::Refusal;
-use fusion::report::{Space, UasItems};
+use fusion::declaration::{Declaration, DeclaredHeight, OperatorPlace};
+use fusion::report::{Aircraft, Space, UasItems};
 use fusion::time::{SECOND, Time};
 use fusion::{Fix, Identity, SensorIndex};
 
@@ -28,11 +29,37 @@ pub fn identity(id: &BasicId) -> Option<Identity> {
     }
 }
 
+/// Steps in a metre of what is declared.
+const HALVES: f64 = 2.0;
+/// Steps in a degree.
+const DEGREE: f64 = 1e7;
+
+/// Where a System message says that the operator is; `None`: it does not say.
+pub fn operator(system: &System) -> Option<OperatorPlace> {
+    let content = system.content();
+    let place = content.operator_deg?;
+    let is_on_earth = place[0].abs() <= 90.0 && place[1].abs() <= 180.0;
+    is_on_earth.then(|| OperatorPlace {
+        place: place.map(|degrees| (degrees * DEGREE).round() as i32),
+        half_metres: content.operator_altitude_m.map(|metres| (metres * HALVES).round() as i32),
+        kind: content.location_type,
+    })
+}
+
+/// What a Location declares, with what other messages of its transmitter do.
+fn declared(location: &Location, known: Declaration) -> Declaration {
+    let height = location.height_m().map(|(metres, above)| DeclaredHeight {
+        half_metres: (metres * HALVES).round() as i32,
+        is_above_ground: above == HeightAbove::Ground,
+    });
+    Declaration { status: Some(location.status_number()), height, ..known }
+}
+
 /// The fix of a Location that this receiver heard of a drone; `stamped`: when its gateway says that it heard it.
 pub(super) fn fix(
     site: &Normaliser,
     sensor: SensorIndex,
-    (identity, location): (Identity, &Location),
+    (identity, location, known): (Identity, &Location, Declaration),
     received: Time,
     stamped: Option<Time>,
     barometer: &mut Barometer,
@@ -50,9 +77,9 @@ pub(super) fn fix(
     let pressure_m = location.pressure_altitude_m();
     let height = match (geodetic_m, pressure_m) {
         (Some(height_m), _) => Some((height_m, location.accuracy_v_m().map(|half_m| half_m / HALF_WIDTH))),
-        (None, Some(altitude_m)) => {
-            barometer.height_m(altitude_m, time).map(|(height_m, sigma_m)| (height_m, Some(sigma_m)))
-        }
+        (None, Some(altitude_m)) => site
+            .height_by_pressure(altitude_m, time, barometer)
+            .map(|(height_m, sigma_m)| (height_m, Some(sigma_m))),
         (None, None) => None,
     };
     let place = site.place(location.place_deg(), height.map(|height| height.0))?;
@@ -67,6 +94,7 @@ pub(super) fn fix(
     let (velocity, climb_m_s) = place.motion(over_ground, location.climb_m_s());
     Ok(Fix {
         items: UasItems::of(identity),
+        aircraft: Aircraft { declared: declared(location, known), ..Aircraft::default() },
         height_measured: place.height_measured,
         accuracy_m: location.accuracy_h_m().map(|radius_m| radius_m * HALF_OF_95),
         height_sigma_m: height.and_then(|height| height.1),

@@ -4,6 +4,7 @@ mod accuracy;
 mod class;
 mod integrity_json;
 mod motion;
+pub mod remote_id_json;
 mod rfc3339;
 mod track_json;
 

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::integrity_json::TrackIntegrity;
+use super::remote_id_json::RemoteIdJson;
 use super::{Ellipse, HORIZONTAL, PictureMaker, PictureTrack, Rfc3339, TrackClass, VERTICAL};
 use crate::json::rounded;
 use fusion::operational::{ASSOCIATE_LLR, DISSOCIATE_LLR};
@@ -84,6 +85,9 @@ pub struct TrackJson<'a> {
     uas_id: Option<UasId<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     aircraft: Option<AircraftJson<'a>>,
+    /// What a drone declares by Remote ID.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    remote_id: Option<RemoteIdJson<'a>>,
     #[serde(flatten)]
     integrity: TrackIntegrity<'a>,
     /// Centre of the first slot with it.
@@ -121,10 +125,11 @@ struct UasId<'a> {
     /// Given by an authority.
     #[serde(skip_serializing_if = "Option::is_none")]
     registration_id: Option<Cow<'a, str>>,
-    /// Given by a traffic management service for a flight, hexadecimal.
+    /// Given by a traffic management service for a flight: a UUID.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("format" = "uuid"))]
     utm_id: Option<Cow<'a, str>>,
-    /// Of a session, hexadecimal; its first octet says of which kind.
+    /// Of a session: 20 octets, hexadecimal; the first octet says of which kind.
     #[serde(skip_serializing_if = "Option::is_none")]
     specific_session_id: Option<Cow<'a, str>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -283,6 +288,7 @@ impl<'a> TrackJson<'a> {
             aircraft_type: maker.class(track).name(),
             uas_id: source.transponder().and_then(UasId::new),
             aircraft: source.transponder().and_then(AircraftJson::new),
+            remote_id: source.transponder().and_then(|part| RemoteIdJson::new(&part.aircraft.declared)),
             integrity: TrackIntegrity::new(track),
             first_seen: track.point.first_seen.into(),
             last_measurement: motion.and_then(|motion| motion.last_measurement).map(Rfc3339),
@@ -435,7 +441,8 @@ fn competitor<'a>(rival: &Competitor, maker: &'a PictureMaker) -> CompetitorJson
     }
 }
 
-/// The name of an identity: what is not printable ASCII is escaped; what is a number and no text is hexadecimal.
+/// The name of an identity: of a text, what is not printable ASCII is escaped; a flight's is a UUID with hyphens, a session's
+/// is hexadecimal.
 pub fn serial_text(identity: Identity) -> String {
     name(&identity).into_owned()
 }
@@ -443,8 +450,16 @@ pub fn serial_text(identity: Identity) -> String {
 fn name(identity: &Identity) -> Cow<'_, str> {
     match identity.space() {
         Space::Serial | Space::Address | Space::Registration => escaped(identity.name()),
-        Space::Flight | Space::Session => Cow::Owned(crate::hex::text(identity.name())),
+        Space::Flight => Cow::Owned(uuid(identity.name())),
+        Space::Session => Cow::Owned(crate::hex::text(identity.name())),
     }
+}
+
+/// 16 octets as the text of a UUID (RFC 9562).
+fn uuid(octets: &[u8]) -> String {
+    let mut text = crate::hex::text(octets);
+    [20, 16, 12, 8].into_iter().for_each(|at| text.insert(at, '-'));
+    text
 }
 
 /// Octets as text without the padding; what is not printable ASCII is escaped. `None` where nothing is left.
@@ -476,6 +491,15 @@ mod tests {
                 proptest::prop_assert_eq!(escaped(octets), octets.escape_ascii().to_string());
             }
         }
+    }
+
+    #[test]
+    fn flight_identity_is_named_as_a_uuid() {
+        let octets = *b"\x00\x11\xaa\x11\xbb\x22\xcc\x43\x4d\x8d\x00\x11\x22\x33\x44\x20";
+        let flight = Identity::of_name(Space::Flight, &octets).unwrap();
+        assert_eq!(serial_text(flight), "0011aa11-bb22-cc43-4d8d-001122334420");
+        let session = Identity::of_name(Space::Session, b"\x01XYZ").unwrap();
+        assert_eq!(serial_text(session), format!("0158595a{}", "00".repeat(16)));
     }
 
     #[test]

@@ -276,8 +276,8 @@ impl Pipeline {
         let said = self.remote_id.as_mut().map(|known| known.transmitters.hear(heard, self.now));
         for said in said.into_iter().flatten() {
             let event = match said {
-                Said::Position(identity, location) => {
-                    let drone = (identity, &location);
+                Said::Position(identity, location, declared) => {
+                    let drone = (identity, &location, declared);
                     let Self { normaliser, barometer, .. } = self;
                     let report = normaliser.remote_id(sensor, drone, received, heard.time, barometer);
                     let taken = self.take(REMOTE_ID, report.map(Report::Fix), &mut nobody);

@@ -12,12 +12,15 @@ use serde::{Deserialize, Serialize};
 
 use super::generations::Generations;
 use crate::gateways::remote_id::{Line, Refusal as LineRefusal, is_broadcast, is_lines, lines};
-use crate::normalise::{Refusal, identity};
+use crate::normalise::{Refusal, identity, operator};
 use fusion::Identity;
+use fusion::declaration::Declaration;
 use fusion::time::Time;
 
 /// An identity stands for the positions of its transmitter so long.
 const BOUND: SignedDuration = SignedDuration::from_secs(5);
+/// What a transmitter declares of its aircraft and operator stands for so long after the last such message.
+const DECLARED: SignedDuration = SignedDuration::from_secs(60);
 /// Positions of a transmitter that are remembered, to know them again.
 const REMEMBERED: usize = 4;
 
@@ -55,9 +58,9 @@ pub(super) fn heard(payload: &[u8], from: Option<SocketAddr>) -> Option<Vec<Resu
 /// What a broadcast says.
 #[derive(Debug, PartialEq)]
 pub(super) enum Said {
-    /// Where a drone is, and who it is.
-    Position(Identity, Location),
-    /// Who it is.
+    /// Where a drone is, who it is, and what other messages declare of it.
+    Position(Identity, Location, Declaration),
+    /// Who it is, or who and where its operator is.
     Identity,
     /// Nothing that is used, and why.
     Unused(Refusal),
@@ -70,6 +73,8 @@ pub(super) enum Said {
 struct Transmitter {
     /// Who it is, and when it said so.
     identity: Option<(Identity, Time)>,
+    /// What its messages other than positions declare, and when one did last.
+    declared: Option<(Declaration, Time)>,
     /// Its last positions, the newest first: frames overtake one another.
     #[serde(with = "as_octets")]
     locations: [Option<Location>; REMEMBERED],
@@ -87,14 +92,26 @@ impl Transmitters {
         let mut nobody = Transmitter::default();
         let known = known.unwrap_or(&mut nobody);
         for message in &all {
-            if let Ok(Message::BasicId(id)) = message {
-                known.note(identity(id), now);
+            match message {
+                Ok(Message::BasicId(id)) => {
+                    known.note(identity(id), now);
+                    known.declare(now, |declared| declared.ua_type = Some(id.ua_type_number()));
+                }
+                Ok(Message::System(system)) => {
+                    known.declare(now, |declared| declared.operator = operator(system));
+                }
+                Ok(Message::OperatorId(operator)) => known.declare(now, |declared| {
+                    declared.operator_id = [0; 20];
+                    declared.operator_id.iter_mut().zip(operator.id()).for_each(|(to, of)| *to = *of);
+                }),
+                _ => {}
             }
         }
         let said = |message: Result<Message, _>| match message {
             Ok(Message::BasicId(id)) if identity(&id).is_some() => Said::Identity,
             Ok(Message::BasicId(_)) => Said::Unused(Refusal::NoIdentity),
             Ok(Message::Location(location)) => known.locate(location, now),
+            Ok(Message::System(_) | Message::OperatorId(_)) => Said::Identity,
             Ok(_) => Said::Unused(Refusal::NotUsed),
             Err(fault) => Said::Faulty(LineFault::Message(fault)),
         };
@@ -111,8 +128,25 @@ impl Transmitter {
             .identity
             .is_none_or(|(known, since)| said.space() <= known.space() || (now - since).abs() > BOUND);
         if counts {
+            // Another aircraft's operator is another one.
+            if self.identity.is_some_and(|(known, _)| known.space() == said.space() && known != said) {
+                self.declared = None;
+            }
             self.identity = Some((said, now));
         }
+    }
+
+    /// Takes in a message that declares something.
+    fn declare(&mut self, now: Time, change: impl FnOnce(&mut Declaration)) {
+        let mut declared = self.declaration(now);
+        change(&mut declared);
+        self.declared = Some((declared, now));
+    }
+
+    /// What is declared, while that stands.
+    fn declaration(&self, now: Time) -> Declaration {
+        let standing = self.declared.filter(|(_, since)| (now - *since).abs() <= DECLARED);
+        standing.map(|(declared, _)| declared).unwrap_or_default()
     }
 
     fn locate(&mut self, location: Location, now: Time) -> Said {
@@ -123,7 +157,7 @@ impl Transmitter {
             Some((identity, _)) => {
                 self.locations.rotate_right(1);
                 self.locations[0] = Some(location);
-                Said::Position(identity, location)
+                Said::Position(identity, location, self.declaration(now))
             }
             None => Said::Unused(Refusal::NoIdentity),
         }

@@ -7,7 +7,7 @@ import * as format from "./format.js";
 
 const PAGE = 50;
 const MOST = 5000; // the service's
-const KINDS = ["area", "area-predicted", "conflict", "integrity", "jamming", "silent", "uncooperative", "sensor", "registration", "service"];
+const KINDS = ["area", "area-predicted", "conflict", "integrity", "jamming", "silent", "uncooperative", "emergency", "sensor", "registration", "service"];
 
 export class AlertHistory {
   limit = PAGE;

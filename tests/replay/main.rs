@@ -7,6 +7,7 @@ mod conflicts;
 mod conformance;
 mod determinism;
 mod formats;
+mod heights;
 mod hostile;
 mod inputs;
 mod integrity;

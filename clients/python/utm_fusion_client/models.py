@@ -75,7 +75,7 @@ Alert = TypedDict(
     "Alert",
     {
         "id": str,
-        "kind": Literal["sensor", "area", "area-predicted", "service", "registration", "integrity", "jamming", "silent", "uncooperative", "conflict"],
+        "kind": Literal["sensor", "area", "area-predicted", "service", "registration", "integrity", "jamming", "silent", "uncooperative", "conflict", "emergency"],
         "severity": Literal["warning", "critical"],
         "since": str,
         "text": str,
@@ -128,6 +128,15 @@ Alerts = TypedDict(
         "alerts": list["Alert"],
         "ended": list["Alert"],
         "more": NotRequired[bool],
+    },
+)
+
+Altitude = TypedDict(
+    "Altitude",
+    {
+        "value": float,
+        "reference": Literal["W84"],
+        "units": Literal["M"],
     },
 )
 
@@ -625,6 +634,14 @@ IntegrityVerdict = TypedDict(
     },
 )
 
+LatLngPoint = TypedDict(
+    "LatLngPoint",
+    {
+        "lat": float,
+        "lng": float,
+    },
+)
+
 Learnt = TypedDict(
     "Learnt",
     {
@@ -750,6 +767,25 @@ NodeState = TypedDict(
     },
 )
 
+OperatorLocation = TypedDict(
+    "OperatorLocation",
+    {
+        "position": "LatLngPoint",
+        "altitude": NotRequired["Altitude"],
+        "altitude_type": Literal["Takeoff", "Dynamic", "Fixed"],
+    },
+)
+
+OperatorPlace = TypedDict(
+    "OperatorPlace",
+    {
+        "lat": float,
+        "lng": float,
+        "alt": NotRequired[float],
+        "type": Literal["Takeoff", "Dynamic", "Fixed"],
+    },
+)
+
 PastPosition = TypedDict(
     "PastPosition",
     {
@@ -822,12 +858,13 @@ RIDAircraftState = TypedDict(
     {
         "timestamp": "RIDTime",
         "timestamp_accuracy": float,
-        "operational_status": str,
+        "operational_status": Literal["Undeclared", "Ground", "Airborne", "Emergency", "RemoteIDSystemFailure"],
         "position": "RIDAircraftPosition",
         "track": float,
         "speed": float,
         "speed_accuracy": str,
         "vertical_speed": float,
+        "height": NotRequired["RIDHeight"],
     },
 )
 
@@ -835,7 +872,7 @@ RIDFlight = TypedDict(
     "RIDFlight",
     {
         "id": str,
-        "aircraft_type": str,
+        "aircraft_type": Literal["NotDeclared", "Aeroplane", "Helicopter", "Gyroplane", "HybridLift", "Ornithopter", "Glider", "Kite", "FreeBalloon", "CaptiveBalloon", "Airship", "FreeFallOrParachute", "Rocket", "TetheredPoweredAircraft", "GroundObstacle", "Other"],
         "simulated": bool,
         "current_state": "RIDAircraftState",
         "recent_positions": NotRequired[list["RIDRecentAircraftPosition"]],
@@ -875,6 +912,16 @@ RIDFlightDetails = TypedDict(
     {
         "id": str,
         "uas_id": Union["RIDFlightDetailsUasId1", "RIDFlightDetailsUasId2", "RIDFlightDetailsUasId3", "RIDFlightDetailsUasId4"],
+        "operator_id": NotRequired[str],
+        "operator_location": NotRequired["OperatorLocation"],
+    },
+)
+
+RIDHeight = TypedDict(
+    "RIDHeight",
+    {
+        "distance": float,
+        "reference": Literal["TakeoffLocation", "GroundLevel"],
     },
 )
 
@@ -977,6 +1024,17 @@ RegistrationValues = TypedDict(
         "range_m": "RegistrationValue",
         "height_m": "RegistrationValue",
         "time_s": "RegistrationValue",
+    },
+)
+
+RemoteIdDeclaration = TypedDict(
+    "RemoteIdDeclaration",
+    {
+        "ua_type": NotRequired[Literal["NotDeclared", "Aeroplane", "Helicopter", "Gyroplane", "HybridLift", "Ornithopter", "Glider", "Kite", "FreeBalloon", "CaptiveBalloon", "Airship", "FreeFallOrParachute", "Rocket", "TetheredPoweredAircraft", "GroundObstacle", "Other"]],
+        "operational_status": NotRequired[Literal["Undeclared", "Ground", "Airborne", "Emergency", "RemoteIDSystemFailure"]],
+        "height": NotRequired["RIDHeight"],
+        "operator_id": NotRequired[str],
+        "operator_location": NotRequired["OperatorPlace"],
     },
 )
 
@@ -1280,6 +1338,7 @@ TrackProperties = TypedDict(
         "aircraft_type": Literal["drone", "crewed", "vehicle", "other", "unknown"],
         "uas_id": NotRequired["UasId"],
         "aircraft": NotRequired["AircraftJson"],
+        "remote_id": NotRequired["RemoteIdDeclaration"],
         "integrity": NotRequired[Literal["unverified", "verified", "suspect", "failed", None]],
         "integrity_index": NotRequired[float],
         "protection_level_m": NotRequired[float],

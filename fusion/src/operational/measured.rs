@@ -11,10 +11,11 @@ use crate::filter::{Bias, By, LineOfSight, Measurement, Owner};
 use crate::report::{Fix, Plot};
 use crate::time::Time;
 
-/// A report of a transponder.
+/// A report of a transponder. A coarse height is passed over where a radar measures the aircraft's height.
 pub(super) fn measured_by_transponder(
     fix: &Fix,
     transponder: &Transponder,
+    has_radar_height: bool,
     settings: &Settings,
 ) -> Option<Measurement> {
     let [horizontal_m, vertical_m] = transponder.white_m(settings.transponder(fix.sensor)?);
@@ -23,7 +24,7 @@ pub(super) fn measured_by_transponder(
     Some(Measurement {
         time: fix.time,
         position: fix.position,
-        height_measured: fix.height_measured,
+        height_measured: if has_radar_height { fix.has_fine_height() } else { fix.height_measured },
         by: By::Transponder { horizontal_m, vertical_m },
         velocity: fix.velocity.map(|velocity| (velocity, TRANSPONDER_VELOCITY_M_S)),
         climb: fix.climb_m_s.map(|climb| (climb, TRANSPONDER_CLIMB_M_S)),

@@ -29,7 +29,7 @@ pub(super) fn predict(
         let radar = known.plot.map(RadarPart::from).or(target.radar().map(|radar| radar.0));
         let because = output::because(target, known.tracklet, correlations);
         let source = output::source(target, radar, known.plot, because, &estimate, cycle)?;
-        let estimated = output::estimated(target, &estimate, known.seen, cycle);
+        let estimated = output::estimated(target, &estimate, known.seen, known.has_radar_height, cycle);
         let estimated = Estimate { basis: Basis::Extrapolated, ..estimated };
         (estimated.sigma_m() <= sigma_max_m(target, cycle)).then(|| Point {
             estimate: Some(estimated),

@@ -36,7 +36,7 @@ pub(super) fn publish(
     let known =
         shared::map(settings.threads, targets.as_slice(), |target| Known::of(target, tracklets, cycle));
     for known in known {
-        let Known { id, tracklet, plot, estimate, seen, .. } = known;
+        let Known { id, tracklet, plot, estimate, seen, has_radar_height, .. } = known;
         let Some(target) = targets.get_mut(id) else { continue };
         // Where no radar track took part yet, or none lately, the one that is still to begin does.
         let lately = |part: &RadarPart| centre.seconds_since(part.time) <= COAST_MAX_S;
@@ -53,7 +53,7 @@ pub(super) fn publish(
         let because = because(target, tracklet, correlations);
         let radar = target.radar().map(|radar| radar.0);
         let Some(source) = source(target, radar, plot, because, &estimate, cycle) else { continue };
-        let estimated = estimated(target, &estimate, seen, cycle);
+        let estimated = estimated(target, &estimate, seen, has_radar_height, cycle);
         let looked_at_by = target.looked_at_by(cameras, cycle);
         let Some(number) = targets.number(id, &source, slot) else { continue };
         points.push(Point {
@@ -80,6 +80,8 @@ pub(super) struct Known<'a> {
     is_covered: bool,
     /// The last plot of its radar tracks up to the slot's end.
     pub(super) seen: Option<Time>,
+    /// Whether its height is a radar's, because its transponder states none, or a coarse one.
+    pub(super) has_radar_height: bool,
 }
 
 impl<'a> Known<'a> {
@@ -99,6 +101,7 @@ impl<'a> Known<'a> {
             plot: here.and_then(|own| own.nearest(cycle.centre)),
             estimate,
             is_covered,
+            has_radar_height: target.has_radar_height(tracklets, cycle),
             seen: target.followed(tracklets).filter_map(|tracklet| tracklet.last_before(cycle.end)).max(),
         }
     }
@@ -156,8 +159,11 @@ pub(super) fn source(
     let transponder = target.transponder().and_then(|transponder| transponder.part(cycle.end));
     Some(match (transponder, plot.zip(radar)) {
         (Some(transponder), Some((plot, radar))) => {
-            let curve = target.on_curve(plot.time, cycle.settings).map(|curve| curve.position);
-            let distance_m = (plot.position.0 - curve.unwrap_or(estimate.position).0).norm();
+            let curve = target.on_curve(plot.time, cycle.settings);
+            let stated = curve.map_or(transponder.height_measured, |curve| curve.height_measured);
+            let apart = plot.position.0 - curve.map_or(estimate.position, |curve| curve.position).0;
+            // An assumed height is no part of a distance.
+            let distance_m = if plot.height_measured && stated { apart.norm() } else { apart.xy().norm() };
             Source::Fused(radar, transponder, Association { distance_m, because })
         }
         (Some(transponder), None) => Source::Transponder(transponder),
@@ -165,11 +171,13 @@ pub(super) fn source(
     })
 }
 
-/// How it moves, and what its place rests on. `seen`: the last plot of its radar track up to the slot's end.
+/// How it moves, and what its place rests on. `seen`: the last plot of its radar track up to the slot's end;
+/// `has_radar_height`: its height is a radar's, which the bias of a transponder does not move.
 pub(super) fn estimated(
     target: &Target,
     estimate: &StateEstimate,
     seen: Option<Time>,
+    has_radar_height: bool,
     cycle: &Cycle,
 ) -> point::Estimate {
     let half_s = cycle.end.seconds_since(cycle.begin) / 2.0;
@@ -182,7 +190,10 @@ pub(super) fn estimated(
         || estimate.until_s.is_some_and(in_slot);
     // A transponder's bias moves all its reports alike, and what is measured against them.
     let bias = target.transponder().and_then(|transponder| transponder.bias(cycle.settings));
-    let bias = bias.unwrap_or_default();
+    let mut bias = bias.unwrap_or_default();
+    if has_radar_height {
+        bias.vertical_m2 = 0.0;
+    }
     let along = estimate.velocity.xy();
     point::Estimate {
         velocity: estimate.velocity,

@@ -8,6 +8,7 @@ use super::places::Places;
 use super::settings::Radar;
 use super::targets::{Target, Targets};
 use super::tracklets::Tracklet;
+use super::transponder::Transponder;
 use super::tuning::{
     CLASS_LLR_MAX, DRONE_SPEED_MAX_M_S, GATE_M, GATE_SIGMAS, PLAUSIBLE_CLASS_LLR, PLAUSIBLE_LLR,
     REACQUIRE_GATE, REACQUIRE_SIGMA_MAX_M, SEPARATION_IN_HEIGHT, SEPARATION_OVER_GROUND,
@@ -19,7 +20,9 @@ use crate::time::Time;
 
 /// Where a target is, as far as that is known well enough to look for it there.
 pub(super) fn expected(target: &Target, time: Time) -> Option<StateEstimate> {
-    target.estimate(time).filter(|estimate| estimate.sigma_m() < REACQUIRE_SIGMA_MAX_M)
+    let mut expected = target.estimate(time).filter(|estimate| estimate.sigma_m() < REACQUIRE_SIGMA_MAX_M)?;
+    expected.vertical += target.transponder().map_or(0.0, Transponder::coarse_height_m2);
+    Some(expected)
 }
 
 /// LLR of a plot's being of a target that is expected there, against its being of another one; `None` outside the gate.

@@ -19,7 +19,7 @@ use super::track_numbers::{TrackNumber, TrackNumbers};
 use super::tracklets::{Tracklet, Tracklets};
 use super::transponder::{OnCurve, Transponder};
 use super::transponder_types::TransponderTypes;
-use super::tuning::{TARGET_SILENT_MAX, TRANSPONDER_SILENT_S};
+use super::tuning::{RADAR_HEIGHT_S, TARGET_SILENT_MAX, TRANSPONDER_SILENT_S};
 use crate::filter::{Measurement, StateEstimate, TargetFilter};
 use crate::numbering::{NumberChange, Numbers};
 use crate::point::{CameraPart, RadarPart, Source};
@@ -201,7 +201,8 @@ impl Target {
         let since = if self.transponder.is_none() { settled } else { since };
         if let Some(transponder) = &self.transponder {
             let fixes = transponder.after(settled).iter();
-            let measured = |fix: &Fix| measured_by_transponder(fix, transponder, settings);
+            let has_radar_height = self.has_radar_height(tracklets, cycle);
+            let measured = |fix: &Fix| measured_by_transponder(fix, transponder, has_radar_height, settings);
             measurements.extend(fixes.filter_map(measured));
         }
         for tracklet in self.followed(tracklets) {
@@ -228,6 +229,15 @@ impl Target {
         measurements.sort_by_key(|measurement| (measurement.time, measurement.sensor()));
         self.filter.measure(settled, &measurements);
         self.newest = self.newest.max(self.filter.newest().map_or(self.newest, |newest| newest.time));
+    }
+
+    /// Whether a radar measures the height of an aircraft whose transponder states none, or a coarse one.
+    pub(super) fn has_radar_height(&self, tracklets: &Tracklets, cycle: &Cycle) -> bool {
+        let since = cycle.begin + jiff::SignedDuration::from_secs_f64(-RADAR_HEIGHT_S);
+        self.transponder.as_ref().is_some_and(Transponder::lacks_height)
+            && self
+                .followed(tracklets)
+                .any(|tracklet| tracklet.between(since, LATEST).any(|plot| plot.height_measured))
     }
 
     /// What cameras measured of it after `since`, while its transponder does not say where it is.

@@ -8,8 +8,8 @@ use super::cycle::EARLIEST;
 use super::settings::{self, Settings};
 use super::transponder_types::TransponderTypes;
 use super::tuning::{
-    BETWEEN_REPORTS_M_S2, DELAY_BETWEEN_TRANSPONDERS_S, FRESH_SHARE, NOISE_CHANGE_S, POORER, SAME_REPORT,
-    TRANSPONDER_SILENT_S,
+    BETWEEN_REPORTS_M_S2, DELAY_BETWEEN_TRANSPONDERS_S, FRESH_SHARE, HEIGHT_KEPT_S, NOISE_CHANGE_S, POORER,
+    SAME_REPORT, TRANSPONDER_SILENT_S,
 };
 use crate::frames::Enu;
 use crate::interpolation::{Curve, Knot, Piece};
@@ -30,7 +30,7 @@ pub(super) struct Transponder {
     aircraft: Aircraft,
     /// By time; at the time at which the position was measured.
     fixes: Vec<Fix>,
-    /// How many of them do not say their height.
+    /// How many of them state no height, or a coarse one.
     unheighted: usize,
     /// Through their positions.
     curve: Curve,
@@ -52,7 +52,7 @@ pub(super) struct OnCurve {
     pub(super) position: Enu,
     /// From interpolation and from what is new with each report.
     pub(super) sigma_m: f64,
-    /// Whether its height was said, in all reports that are kept.
+    /// Whether all reports that are kept state their height, and none coarsely.
     pub(super) height_measured: bool,
 }
 
@@ -147,10 +147,10 @@ impl Transponder {
         let first = fix.time + -SAME_REPORT;
         let index = self.fixes.partition_point(|earlier| earlier.time < first);
         let knot = Knot { time: fix.time, position: fix.position.0 };
-        self.unheighted += usize::from(!fix.height_measured);
+        self.unheighted += usize::from(!fix.has_fine_height());
         match self.fixes.get_mut(index) {
             Some(same) if same.time - fix.time <= SAME_REPORT => {
-                self.unheighted -= usize::from(!same.height_measured);
+                self.unheighted -= usize::from(!same.has_fine_height());
                 *same = fix;
                 self.curve.replace(index, knot);
             }
@@ -164,7 +164,7 @@ impl Transponder {
     /// Forgets reports before `time`, but for the last two of them.
     pub(super) fn forget_before(&mut self, time: Time) {
         let old = self.fixes.partition_point(|fix| fix.time < time).saturating_sub(2);
-        self.unheighted -= self.fixes.drain(..old).filter(|fix| !fix.height_measured).count();
+        self.unheighted -= self.fixes.drain(..old).filter(|fix| !fix.has_fine_height()).count();
         self.curve.forget(old);
     }
 
@@ -220,7 +220,7 @@ impl Transponder {
             }
             self.noise.until = after.time;
             if let Some(mut report) = likelihoods([before, at, after], configured_m) {
-                if !three.iter().all(|fix| fix.height_measured) {
+                if !three.iter().all(Fix::has_fine_height) {
                     // An assumed height has no noise, which shows nothing of that of measured ones.
                     report[1] = Likelihoods::default();
                 }
@@ -282,9 +282,15 @@ impl Transponder {
         self.fixes.last().and_then(|fix| fix.height_sigma_m).unwrap_or(receiver.vertical_m)
     }
 
-    /// Whether its reports do not say their height.
+    /// Whether its reports state no height, or a coarse one: a radar's is better.
     pub(super) fn lacks_height(&self) -> bool {
-        self.fixes.last().is_some_and(|last| !last.height_measured)
+        self.fixes.last().is_some_and(|last| !last.has_fine_height())
+    }
+
+    /// Variance of its height that is not in its filter because it is coarse, m².
+    pub(super) fn coarse_height_m2(&self) -> f64 {
+        let coarse = self.fixes.last().filter(|fix| fix.height_measured && !fix.has_fine_height());
+        coarse.and_then(|fix| fix.height_sigma_m).map_or(0.0, |sigma_m| sigma_m * sigma_m)
     }
 
     /// Whether a report is passed over: that of another receiver whose positions are far better was heard last, and it has not
@@ -297,6 +303,17 @@ impl Transponder {
             && last.is_some_and(|last| fix.time.seconds_since(last).abs() <= TRANSPONDER_SILENT_S)
     }
 
+    /// Whether a report states its height: that of the index or, because reports alternate between heights and none, one of
+    /// the last seconds before it.
+    fn states_height(&self, index: usize) -> bool {
+        let Some(last) = self.fixes.get(index) else { return false };
+        let mut lately = self.fixes[..=index]
+            .iter()
+            .rev()
+            .take_while(|fix| last.time.seconds_since(fix.time) <= HEIGHT_KEPT_S);
+        lately.any(|fix| fix.height_measured)
+    }
+
     /// Its part in a point of a slot that ends at `end`.
     pub(super) fn part(&self, end: Time) -> Option<TransponderPart> {
         let heard = self.fixes.partition_point(|fix| fix.time < end).checked_sub(1);
@@ -307,7 +324,8 @@ impl Transponder {
             time: heard.map(|index| self.fixes[index].time),
             items: self.items,
             aircraft: self.aircraft,
-            height_measured: heard.is_none_or(|index| self.fixes[index].height_measured),
+            // Before the first report it is that one's height that is published.
+            height_measured: self.states_height(heard.unwrap_or(0)),
         })
     }
 }

@@ -53,6 +53,10 @@ pub(super) const SAME_REPORT: SignedDuration = SignedDuration::from_millis(20);
 
 /// Share of a transponder's position error that is new with each report: most of a GNSS receiver's lasts for a minute.
 pub(super) const FRESH_SHARE: f64 = 0.3;
+/// A radar's height of an aircraft counts for this time after the last plot that measured it, seconds.
+pub(super) const RADAR_HEIGHT_S: f64 = 5.0;
+/// A transponder's height counts as stated for this time after the last report that states it, seconds.
+pub(super) const HEIGHT_KEPT_S: f64 = 5.0;
 /// Of two sources of one identity the one whose positions are this many times better counts alone while it speaks: positions
 /// from a curve that runs from the one to the other and back are worse than either.
 pub(super) const POORER: f64 = 2.0;

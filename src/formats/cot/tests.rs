@@ -164,7 +164,8 @@ fn what_ads_b_says_of_an_aircraft_is_shown() {
         let mut flown = track(source(None, Some(b"DRONE-1     ")), Some(60.0));
         if let Source::Transponder(part) = &mut flown.point.source {
             part.identity = Identity::of_address(0x4B_1A_2C);
-            part.aircraft = Aircraft { kind, callsign: *b"HELI1   ", emitter_category };
+            part.aircraft =
+                Aircraft { kind, callsign: *b"HELI1   ", emitter_category, ..Aircraft::default() };
         }
         let seen = Seen::of(&flown);
         (seen.event("type"), seen.attribute("contact", "callsign").unwrap())

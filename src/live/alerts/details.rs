@@ -38,6 +38,13 @@ pub enum Details {
         /// Id of its track.
         track_id: Option<String>,
     },
+    /// An aircraft declares an emergency.
+    Emergency {
+        /// Who.
+        identity: Identity,
+        /// Id of its track.
+        track_id: Option<String>,
+    },
     /// A drone without a transponder.
     Uncooperative {
         /// It has ended because one was heard after all, or because it is the twin of one that lies.

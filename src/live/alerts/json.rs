@@ -206,7 +206,7 @@ impl From<&Details> for About {
                 hull: Some(Hull { r#type: "Polygon", coordinates: [hull.clone()] }),
                 ..Self::default()
             },
-            Details::Silent { identity, track_id } => {
+            Details::Silent { identity, track_id } | Details::Emergency { identity, track_id } => {
                 Self { identity: Some(serial(identity)), track_id: track_id.clone(), ..Self::default() }
             }
             Details::Conflict { tracks, volume, .. } => {

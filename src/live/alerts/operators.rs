@@ -103,7 +103,8 @@ impl Basis {
             | AlertKind::Integrity
             | AlertKind::Jamming
             | AlertKind::Silent
-            | AlertKind::Uncooperative => Self::Picture,
+            | AlertKind::Uncooperative
+            | AlertKind::Emergency => Self::Picture,
         }
     }
 }

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use geo::{ConvexHull, LineString, MultiPoint, Point, Winding};
 
-use super::wording::{jamming, lying, resolved, silent, uncooperative};
+use super::wording::{emergency, jamming, lying, resolved, silent, uncooperative};
 use super::{AlertKind, Alerts, Basis, Details, Found, Severity};
 use crate::json::rounded;
-use crate::picture::{Picture, PictureMaker, PictureTrack};
+use crate::picture::{Picture, PictureMaker, PictureTrack, serial_text};
 use fusion::integrity::{Concern, State};
 use fusion::time::Time;
 use fusion::{Enu, Identity};
@@ -35,6 +35,7 @@ impl Alerts {
             | self.note_areas(picture, maker)
             | self.note_transponders(picture, maker)
             | self.note_uncooperative(picture, maker)
+            | self.note_emergencies(picture, maker)
     }
 
     /// The engine says for how long a concern lasts.
@@ -124,6 +125,23 @@ impl Alerts {
         self.hold(kind, found, now, |_, _| true) || self.changes.len() > before
     }
 
+    fn note_emergencies(&mut self, picture: &Picture, maker: &PictureMaker) -> bool {
+        let (kind, now) = (AlertKind::Emergency, picture.time);
+        let declaring = picture.tracks.iter().filter_map(|track| {
+            let part = track.point.source.transponder()?;
+            part.aircraft.declared.is_emergency().then_some((track, part.identity))
+        });
+        let found = declaring.map(|(track, identity)| {
+            let (id, subject) = (maker.track_id(track), subject(identity));
+            let text = emergency(track, &id, self.lasting(kind, &subject, now).0);
+            let details = Details::Emergency { identity, track_id: Some(id) };
+            let (places, transponders) = (vec![place(track)], vec![Some(identity)]);
+            Found { details, transponders, places, ..Found::new(&subject, Severity::Critical, text) }
+        });
+        let found: Vec<Found> = found.collect();
+        self.hold(kind, found, now, |_, _| true)
+    }
+
     /// Since when there is an alert about that, and what it said; from `now` on where there is none.
     fn lasting(&self, kind: AlertKind, subject: &str, now: Time) -> (Time, Option<&Details>) {
         let known = self.lasting.get(&(kind, subject.to_owned(), String::new()));
@@ -138,7 +156,7 @@ fn place(track: &PictureTrack) -> (f64, f64) {
 
 /// What tells an identity from all others, in a line.
 fn subject(identity: Identity) -> String {
-    format!("{} {}", identity.name().escape_ascii(), identity.country().escape_ascii())
+    format!("{} {}", serial_text(identity), identity.country().escape_ascii())
 }
 
 /// A closed ring around the places, at least the margin away from each.

@@ -14,11 +14,8 @@ const NAMED: usize = 5;
 
 /// `fused track 60000 (U-60000), serial 1596F3A2`: what is on the screen, and what its owner can be asked about.
 pub(super) fn described(track: &PictureTrack, id: &str) -> String {
-    let serial = track
-        .point
-        .source
-        .transponder()
-        .map(|part| format!(", serial {}", part.identity.name().escape_ascii()));
+    let serial =
+        track.point.source.transponder().map(|part| format!(", serial {}", serial_text(part.identity)));
     format!("{} track {} ({id}){}", track.source_name(), track.point.number, serial.unwrap_or_default())
 }
 
@@ -130,6 +127,11 @@ pub(super) fn uncooperative(track: &PictureTrack, id: &str, since: Time) -> Stri
         described(track, id),
         at(since)
     )
+}
+
+/// An aircraft declares an emergency.
+pub(super) fn emergency(track: &PictureTrack, id: &str, since: Time) -> String {
+    format!("{} has declared an emergency since {}", described(track, id), at(since))
 }
 
 /// It is none any more.

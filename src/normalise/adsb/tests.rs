@@ -219,12 +219,15 @@ fn its_height_is_above_the_ellipsoid() {
 }
 
 #[test]
-fn a_pressure_altitude_is_a_height_once_others_have_shown_how_far_off_it_is() {
+fn pressure_altitude_is_a_coarse_height_until_others_show_the_difference() {
     let (site, mut barometer) = (site(), Barometer::default());
     let mut hear = |record: &Record| site.adsb(record, received(), &mut barometer).unwrap();
     // Flight level 30, 914.4 m.
     let low = Record { flight_level: BarometricLevel::default().with_flight_level(30.0), ..record() };
-    assert!(!hear(&low).height_measured);
+    let coarse = hear(&low);
+    let height_m = site.frame().to_geodetic(coarse.position).height_m;
+    assert!(coarse.height_measured && (height_m - 914.4 - 40.0).abs() < HEIGHT_LSB_M, "{height_m}");
+    assert!((coarse.height_sigma_m.unwrap() * 1.96 - 300.0).abs() < 5.0);
     let both = Record { geometric_height: GeometricHeight::default().with_height_m(1014.4), ..low.clone() };
     for _ in 0..20 {
         assert!((site.frame().to_geodetic(hear(&both).position).height_m - 1014.4).abs() < HEIGHT_LSB_M);

@@ -48,16 +48,16 @@ fn a_position_is_whose_its_transmitter_lately_said_it_is() {
     assert_eq!(hear("aa", &location(1), 0), Said::Unused(Refusal::NoIdentity));
     assert_eq!(hear("aa", &basic(IdType::SerialNumber, b"ONE"), 1), Said::Identity);
     let one = Identity::new(b"ONE", None).unwrap();
-    assert!(matches!(hear("aa", &location(2), 6), Said::Position(identity, _) if identity == one));
+    assert!(matches!(hear("aa", &location(2), 6), Said::Position(identity, ..) if identity == one));
     assert_eq!(hear("aa", &location(2), 6), Said::Unused(Refusal::Repeated));
     assert_eq!(hear("bb", &location(3), 6), Said::Unused(Refusal::NoIdentity), "another transmitter");
     assert_eq!(hear("aa", &location(3), 7), Said::Unused(Refusal::NoIdentity), "6 s after it said who it is");
     hear("aa", &basic(IdType::SpecificSession, b"\x01XYZ"), 8);
     let session = Identity::of_name(fusion::report::Space::Session, b"\x01XYZ").unwrap();
-    assert!(matches!(hear("aa", &location(4), 8), Said::Position(identity, _) if identity == session));
+    assert!(matches!(hear("aa", &location(4), 8), Said::Position(identity, ..) if identity == session));
     hear("aa", &basic(IdType::SerialNumber, b"ONE"), 9);
     hear("aa", &basic(IdType::SpecificSession, b"\x01XYZ"), 9);
-    assert!(matches!(hear("aa", &location(5), 9), Said::Position(identity, _) if identity == one));
+    assert!(matches!(hear("aa", &location(5), 9), Said::Position(identity, ..) if identity == one));
 }
 
 #[test]
@@ -72,6 +72,42 @@ fn a_pack_says_who_it_is_before_or_behind_where_it_is() {
     pack[2 + LENGTH] ^= 1;
     let said = transmitters.hear(&from("aa", &pack), at(1));
     assert!(matches!(said[..], [Said::Position(..), Said::Faulty(_)]), "{said:?}");
+}
+
+#[test]
+fn declarations_of_a_transmitter_go_with_its_positions() {
+    use remote_id::{System, SystemContent};
+    let content = SystemContent {
+        location_type: 1,
+        classification: 0,
+        operator_deg: Some([52.5001, -0.5801]),
+        area_count: 1,
+        area_radius_m: 0.0,
+        area_ceiling_m: None,
+        area_floor_m: None,
+        category_and_class: [0, 0],
+        operator_altitude_m: Some(112.5),
+        time_s: 0,
+    };
+    let mut registration = vec![0; LENGTH];
+    registration[0] = 0x52;
+    registration[2..9].copy_from_slice(b"FIN87AB");
+    let mut transmitters = Transmitters::default();
+    let mut hear = |octets: &[u8], seconds| transmitters.hear(&from("aa", octets), at(seconds)).remove(0);
+    assert_eq!(hear(Message::System(System::new(&content)).octets(), 0), Said::Identity);
+    assert_eq!(hear(&registration, 0), Said::Identity);
+    hear(&basic(IdType::SerialNumber, b"ONE"), 1);
+    let Said::Position(_, _, declared) = hear(&location(1), 1) else { panic!() };
+    let operator = declared.operator.unwrap();
+    assert_eq!(
+        (operator.place, operator.half_metres, operator.kind),
+        ([525_001_000, -5_801_000], Some(225), 1)
+    );
+    assert_eq!((&declared.operator_id[..8], declared.ua_type), (&b"FIN87AB\0"[..], Some(2)));
+    // Another aircraft has another operator.
+    hear(&basic(IdType::SerialNumber, b"TWO"), 2);
+    let Said::Position(_, _, declared) = hear(&location(2), 2) else { panic!() };
+    assert_eq!((declared.operator, declared.operator_id, declared.ua_type), (None, [0; 20], Some(2)));
 }
 
 #[test]
