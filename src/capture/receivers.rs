@@ -1,4 +1,4 @@
-//! What a site says of the receivers whose recordings are translated while they are read.
+//! The receivers of a site, for recordings that are translated while they are read.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ pub struct Receivers {
     pub adsb: DataSource,
     /// A place near the 1090 MHz receiver, latitude and longitude in degrees: positions on the ground need one.
     pub place: Option<Place>,
-    /// What the stamps of 1090 MHz frames count.
+    /// Kind of the stamps of 1090 MHz frames.
     pub stamps: Stamps,
     /// SAC and SIC of the records that MAVLink positions become.
     pub mavlink: DataSource,

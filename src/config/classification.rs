@@ -249,7 +249,7 @@ mod tests {
     fn octet_is_scaled_and_kept_within_bounds() {
         let of = |scale, offset| ScaledOctet { octet: 2, scale, offset }.probability(&CONTENTS);
         assert_eq!(of(None, 0.0), Some(70.0 / 255.0));
-        assert_eq!(of(Some(0.01), 0.0), Some(0.7));
+        assert_eq!(of(Some(0.01), 0.0), Some(0.01 * 70.0));
         assert_eq!(of(Some(-0.01), 1.0).map(|p| (p * 1e9).round()), Some(0.3e9));
         assert_eq!([of(Some(1.0), 0.0), of(Some(0.01), -5.0)], [Some(1.0), Some(0.0)]);
         assert_eq!(ScaledOctet { octet: 3, ..Default::default() }.probability(&CONTENTS), None);
@@ -260,7 +260,7 @@ mod tests {
         let drones: Codes = [0x14, 0xff].into_iter().collect();
         let stated = ScaledOctet { octet: 2, scale: Some(0.01), offset: 0.0 };
         let category = CategoryOctet { octet: 1, drones, probability: Some(stated) };
-        assert_eq!(category.probability(&CONTENTS), Some(0.7));
+        assert_eq!(category.probability(&CONTENTS), Some(0.01 * 70.0));
         assert_eq!(category.probability(&[1, 0x15, 0x46]), Some(0.0));
         assert_eq!(category.probability(&[1]), None);
         assert_eq!(CategoryOctet { probability: None, ..category }.probability(&[1, 255]), Some(1.0));

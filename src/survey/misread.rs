@@ -19,8 +19,9 @@ pub(super) struct Misread(Bounded<(u8, Option<DataSource>), Counts, SOURCES>);
 struct Counts {
     blocks: u64,
     misread: u64,
-    /// Of the misread ones, those that were tried, and how many each edition reads.
+    /// Misread blocks that were tried in every edition.
     tried: u64,
+    /// Number of these that each edition reads.
     read_in: Vec<u64>,
 }
 

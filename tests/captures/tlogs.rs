@@ -27,7 +27,7 @@ fn frame(system: u8, message: u8, seed: u8, contents: &[u8]) -> Vec<u8> {
     frame
 }
 
-/// GLOBAL_POSITION_INT at 52.5 degrees north, so many 1e-7 degrees west.
+/// GLOBAL_POSITION_INT at 52.5 degrees north; `longitude` is west, in 1e-7 degrees.
 fn position(system: u8, longitude: i32) -> Vec<u8> {
     let mut contents = 5000_u32.to_le_bytes().to_vec();
     for value in [525_000_000, -longitude, 150_000, 50_000] {

@@ -73,7 +73,7 @@ fn site_and_sensors() {
         (
             radar,
             &with("classification = { source = \"special-purpose\", scale = 2.0 }"),
-            "14: sensors[0].classification.scale = 2",
+            "14: sensors[0].classification.scale = 2.0",
             "between -1 and 1",
         ),
         (
