@@ -25,6 +25,11 @@ fn name(text: String) -> &'static str {
     }
 }
 
+/// `1 track`, `2 tracks`.
+pub fn counted(count: u64, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
 /// What holds such names.
 pub trait Known {
     /// The same with names of its own.

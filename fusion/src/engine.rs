@@ -2,6 +2,7 @@
 //!
 //! Sans-IO: no clock, no socket, no randomness. [`Engine::advance`] first, drained; then [`Engine::handle`].
 
+mod due;
 mod learnt;
 mod plan;
 
@@ -23,6 +24,7 @@ use crate::report::{Identity, Left, Report};
 use crate::settings::{Profile, Settings, SettingsError};
 use crate::slots::{Slot, Window};
 use crate::time::Time;
+pub use due::Due;
 use plan::Plan;
 
 /// The engine: told the time and the reports, it yields every slot once. See the crate's first page for a whole loop.
@@ -37,6 +39,9 @@ pub struct Engine {
     plan: Plan,
 }
 
+/// Receptions that stay more than the window behind for this long mean a clock that was set back, and no stragglers.
+const SET_BACK: SignedDuration = SignedDuration::from_secs(5);
+
 /// What is published for a slot is the profile's to say.
 #[derive(Debug)]
 enum Rules {
@@ -50,6 +55,8 @@ struct Clock {
     now: Time,
     /// The latest reception.
     received: Time,
+    /// The first of the latest receptions that are more than the window behind; `None` where the last one is not.
+    set_back: Option<Time>,
     /// The slot to be emitted next.
     next: Slot,
 }
@@ -123,15 +130,25 @@ impl Engine {
 
     /// Tells the time of a reception; yields the slots that are due before what was received may be handled.
     ///
-    /// The first call starts the clock: slots due by then are never emitted. A step backward changes nothing. A step of
-    /// more than the window from one reception to the next emits what is owed and starts afresh with an empty window
-    /// (numbers and registrations stay), whatever was told in between: who only has the receptions comes to the same slots.
+    /// The first call starts the clock: slots due by then are never emitted. A step of more than the window
+    /// forward, from one reception to the next, emits what is owed and starts afresh with an empty window (numbers and
+    /// registrations stay), whatever was told in between: the receptions alone give the same slots. A step backward changes
+    /// nothing at first. When the receptions stay more than the window behind for 5 s, the clock of reception was set back:
+    /// the engine starts afresh as well.
     pub fn advance(&mut self, received: Time) -> Due<'_> {
         let Some(clock) = &mut self.clock else {
             self.start(received);
             return Due { engine: self, last: None, restart: None };
         };
-        if received - clock.received > self.settings.window() {
+        let window = self.settings.window();
+        if clock.now - received > window {
+            let since = clock.set_back.map_or(received, |since| since.min(received));
+            clock.set_back = Some(since);
+            let restart = (received - since >= SET_BACK).then_some(received);
+            return Due { last: restart.and_then(|_| self.last()), restart, engine: self };
+        }
+        clock.set_back = None;
+        if received - clock.received > window {
             return Due { last: self.last(), restart: Some(received), engine: self };
         }
         clock.received = clock.received.max(received);
@@ -201,6 +218,12 @@ impl Engine {
     /// When no time was told before.
     pub fn handle(&mut self, report: Report) -> Result<(), Refused> {
         self.offer(report).map(Offer::take)
+    }
+
+    /// Whether a reception is so far behind the engine's time that the clock of reception was set back
+    /// ([`Engine::advance`]).
+    pub fn is_set_back(&self, received: Time) -> bool {
+        self.behind(received) > self.settings.window()
     }
 
     /// How far a reception lies behind the engine's time; zero where it does not.
@@ -358,7 +381,7 @@ impl Engine {
         let Settings { grid, latency_slots, .. } = self.settings;
         let next = grid.of(received + self.settings.lead()).plus(1 - latency_slots);
         self.plan.first.get_or_insert(next);
-        self.clock = Some(Clock { now: received, received, next });
+        self.clock = Some(Clock { now: received, received, set_back: None, next });
     }
 
     fn restart(&mut self, received: Time) {
@@ -452,41 +475,5 @@ impl Offer<'_> {
             Rules::Reference(reference) => reference.handle(report),
             Rules::Operational(operational, _) => operational.handle(report),
         }
-    }
-}
-
-/// The slots that are due, in order. Those not taken are emitted, and lost, when it is dropped.
-#[derive(Debug)]
-#[must_use = "the due slots are the engine's output"]
-pub struct Due<'a> {
-    engine: &'a mut Engine,
-    last: Option<Slot>,
-    restart: Option<Time>,
-}
-
-impl Due<'_> {
-    /// Whether the engine starts afresh after these.
-    pub fn restarts(&self) -> bool {
-        self.restart.is_some()
-    }
-}
-
-impl Iterator for Due<'_> {
-    type Item = Emission;
-
-    fn next(&mut self) -> Option<Emission> {
-        if self.last.zip(self.engine.next_slot()).is_some_and(|(last, next)| next <= last) {
-            return self.engine.emit();
-        }
-        if let Some(received) = self.restart.take() {
-            self.engine.restart(received);
-        }
-        None
-    }
-}
-
-impl Drop for Due<'_> {
-    fn drop(&mut self) {
-        self.for_each(drop);
     }
 }

@@ -97,7 +97,10 @@ fn is_no_form(headers: &HeaderMap) -> Result<(), Problem> {
     let kind = headers.get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or("");
     let kind = kind.split(';').next().unwrap_or("").trim();
     if FORMS.iter().any(|form| form.eq_ignore_ascii_case(kind)) {
-        let detail = format!("no form is read here, and {kind} is one; the parameters stand behind the ?");
+        let detail = format!(
+            "no form is read here, and {kind} is one; parameters stand behind the ?, and a body of JSON needs the header \
+             Content-Type: application/json"
+        );
         return Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, detail));
     }
     Ok(())

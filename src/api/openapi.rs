@@ -17,7 +17,7 @@ pub fn document(routes: &[Route], needs_token: bool) -> Answer {
     for route in routes {
         let method = if route.post { "post" } else { "get" };
         let path = paths.entry(route.path).or_insert_with(|| json!({}));
-        path[method] = operation(route, &mut generator);
+        path[method] = operation(route, needs_token, &mut generator);
     }
     let token = if needs_token { "This service asks for a bearer token." } else { UNITS };
     let document = json!({
@@ -51,6 +51,9 @@ const UNITS: &str = "Metres, metres per second, degrees true, RFC 3339 UTC; what
 /// What the types do not say: an object has no other properties than these, and one that may be left out is never null.
 fn exact(schema: &mut Schema) {
     transform_subschemas(&mut exact, schema);
+    if let Some(object) = schema.as_object_mut() {
+        complete(object);
+    }
     let Some(object) = schema.as_object_mut().filter(|object| object.contains_key("properties")) else {
         return;
     };
@@ -70,6 +73,9 @@ fn exact(schema: &mut Schema) {
     for property in optional.filter_map(|(_, property)| property.as_object_mut()) {
         if let Some(Value::Array(kinds)) = property.get("type") {
             property["type"] = kinds.first().cloned().unwrap_or_default();
+            if let Some(Value::Array(values)) = property.get_mut("enum") {
+                values.retain(|value| !value.is_null());
+            }
         }
         if let Some(Value::Array(mut kinds)) = property.remove("anyOf") {
             property.extend(
@@ -83,7 +89,52 @@ fn exact(schema: &mut Schema) {
     }
 }
 
-fn operation(route: &Route, generator: &mut SchemaGenerator) -> Value {
+/// Completes a schema for generators of clients: the enum of a value that may be null has null, and every array has `items`.
+fn complete(schema: &mut Map<String, Value>) {
+    let is_of = |kind: &str| match schema.get("type") {
+        Some(Value::Array(kinds)) => kinds.iter().any(|one| one == kind),
+        Some(Value::String(one)) => one == kind,
+        _ => false,
+    };
+    let (is_nullable, is_array) = (is_of("null"), is_of("array"));
+    if let Some(Value::Array(values)) = schema.get_mut("enum")
+        && is_nullable
+        && !values.contains(&Value::Null)
+    {
+        values.push(Value::Null);
+    }
+    if is_array && !schema.contains_key("items") {
+        let mut kinds: Vec<Value> = Vec::new();
+        for kind in schema.get("prefixItems").and_then(Value::as_array).into_iter().flatten() {
+            if !kinds.contains(kind) {
+                kinds.push(kind.clone());
+            }
+        }
+        let items = match kinds.len() {
+            0 => json!({}),
+            1 => kinds.remove(0),
+            _ => json!({ "anyOf": kinds }),
+        };
+        schema.insert("items".to_owned(), items);
+    }
+}
+
+/// `getTracksIdTrail`: unique, as method and path are.
+fn operation_id(route: &Route) -> String {
+    let mut id = String::from(if route.post { "post" } else { "get" });
+    let path = route.path.strip_prefix("/api/v1").unwrap_or(route.path);
+    for part in path.split(|character: char| !character.is_ascii_alphanumeric()) {
+        let mut characters = part.chars();
+        id.extend(characters.next().map(|first| first.to_ascii_uppercase()));
+        id.push_str(characters.as_str());
+    }
+    if path == "/" {
+        id.push_str("Page");
+    }
+    id
+}
+
+fn operation(route: &Route, needs_token: bool, generator: &mut SchemaGenerator) -> Value {
     let mut parameters: Vec<Value> = Vec::new();
     if let Some((name, _)) = route.path.split_once('{').and_then(|(_, rest)| rest.split_once('}')) {
         let schema = json!({ "type": "string" });
@@ -118,14 +169,22 @@ fn operation(route: &Route, generator: &mut SchemaGenerator) -> Value {
         }
         responses.insert(status.to_string(), response);
     }
-    let mut operation = json!({ "summary": route.summary, "parameters": parameters, "responses": responses });
+    let mut operation = json!({
+        "operationId": operation_id(route),
+        "summary": route.summary,
+        "parameters": parameters,
+        "responses": responses,
+        "security": [],
+    });
     if let Some(body) = route.body {
         let schema = body(generator);
         operation["requestBody"] =
             json!({ "required": true, "content": { route.body_type: { "schema": schema } } });
     }
     if let Some(scope) = route.scope {
-        operation["security"] = json!([{}, { "token": [] }]);
+        if needs_token {
+            operation["security"] = json!([{ "token": [] }]);
+        }
         operation["description"] = json!(format!("With tokens in force: scope {}.", scope.name()));
     }
     operation

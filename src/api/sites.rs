@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::ask::{Answer, Ask, GEO_JSON, live};
 use super::geometry::{CollectionType, Feature, Point};
-use super::ground::{AreaCollection, area_collection, kind};
+use super::ground::{AreaCollection, SENSOR_KINDS, area_collection, kind};
 use super::learnt::{Learnt, LearntTypeJson};
 use super::problem::Problem;
 use crate::config::Sensor;
@@ -51,7 +51,7 @@ impl From<&Unknown> for UnknownSource {
 pub struct SensorProperties {
     /// As configured.
     id: String,
-    #[schemars(extend("enum" = ["radar", "transponder"]))]
+    #[schemars(extend("enum" = SENSOR_KINDS))]
     kind: &'static str,
     #[serde(flatten)]
     status: Option<Known>,

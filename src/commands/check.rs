@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use tracing::warn;
@@ -13,12 +13,13 @@ use crate::api::Terms;
 use crate::app::runtime;
 use crate::areas::Areas;
 use crate::basemap::Basemap;
-use crate::config::{Address, Config, Connection};
+use crate::config::{Address, Config, ConfigError, ConfigErrors, Connection, Place};
 use crate::live::{AlertSettings, now};
 use crate::net::listen as udp;
 use crate::net::send::Sinks;
 use crate::normalise::Normaliser;
 use crate::notices::Receivers;
+use crate::simulate::Scenario;
 use crate::sinks::PictureSinks;
 
 /// Validates a configuration, its areas, its tokens and its certificate, and prints the one in force, every default filled in.
@@ -45,7 +46,7 @@ pub fn run(args: &Args) -> CommandResult {
     let Some(file) = args.file.as_ref().or(args.config.as_ref()) else {
         return Err(Usage("no configuration is named: utm-fusion check FILE".to_owned()).into());
     };
-    let config = Config::load(file)?;
+    let config = Config::load(file).map_err(|errors| scenario(file).unwrap_or(errors))?;
     let areas = Areas::load(&config.areas)?;
     AlertSettings::new(&config.alerts, &areas)?;
     let warnings = Terms::load(&config, &areas)?.warnings(now()).into_iter().chain(areas.warnings(now()));
@@ -73,6 +74,23 @@ pub fn run(args: &Args) -> CommandResult {
     receivers.lines().iter().chain(sinks.lines()).try_for_each(|line| writeln!(out, "# {line}"))?;
     write!(out, "{config}")?;
     Ok(Outcome::Done)
+}
+
+/// The error about a file that is a scenario; `None`: it is none.
+fn scenario(file: &Path) -> Option<ConfigErrors> {
+    let name = file.display().to_string();
+    #[expect(clippy::disallowed_methods, reason = "a file that is no configuration is looked at")]
+    let text = std::fs::read_to_string(file).ok()?;
+    Scenario::parse(&text, &name).ok()?;
+    Some(ConfigErrors::from(ConfigError {
+        message: format!(
+            "this is a scenario, and no site; `utm-fusion simulate {name}` flies it and writes a site that can be checked"
+        ),
+        file: name,
+        place: Place::File,
+        key: "duration_s".to_owned(),
+        value: None,
+    }))
 }
 
 /// A line for each receiver of alerts.
@@ -173,6 +191,18 @@ fn remedy(error: &io::Error, address: Address) -> String {
     const NO_SUCH_DEVICE: i32 = 19;
     let missing = |address| format!("; no interface of this machine has the address {address} (ip address)");
     match (error.kind(), address) {
+        (_, Address::Multicast { interface, .. })
+            if interface.is_unspecified()
+                && (error.raw_os_error() == Some(NO_SUCH_DEVICE)
+                    || matches!(
+                        error.kind(),
+                        io::ErrorKind::NetworkUnreachable | io::ErrorKind::HostUnreachable
+                    )) =>
+        {
+            "; no route of this machine leads to the group: name the address of a network interface in the configuration, or \
+             add a route (ip route add 224.0.0.0/4 dev INTERFACE)"
+                .to_owned()
+        }
         (io::ErrorKind::AddrNotAvailable, Address::Unicast(address)) => missing(address),
         (io::ErrorKind::AddrNotAvailable, Address::Multicast { interface, .. }) => missing(interface),
         (_, Address::Multicast { interface, .. }) if error.raw_os_error() == Some(NO_SUCH_DEVICE) => {
@@ -181,5 +211,26 @@ fn remedy(error: &io::Error, address: Address) -> String {
         (io::ErrorKind::AddrInUse, _) => "; another program has this port for itself (ss -ulpn)".to_owned(),
         (io::ErrorKind::PermissionDenied, _) => "; ports below 1024 need a right to them".to_owned(),
         _ => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::Ipv4Addr;
+
+    use super::*;
+
+    #[test]
+    fn missing_multicast_route_is_named() {
+        let group = Ipv4Addr::new(239, 192, 48, 1);
+        // ENODEV of a join, ENETUNREACH of an output.
+        for code in [19, 101] {
+            let error = io::Error::from_raw_os_error(code);
+            let any = Address::Multicast { group, interface: Ipv4Addr::UNSPECIFIED };
+            assert!(remedy(&error, any).contains("no route of this machine leads to the group"), "{code}");
+        }
+        let named = Address::Multicast { group, interface: Ipv4Addr::new(192, 0, 2, 1) };
+        let text = remedy(&io::Error::from_raw_os_error(19), named);
+        assert!(text.contains("no interface of this machine has the address 192.0.2.1"), "{text}");
     }
 }

@@ -100,6 +100,21 @@ mod tests {
     use super::*;
 
     #[test]
+    fn demo_without_an_address_serves_the_usual_one() {
+        for (arguments, address) in [
+            (&["utm-fusion", "demo", "--http"][..], Some("127.0.0.1:8080")),
+            (&["utm-fusion", "demo", "--http", "--seed", "2"], Some("127.0.0.1:8080")),
+            (&["utm-fusion", "demo", "--http", "8081"], Some("127.0.0.1:8081")),
+            (&["utm-fusion", "demo"], None),
+        ] {
+            let Command::Demo(args) = Cli::try_parse_from(arguments).unwrap().command else {
+                panic!("another command")
+            };
+            assert_eq!(args.http.map(|address| address.to_string()).as_deref(), address, "{arguments:?}");
+        }
+    }
+
+    #[test]
     fn what_is_logged_is_what_was_asked_for_or_the_usual() {
         let logged = |said: Option<&str>| {
             let wanted = wanted_logs(said);

@@ -160,6 +160,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         destination: args.destination(out)?,
         left: args.limit.unwrap_or(u64::MAX),
         faults: Faults::default(),
+        is_empty: true,
     };
     let mut damage = None;
     let mut damaged = false;
@@ -182,8 +183,15 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
             let _ = writeln!(io::stderr(), "{}: {unread} could not be read", capture.name());
         }
     }
-    let Printer { destination, faults, .. } = printer;
+    let Printer { destination, faults, is_empty, .. } = printer;
     destination.finish()?;
+    if let Some(category) = args.cat.filter(|_| is_empty && args.limit != Some(0)) {
+        let first = args.inputs[0].display();
+        let _ = writeln!(
+            io::stderr(),
+            "no record of category {category}; `utm-fusion info {first}` shows the categories that are there"
+        );
+    }
     if !faults.is_empty() {
         // Without a standard error there is nobody to tell.
         let _ = writeln!(io::stderr(), "{faults}");
@@ -202,6 +210,8 @@ struct Printer<'a> {
     left: u64,
     /// What could not be read.
     faults: Faults,
+    /// Whether there was no record and no whole block.
+    is_empty: bool,
 }
 
 /// Where records, and what could not be read, go.
@@ -243,6 +253,7 @@ impl Sink for Printer<'_> {
     type Error = io::Error;
 
     fn record(&mut self, entry: &Entry<'_>) -> io::Result<()> {
+        self.is_empty = false;
         if self.args.errors_only {
             return Ok(());
         }
@@ -251,6 +262,7 @@ impl Sink for Printer<'_> {
     }
 
     fn block(&mut self, category: u8, octets: &[u8], place: Place<'_>) -> io::Result<()> {
+        self.is_empty = false;
         if self.args.errors_only {
             return Ok(());
         }

@@ -35,8 +35,9 @@ use fusion::{Emission, Source};
 /// is sent as multicast on this machine, fused by the live service, and shown on its map.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// Serves the API and the map there, live, until Ctrl-C: 127.0.0.1:8080, or only a port of this machine.
-    #[arg(long, value_name = "ADDR", value_parser = listen_address)]
+    /// Serves the API and the map there, live, until Ctrl-C: 127.0.0.1:8080, which is the default, or only a port of this
+    /// machine.
+    #[arg(long, value_name = "ADDR", value_parser = listen_address, num_args = 0..=1, default_missing_value = "127.0.0.1:8080")]
     pub http: Option<SocketAddr>,
     /// How long the show takes in a terminal (60s), or how long --http serves (until Ctrl-C).
     #[arg(long, value_name = "DURATION", value_parser = duration)]

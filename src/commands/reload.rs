@@ -35,10 +35,10 @@ impl Reload {
     /// Reads the file and tells what came of it. Where anything in it is wrong, nothing changes.
     pub fn again(&mut self) {
         info!("{}: read anew", self.file.display());
-        if let Err(error) = self.apply() {
-            error!("everything stays as it was:\n{error}");
+        match self.apply() {
+            Ok(()) => info!("SIGHUP is done"),
+            Err(error) => error!("SIGHUP is refused, everything stays as it was:\n{error}"),
         }
-        info!("SIGHUP is done");
     }
 
     fn apply(&mut self) -> Result<(), Box<dyn Error + Send + Sync>> {

@@ -32,6 +32,14 @@ pub use args::Args;
 /// Runs the command; the summary goes to `stdout` unless the output does.
 pub fn run(args: &Args) -> CommandResult {
     args.check()?;
+    if let Some(site) = args.inputs.iter().find(|input| input.extension().is_some_and(|name| name == "toml"))
+    {
+        let (site, other) = (site.display(), args.config.display());
+        return Err(Usage(format!(
+            "{site} is a configuration and no capture: utm-fusion replay CAPTURE --config {site} (--config is {other} now)"
+        ))
+        .into());
+    }
     let mut config = Config::load(&args.config)?;
     if let Some(name) = &args.profile {
         let profile = name.parse::<Profile>();

@@ -3,7 +3,7 @@
 #[cfg(feature = "cluster")]
 mod cluster;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -28,11 +28,22 @@ use crate::state::StateLock;
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// The site's configuration.
-    #[arg(long, value_name = "FILE")]
-    pub config: PathBuf,
+    #[arg(value_name = "FILE", required_unless_present = "config")]
+    pub file: Option<PathBuf>,
+    /// The site's configuration, named as for all other commands.
+    #[arg(long, value_name = "FILE", conflicts_with = "file")]
+    pub config: Option<PathBuf>,
     /// How the log on standard error looks; json: an object per line, with its time.
     #[arg(long, value_enum, default_value_t = LogFormat::Text, value_name = "FORMAT")]
     pub log_format: LogFormat,
+}
+
+impl Args {
+    /// The file of the configuration.
+    pub fn config(&self) -> &Path {
+        // One of them is required.
+        self.file.as_deref().or(self.config.as_deref()).unwrap_or(Path::new("site.toml"))
+    }
 }
 
 /// How a log line looks.
@@ -49,10 +60,10 @@ const WATCH: Duration = Duration::from_millis(500);
 
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
-    let config = Arc::new(load_live(&args.config)?);
+    let config = Arc::new(load_live(args.config())?);
     if config.cluster.is_some() && cfg!(not(feature = "cluster")) {
         return Err(ConfigErrors::from(ConfigError {
-            file: args.config.display().to_string(),
+            file: args.config().display().to_string(),
             place: Place::File,
             key: "cluster".to_owned(),
             value: None,
@@ -105,7 +116,7 @@ fn begin(config: &Arc<Config>, areas: &Areas) -> Result<LiveBuilder, Failure> {
 
 fn reload_of(args: &Args, config: &Config, areas: Areas, live: &Live) -> Reload {
     Reload {
-        file: args.config.clone(),
+        file: args.config().to_owned(),
         config: config.clone(),
         areas,
         api: live.served.api.clone(),

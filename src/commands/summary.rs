@@ -6,6 +6,7 @@ use std::fmt::{self, Write as _};
 use crate::config::Config;
 use crate::integrity::Flags;
 use crate::live::{in_words, type_in_words, type_name, values};
+use crate::names::counted;
 use crate::picture::{Picture, serial_text};
 use crate::pipeline::Tally;
 use fusion::learning::LearntType;
@@ -114,18 +115,18 @@ impl Summary {
         for (number, aircraft) in self.aircraft.iter().take(SHOWN) {
             writeln!(
                 text,
-                "aircraft   {number} ({} {}): {} points fused with {} radar tracks, {} of the transponder alone",
+                "aircraft   {number} ({} {}): {} fused with {}, {} of the transponder alone",
                 aircraft.identity.space().key(),
                 serial_text(aircraft.identity),
-                aircraft.fused,
-                aircraft.radar_tracks.len(),
+                counted(aircraft.fused, "point"),
+                counted(aircraft.radar_tracks.len() as u64, "radar track"),
                 aircraft.alone,
             )?;
         }
         if self.aircraft.len() > SHOWN {
             writeln!(text, "aircraft   and {} more", self.aircraft.len() - SHOWN)?;
         }
-        writeln!(text, "radar only {} tracks", self.radar_only.len())?;
+        writeln!(text, "radar only {}", counted(self.radar_only.len() as u64, "track"))?;
         self.flagged(text)
     }
 
@@ -146,8 +147,8 @@ impl Summary {
         if !self.uncooperative.is_empty() {
             writeln!(
                 text,
-                "flagged    {} tracks without a transponder (uncooperative)",
-                self.uncooperative.len()
+                "flagged    {} without a transponder (uncooperative)",
+                counted(self.uncooperative.len() as u64, "track")
             )?;
         }
         Ok(())

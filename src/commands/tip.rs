@@ -21,7 +21,7 @@ pub fn with_tip(mut error: Error, arguments: impl IntoIterator<Item = OsString>)
 fn tip(arguments: &[String]) -> Option<String> {
     let (command, rest) = arguments.split_first()?;
     let is_named = rest.iter().any(|argument| argument == "--config" || argument.starts_with("--config="));
-    if is_named || !["replay", "run", "record"].contains(&command.as_str()) {
+    if is_named || !["replay", "record"].contains(&command.as_str()) {
         return None;
     }
     if let Some(file) = rest.iter().find(|argument| argument.ends_with(".toml")) {

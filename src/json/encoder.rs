@@ -63,6 +63,11 @@ pub enum LineError {
     BlockTooLong(usize),
 }
 
+/// The text of an error without the number of the line: the caller knows that.
+fn of_one_line(error: &str) -> String {
+    error.replace(" at line 1 column ", " at column ")
+}
+
 /// Which block a line belongs to: its file and offset there.
 type Key = (Option<String>, u64);
 
@@ -113,7 +118,8 @@ impl Encoder {
         record: &mut Vec<u8>,
         out: &mut Vec<u8>,
     ) -> Result<(), LineError> {
-        let line = Line::read(line, nodes).map_err(|error| LineError::Json(error.to_string()))?;
+        let line =
+            Line::read(line, nodes).map_err(|error| LineError::Json(of_one_line(&error.to_string())))?;
         if let Some(items) = line.items(nodes) {
             let category = line.category.ok_or(LineError::NoCategory)?;
             let reading = match &line.edition {

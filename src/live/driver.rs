@@ -156,8 +156,11 @@ impl Driver {
     }
 
     /// The time at which an arrival is handled, and recorded: its own, or just after the last slot was to be made where
-    /// that has been while it waited.
+    /// that has been while it waited. Where the clock was set back by more than the window it is its own.
     pub fn reception(&self, received: Time) -> Time {
+        if self.pipeline.engine().is_set_back(received) {
+            return received;
+        }
         self.made_at.map_or(received, |made| received.max(made + AFTER_MAKING))
     }
 
@@ -244,6 +247,7 @@ impl Driver {
                             self.duplicates.get_mut(line).into_iter().for_each(|count| *count += 1);
                         }
                         (Event::Restarted, None) => self.made_at = Some(at),
+                        (Event::Restarted, Some(_)) => self.made_at = self.made_at.filter(|&made| made <= at),
                         _ => {}
                     }
                     self.health.note(&event, at);

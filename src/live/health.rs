@@ -178,6 +178,8 @@ pub struct Health {
     unknown: BTreeMap<(u8, DataSource), (u64, Time)>,
     own: DataSource,
     started: Time,
+    /// Reports that are later than this are of no use for the picture, seconds.
+    late_s: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -191,7 +193,8 @@ struct Sensor {
     untimely: Option<Refusal>,
     /// Receptions of the last reports.
     recent: VecDeque<Time>,
-    delays_ns: VecDeque<i64>,
+    /// Receptions of the latest reports, and from each report's own time to its reception, nanoseconds.
+    delays_ns: VecDeque<(Time, i64)>,
     refused: BTreeMap<&'static str, u64>,
     service: Service,
     /// The sender of the last message that says NOGO.
@@ -230,6 +233,7 @@ impl Health {
             unknown: BTreeMap::new(),
             own: DataSource { sac: config.site.sac, sic: config.site.sic },
             started,
+            late_s: config.fusion.latency().as_secs_f64().max(CLOCK_LATE_S),
         }
     }
 
@@ -247,7 +251,7 @@ impl Health {
                 if sensor.delays_ns.len() == DELAYS {
                     sensor.delays_ns.pop_front();
                 }
-                sensor.delays_ns.push_back(now.nanos() - report.time().nanos());
+                sensor.delays_ns.push_back((now, now.nanos() - report.time().nanos()));
                 sensor.forget(now);
             }
             Event::Refused { refusal: Refusal::UnknownSource { category, source }, .. }
@@ -281,8 +285,12 @@ impl Health {
             Event::Newcomers(newcomers) => {
                 self.sensors[usize::from(newcomers.sensor.0)].flood = newcomers.flood;
             }
-            // Who waited to be let in is forgotten.
-            Event::Restarted => self.sensors.iter_mut().for_each(|sensor| sensor.flood = None),
+            Event::Restarted => {
+                // The clock may have been set back: nothing was heard in the future.
+                self.started = self.started.min(now);
+                self.sensors.iter_mut().for_each(|sensor| sensor.start_afresh(now));
+                self.unknown.values_mut().for_each(|(_, last_seen)| *last_seen = now.min(*last_seen));
+            }
             _ => {}
         }
     }
@@ -297,6 +305,27 @@ impl Health {
     pub fn sensors(&self, now: Time, lines: impl Fn(usize) -> Vec<LineStatus>) -> Vec<SensorStatus> {
         let of = |(index, sensor): (usize, &Sensor)| sensor.status(now, self.started, lines(index));
         self.sensors.iter().enumerate().map(of).collect()
+    }
+
+    /// The error where nothing that any sensor reports at `now` can be used for its time: most likely this machine's
+    /// clock. `None`: a sensor is used, or none is received.
+    pub fn wrong_clock(&self, now: Time) -> Option<String> {
+        let is_received = |sensor: &&Sensor| {
+            sensor.last_seen.is_some_and(|last| now.nanos() - last.nanos() <= sensor.allowed_ns())
+        };
+        let mut received = self.sensors.iter().filter(is_received).peekable();
+        received.peek()?;
+        let is_old = |sensor: &Sensor| sensor.clock_offset_s().is_some_and(|offset_s| offset_s > self.late_s);
+        let wrong = received.map(|sensor| {
+            sensor.untimely(now, self.started).or_else(|| is_old(sensor).then_some(Refusal::Late))
+        });
+        let wrong: Option<Vec<Refusal>> = wrong.collect();
+        let wrong = match &wrong?[..] {
+            all if all.iter().all(|refusal| *refusal == Refusal::Late) => "too old",
+            all if all.iter().all(|refusal| *refusal == Refusal::Future) => "ahead of it",
+            _ => "too old or ahead of it",
+        };
+        Some(format!("the clock of this machine seems wrong: the times of all sensors are {wrong}"))
     }
 
     /// The sources that are heard and not configured.
@@ -333,6 +362,38 @@ impl Sensor {
         while self.recent.front().is_some_and(is_old) || self.recent.len() > RECENT {
             self.recent.pop_front();
         }
+        // Older delays would hide a step of the clock.
+        while self.delays_ns.len() > 1 && self.delays_ns.front().is_some_and(|(received, _)| is_old(received))
+        {
+            self.delays_ns.pop_front();
+        }
+    }
+
+    /// The engine starts afresh at `now`, which may be earlier than times that were noted.
+    fn start_afresh(&mut self, now: Time) {
+        // New identities that waited to be let in are forgotten.
+        self.flood = None;
+        for time in [&mut self.last_seen, &mut self.taken, &mut self.restarted].into_iter().flatten() {
+            *time = now.min(*time);
+        }
+        self.recent.retain(|&time| time <= now);
+        self.delays_ns.clear();
+    }
+
+    /// Longest silence that is none, nanoseconds.
+    fn allowed_ns(&self) -> i64 {
+        SILENT_NS.max((SILENT_PERIODS * self.period_s * SECOND as f64) as i64)
+    }
+
+    /// Offset of its clock, seconds.
+    fn clock_offset_s(&self) -> Option<f64> {
+        self.delays_ns.iter().map(|&(_, delay)| delay).min().map(|delay| delay as f64 * 1e-9)
+    }
+
+    /// Why nothing of it is used, where that is for its times.
+    fn untimely(&self, now: Time, started: Time) -> Option<Refusal> {
+        let untaken_ns = now.nanos() - self.taken.unwrap_or(started).nanos();
+        self.untimely.filter(|_| untaken_ns > self.allowed_ns())
     }
 
     fn status(&self, now: Time, started: Time, lines: Vec<LineStatus>) -> SensorStatus {
@@ -343,7 +404,7 @@ impl Sensor {
             reasons.push(reason);
         };
         let silent_ns = now.nanos() - self.last_seen.unwrap_or(started).nanos();
-        let allowed_ns = SILENT_NS.max((SILENT_PERIODS * self.period_s * SECOND as f64) as i64);
+        let allowed_ns = self.allowed_ns();
         if silent_ns > allowed_ns {
             let ever = if self.last_seen.is_some() { "" } else { " since the start" };
             find(SensorState::Outage, format!("nothing received for {} s{ever}", silent_ns / SECOND));
@@ -383,8 +444,7 @@ impl Sensor {
                 format!("it says that it stands {metres} m from its configured place (I034/120)"),
             );
         }
-        let untaken_ns = now.nanos() - self.taken.unwrap_or(started).nanos();
-        if let Some(refusal) = self.untimely.filter(|_| untaken_ns > allowed_ns) {
+        if let Some(refusal) = self.untimely(now, started) {
             let wrong =
                 if refusal == Refusal::Late { "older than the window" } else { "ahead of this machine's" };
             find(
@@ -402,7 +462,7 @@ impl Sensor {
                 ),
             );
         }
-        let clock_offset_s = self.delays_ns.iter().min().map(|&delay| delay as f64 * 1e-9);
+        let clock_offset_s = self.clock_offset_s();
         if let Some(offset_s) =
             clock_offset_s.filter(|offset| !(CLOCK_EARLY_S..=CLOCK_LATE_S).contains(offset))
         {

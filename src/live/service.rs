@@ -410,7 +410,7 @@ impl Engine {
             numbers_used: self.driver.pipeline().engine().numbers().used(),
             lateness_s: None,
             failed_sends: 0,
-            troubles: self.troubles(at),
+            troubles: self.troubles(at, handled),
         };
         self.publisher.tell(status);
     }

@@ -41,6 +41,9 @@ impl Receivers {
             let refuse = |problem| Unusable::new(format!("alerts.webhooks, id \"{}\"", webhook.id), problem);
             receivers.lines.push(webhook_line(webhook));
             receivers.warnings.extend(webhook_warning(webhook));
+            let text =
+                secret(webhook.secret_file.as_deref(), webhook.secret_env.as_deref()).map_err(refuse)?;
+            receivers.warnings.extend(text.and_then(|text| secret_warning(webhook, &text)));
             receivers.webhooks.push(Webhook::open(webhook, &config.site.name).map_err(refuse)?);
         }
         if let Some(mqtt) = &config.alerts.mqtt {
@@ -191,6 +194,16 @@ fn webhook_warning(webhook: &config::Webhook) -> Option<String> {
     let is_open = webhook.authorization_file.is_some() && !webhook.is_tls();
     (is_open && !is_local(webhook.url.host().unwrap_or_default()))
         .then(|| format!("webhook:{}: its authorization travels beyond this machine without TLS", webhook.id))
+}
+
+fn secret_warning(webhook: &config::Webhook, secret: &str) -> Option<String> {
+    (!Secret::is_standard(secret)).then(|| {
+        format!(
+            "webhook:{}: its secret does not begin with whsec_, so the libraries of Standard Webhooks do not verify what it \
+             signs; echo \"whsec_$(openssl rand -base64 32)\" makes one",
+            webhook.id
+        )
+    })
 }
 
 fn mqtt_warning(mqtt: &config::Mqtt) -> Option<String> {

@@ -31,9 +31,16 @@ impl Secret {
             None => text.as_bytes().to_vec(),
         };
         if octets.len() < FEWEST {
-            return Err("the secret is shorter than 16 octets; openssl rand -hex 32 makes a good one");
+            return Err(
+                "the secret is shorter than 16 octets; echo \"whsec_$(openssl rand -base64 32)\" makes a good one",
+            );
         }
         Hmac::new_from_slice(&octets).map(Self).map_err(|_| "the secret cannot be used")
+    }
+
+    /// Whether the libraries of Standard Webhooks take this text for the same key: they always decode base64.
+    pub(super) fn is_standard(text: &str) -> bool {
+        text.starts_with(PREFIX)
     }
 
     /// The header's value for a body that is sent at that time, in seconds.
@@ -61,6 +68,19 @@ mod tests {
         assert_eq!(encoded.sign("5f-1", 1_763_000_000, body), plain.sign("5f-1", 1_763_000_000, body));
         assert_ne!(plain.sign("5f-2", 1_763_000_000, body), plain.sign("5f-1", 1_763_000_000, body));
         assert_ne!(plain.sign("5f-1", 1_763_000_001, body), plain.sign("5f-1", 1_763_000_000, body));
+    }
+
+    /// The example that the libraries of Standard Webhooks test themselves with.
+    #[test]
+    fn signature_is_that_of_the_standard_webhooks_example() {
+        let secret = "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw";
+        assert!(Secret::is_standard(secret) && !Secret::is_standard("0123456789abcdef0123456789abcdef"));
+        let signature = Secret::new(secret).unwrap().sign(
+            "msg_p5jXN8AQM9LWM0D4loKWxJek",
+            1_614_265_330,
+            br#"{"test": 2432232314}"#,
+        );
+        assert_eq!(signature, "v1,g0hM9SsE+OTPJTGt/tmIKtSyZlE3uFJELVlNIOLJ1OE=");
     }
 
     #[test]

@@ -84,9 +84,11 @@ pub enum Event {
     TookOver(Takeover),
     /// Fates of a transponder receiver's new identities, with a slot.
     Newcomers(Newcomers),
-    /// Nothing came for longer than the window: the engine started afresh with an empty one.
+    /// Nothing came for longer than the window, or the clock of reception was set by more: the engine started afresh with
+    /// an empty window.
     Restarted,
-    /// The clock of reception stepped back by more than 1 s: the engine waits until it is caught up.
+    /// The clock of reception stepped back by more than 1 s: the engine waits until it is caught up, or until it
+    /// is certain that the clock was set back by more than the window.
     ClockBehind {
         /// How far, nanoseconds.
         behind_ns: i64,
@@ -141,13 +143,15 @@ impl Event {
                 warn!(sac, sic, %before, %after, "the sender of a sensor fell silent, and another one took its place");
             }
             Self::Restarted => {
-                warn!("nothing came for longer than the window: started afresh with an empty one");
+                warn!(
+                    "started afresh with an empty window: nothing came for longer than it lasts, or the clock was set by more"
+                );
             }
             Self::ClockBehind { behind_ns } => {
                 let behind_s = *behind_ns as f64 * 1e-9;
                 warn!(
                     behind_s,
-                    "the clock of reception stepped back: nothing is published until it is caught up"
+                    "the clock of reception stepped back: nothing is published until it is caught up, or has stayed 25 s behind for 5 s"
                 );
             }
             _ => {}

@@ -125,8 +125,13 @@ impl Pipeline {
         self.journal.note(Event::Received { octets: payload.len() });
         if let Some(received) = *received {
             self.note_step(received);
-            self.now = self.now.max(received);
-            self.journal.emit(self.engine.advance(received));
+            let due = self.engine.advance(received);
+            let is_set_back = due.restarts() && received < self.now;
+            self.journal.emit(due);
+            if is_set_back {
+                self.set_back();
+            }
+            self.now = if is_set_back { received } else { self.now.max(received) };
             let left = self.selection.as_mut().map(|selection| selection.left(received));
             left.into_iter().flatten().for_each(|left| self.engine.leave(left));
         }
@@ -219,6 +224,15 @@ impl Pipeline {
         if sender.was_refused && !sender.was_taken {
             self.duplicates.was_refused(payload);
         }
+    }
+
+    /// The clock of reception was set back for good: what is remembered by times that lie ahead is discarded.
+    fn set_back(&mut self) {
+        self.duplicates = Duplicates::default();
+        self.senders.start_afresh();
+        self.barometer = Barometer::default();
+        self.remote_id.iter_mut().for_each(|known| *known = RemoteId::default());
+        self.clock_behind = false;
     }
 
     /// Whether the datagram has been handled. Notes in `sender` from which senders it was refused before.

@@ -211,6 +211,18 @@ impl Senders {
         }
     }
 
+    /// No sender heard yet, by the same rules.
+    pub(super) fn start_afresh(&mut self) {
+        *self = Self {
+            rules: std::mem::take(&mut self.rules),
+            heard: BTreeMap::new(),
+            strangers: BTreeMap::new(),
+            ports: Ports::default(),
+            same: Same::default(),
+            tidied: Time::from_nanos(i64::MIN),
+        };
+    }
+
     /// The rules of this configuration with the senders that were heard before.
     pub(super) fn going_on(self, before: Self) -> Self {
         Self { rules: self.rules, ..before }

@@ -7,7 +7,7 @@ use utm_fusion::config::Auth;
 use crate::common::Site;
 
 /// SHA-256 of "reader" and of "watcher".
-fn site() -> Site {
+pub(crate) fn site() -> Site {
     let file = std::env::temp_dir().join(format!("utm-fusion-tokens-{}.toml", std::process::id()));
     let text = "reader = { sha256 = \"3d0941964aa3ebdcb00ccef58b1bb399f9f898465e9886d5aec7f31090a0fb30\", scopes = [\"read\"] }\n\
                 watcher = { sha256 = \"WATCHER\", scopes = [\"stream\"] }\n";

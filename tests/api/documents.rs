@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use axum::http::{Method, Request, StatusCode};
 use jiff::SignedDuration;
-use serde_json::Value;
+use serde_json::{Value, json};
 use utm_fusion::api::routes::ROUTES;
 
+use crate::auth::site as guarded;
 use crate::common::{Site, flown};
 
 #[tokio::test]
@@ -230,4 +231,73 @@ async fn the_page_for_people_names_each_property_of_a_track() {
         let missing: Vec<&String> = properties.keys().filter(|name| !words.contains(name.as_str())).collect();
         assert!(missing.is_empty(), "{schema}: {missing:?}");
     }
+}
+
+/// Calls `look` with every object of a document, and where it stands.
+fn each_object(value: &Value, place: &str, look: &mut impl FnMut(&serde_json::Map<String, Value>, &str)) {
+    match value {
+        Value::Object(object) => {
+            look(object, place);
+            object.iter().for_each(|(name, value)| each_object(value, &format!("{place}/{name}"), look));
+        }
+        Value::Array(values) => values.iter().for_each(|value| each_object(value, place, look)),
+        _ => {}
+    }
+}
+
+/// The rules of the linters and generators that `scripts/openapi-clients` runs, without a network.
+#[tokio::test]
+async fn documents_satisfy_client_generators() {
+    let site = Site::plain();
+    for path in ["/openapi.json", "/api/v1/asyncapi.json"] {
+        let document = site.get(path).await.json();
+        each_object(&document, "", &mut |object, place| {
+            let kinds: Vec<&Value> = match object.get("type") {
+                Some(Value::Array(kinds)) => kinds.iter().collect(),
+                Some(kind) => vec![kind],
+                None => Vec::new(),
+            };
+            if kinds.iter().any(|kind| *kind == "array") {
+                assert!(object.get("items").is_some_and(Value::is_object), "{path}: {place}: no items");
+            }
+            if let Some(Value::Array(values)) = object.get("enum")
+                && !kinds.is_empty()
+            {
+                let is_nullable = kinds.iter().any(|kind| *kind == "null");
+                assert_eq!(values.contains(&Value::Null), is_nullable, "{path}: {place}: null in its enum");
+                let distinct: BTreeSet<String> = values.iter().map(Value::to_string).collect();
+                assert_eq!(distinct.len(), values.len(), "{path}: {place}: a value twice");
+            }
+            if let Some(Value::String(reference)) = object.get("$ref") {
+                let target = document.pointer(reference.strip_prefix('#').unwrap());
+                assert!(target.is_some(), "{path}: {place}: {reference} leads nowhere");
+            }
+        });
+    }
+}
+
+#[tokio::test]
+async fn operations_have_ids_and_the_security_in_force() {
+    for (site, needs_token) in [(Site::plain(), false), (guarded(), true)] {
+        let document = site.get("/openapi.json").await.json();
+        let mut ids = BTreeSet::new();
+        for (path, operations) in document["paths"].as_object().unwrap() {
+            for operation in operations.as_object().unwrap().values() {
+                let id = operation["operationId"].as_str().unwrap();
+                assert!(id.bytes().all(|octet| octet.is_ascii_alphanumeric()), "{id}");
+                assert!(ids.insert(id.to_owned()), "{id} twice");
+                let is_guarded = operation["description"].as_str().is_some_and(|text| text.contains("scope"));
+                let expected = if needs_token && is_guarded { json!([{ "token": [] }]) } else { json!([]) };
+                assert_eq!(operation["security"], expected, "{path}");
+            }
+        }
+    }
+}
+
+/// Every kind of sensor that a configuration knows is in the enum of what is sent.
+#[tokio::test]
+async fn sensor_kinds_of_the_document_are_those_of_the_configuration() {
+    let document = Site::plain().get("/openapi.json").await.json();
+    let kinds = &document["components"]["schemas"]["SensorProperties"]["properties"]["kind"]["enum"];
+    assert_eq!(*kinds, json!(["radar", "transponder", "adsb", "remote-id", "camera"]));
 }

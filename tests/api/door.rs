@@ -196,6 +196,12 @@ async fn a_page_of_another_origin_steers_nothing() {
         let request = format!("{post}{headers}\r\n");
         assert_eq!(ask(&connect(2, address).await, &request).await, Some(status), "{headers}");
     }
+    // `curl -d` calls its body a form: the answer names the header that it needs.
+    let verdict = axum::http::Request::post("/api/v1/integrity/X")
+        .header("content-type", "application/x-www-form-urlencoded");
+    let refused = site.ask(verdict).await;
+    assert_eq!(refused.status, axum::http::StatusCode::UNSUPPORTED_MEDIA_TYPE);
+    assert!(refused.text.contains("Content-Type: application/json"), "{}", refused.text);
     // It may ask, and its browser shows it nothing.
     let request = "GET /api/v1/info HTTP/1.1\r\nHost: localhost\r\nOrigin: https://strange.example\r\n\r\n";
     assert_eq!(ask(&connect(2, address).await, request).await, Some(200));

@@ -8,6 +8,7 @@ mod pages;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;
+mod recipes;
 mod site;
 mod trace;
 mod tutorial;

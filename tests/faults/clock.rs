@@ -131,10 +131,10 @@ fn a_second_ahead_and_a_second_back_lose_nothing() {
 
 #[test]
 fn an_hour_ahead_starts_afresh_and_goes_on() {
-    let stage = Stage::new(&scenario(20), 23_500, |config, _| quick(config));
+    let stage = Stage::new(&scenario(50), 23_500, |config, _| quick(config));
     let live = Live::start(&stage);
     std::thread::scope(|scope| {
-        scope.spawn(|| stage.send(0.0, LAST_S));
+        scope.spawn(|| stage.send(0.0, 48.0));
         until("tracks", Duration::from_secs(12), || live.has_tracks());
         std::thread::sleep(Duration::from_secs(3));
         let seq = live.seq();
@@ -149,9 +149,21 @@ fn an_hour_ahead_starts_afresh_and_goes_on() {
         // The sensors' clocks are as they were: what they say is an hour old, and their lights tell.
         until("yellow lights", Duration::from_secs(9), || lights(live.address) == ["degraded"; 2]);
         assert!(metric(live.address, "utm_fusion_records_refused_total", "late") > 0.0);
-        assert_eq!(get(live.address, "/readyz").0, 200);
+        // The map is empty: the picture cannot be relied on.
+        assert!(!live.has_tracks());
+        assert_eq!(get(live.address, "/readyz").0, 503);
+        assert_eq!(troubled(live.address), ["clock"]);
+        let (_, why) = get(live.address, "/readyz");
+        assert!(why.contains("the clock of this machine seems wrong"), "{why}");
         // The clock is right again: an hour back.
         live.step(-3600);
+        let undone = Instant::now();
+        until("tracks again", Duration::from_secs(25), || live.has_tracks());
+        until("ready again", Duration::from_secs(5), || get(live.address, "/readyz").0 == 200);
+        println!("tracks and ready {:.1} s after the clock was right", undone.elapsed().as_secs_f64());
+        assert_eq!(metric(live.address, "utm_fusion_restarts_total", ""), 2.0);
+        until("green lights", Duration::from_secs(5), || lights(live.address) == ["operational"; 2]);
+        assert_eq!(troubled(live.address), [""; 0]);
     });
     live.stop();
     // Until the step the recording is what was sent.

@@ -10,7 +10,7 @@ use asterix::cat048::{self, TrackNumber};
 use asterix::{blocks, encode_block};
 use fusion::Identity;
 use fusion::Source;
-use fusion::integrity::{Trust, Word};
+use fusion::integrity::{Concern, Trust, Word};
 use fusion::numbering::{Given, LARGEST_TRANSPONDER_NUMBER, NumberChange};
 use fusion::operational::{Correlation, HeldCorrelation, Verdict};
 use fusion::time::{SECOND, Time};
@@ -48,6 +48,8 @@ pub(crate) struct Fate {
     pub(crate) silence_s: Option<(i64, i64)>,
     /// At this time of the flight the wall clock steps by that much, seconds.
     pub(crate) step_s: Option<(i64, i64)>,
+    /// At this time of the flight it steps back to where it was, seconds.
+    pub(crate) undone_s: Option<i64>,
     /// The service stands still at this time of the flight, for that long, seconds.
     pub(crate) pause_s: Option<(i64, i64)>,
     /// Numbers of before.
@@ -85,6 +87,8 @@ fn reception(line: usize, received: Time, payload: Vec<u8>) -> Reception {
 pub(crate) struct Flown {
     slots: u64,
     alarms: u64,
+    /// Slots with the alert `jamming`.
+    jammed: u64,
     /// Of each point with a radar's part: its time, whether it is fused, and the radar's track number.
     radar: Vec<(Time, bool, u16)>,
     /// What is known of the radars at the end.
@@ -111,6 +115,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     let mut flown = Flown {
         slots: 0,
         alarms: 0,
+        jammed: 0,
         radar: Vec::new(),
         registrations,
         correlations: 0,
@@ -124,6 +129,8 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
             match made {
                 Made::Slot(frame) => {
                     flown.slots += 1;
+                    let is_jamming = |concern: &Concern| matches!(concern, Concern::Jamming { .. });
+                    flown.jammed += u64::from(frame.picture.concerns.iter().any(is_jamming));
                     shown.replace(
                         frame.picture.tracks.iter().map(|track| track.point.source.clone()).collect(),
                     );
@@ -163,7 +170,12 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     let mut words = 0;
     // The steady time, and the wall clock's.
     let wall = |steady: Time| match fate.step_s {
-        Some((at, by)) if steady >= start + seconds(at) => steady + seconds(by),
+        Some((at, by))
+            if steady >= start + seconds(at)
+                && fate.undone_s.is_none_or(|undone| steady < start + seconds(undone)) =>
+        {
+            steady + seconds(by)
+        }
         _ => steady,
     };
     let within = |span: Option<(i64, i64)>, steady: Time| {
@@ -357,6 +369,42 @@ proptest! {
             prop_assert!(flown.alarms >= 1, "nobody heard of it");
         }
         prop_assert!(flown.slots < 1000, "{} slots: an hour was published", flown.slots);
+    }
+}
+
+/// Eight drones with transponders.
+const FLEET: &str = "name = \"fleet\"\nduration_s = 130\n[drones]\nmultirotors = 8\nequipped = 8\n";
+
+#[test]
+fn step_of_the_clock_raises_no_jamming() {
+    for by in [-24, -6, 6, 20, 24, 26, 40, 3600] {
+        let fate = Fate { seed: 3, queue_ms: 50, tick_ms: 5, step_s: Some((40, by)), ..Fate::default() };
+        let scratch = Scratch::new();
+        let flown = record(FLEET, None, &fate, &scratch.path("r"), 256);
+        assert_eq!(flown.jammed, 0, "{by} s");
+    }
+}
+
+#[test]
+fn clock_excursion_ends_within_the_window_after_its_undoing() {
+    for by in [26, 40, 3600, -40, -3600] {
+        let fate = Fate {
+            seed: 3,
+            queue_ms: 50,
+            tick_ms: 5,
+            step_s: Some((40, by)),
+            undone_s: Some(60),
+            ..Fate::default()
+        };
+        let start = flight(FLEET, fate.seed, None).datagrams[0].received;
+        let flown = recorded_equals_replayed(FLEET, None, &fate);
+        assert_eq!(flown.jammed, 0, "{by} s");
+        let fused = |from: i64, to: i64| {
+            let within = |time: Time| start + seconds(from) <= time && time < start + seconds(to);
+            flown.radar.iter().any(|&(time, is_fused, _)| is_fused && within(time))
+        };
+        assert!(fused(20, 35), "{by} s: nothing before");
+        assert!(fused(80, 86), "{by} s: dark after it was undone");
     }
 }
 

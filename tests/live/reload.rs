@@ -59,7 +59,8 @@ impl Stage {
             let log = self.service.log();
             let told: Vec<&str> = log.split(" read anew\n").collect();
             // Its last word.
-            if told.len() > self.reloads && told[self.reloads].contains("SIGHUP is done") {
+            let is_over = |told: &str| told.contains("SIGHUP is done") || told.contains("SIGHUP is refused");
+            if told.len() > self.reloads && is_over(told[self.reloads]) {
                 return told[self.reloads].to_owned();
             }
         }
@@ -203,6 +204,7 @@ fn of_an_invalid_file_nothing_is_taken_and_everything_wrong_is_told() {
     let wrong = valid.replace("cors = []", "cors = [\"https://map.example\"]");
     let wrong = wrong.replace("ratio_min = 0.9", "ratio_min = 2.0").replace("serial = \"uas\"", "serial = 5");
     let told = stage.reload_text(&wrong);
+    assert!(told.contains("SIGHUP is refused") && !told.contains("SIGHUP is done"), "{told}");
     for part in ["everything stays as it was", "fusion.ratio_min = 2.0", "output.serial = 5"] {
         assert!(told.contains(part), "{part}\n{told}");
     }

@@ -125,7 +125,7 @@ fn reload(service: &Running) -> String {
     for _ in 0..400 {
         std::thread::sleep(Duration::from_millis(50));
         let told = service.log().split_off(before);
-        if told.contains("SIGHUP is done") {
+        if told.contains("SIGHUP is done") || told.contains("SIGHUP is refused") {
             return told;
         }
     }

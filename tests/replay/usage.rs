@@ -37,7 +37,11 @@ fn wrong_usage_is_told_with_code_2() {
         (&["replay", "--config", site], "<INPUT>"),
         (&["replay", capture], write_one.as_str()),
         (&["replay", "-o", site, capture], name_it.as_str()),
-        (&["run", site], name_it.as_str()),
+        (&["run"], "utm-fusion run <FILE>"),
+        (
+            &["replay", site, "--config", capture],
+            "is a configuration and no capture: utm-fusion replay CAPTURE --config",
+        ),
         (&["check"], "utm-fusion check <FILE>"),
         (&["check", site, "--config", site], "cannot be used with"),
         (&["demo", "--http", "localhost"], "such as 127.0.0.1:8080, or only the port: 8080"),
@@ -411,4 +415,43 @@ fn a_bad_record_costs_no_neighbour() {
     assert!(warning.ends_with("detail=the item runs past the end of its block"), "{warning}");
     assert!(ran.text().contains("dropped    1 unreadable in category 48: item_past_end"), "{}", ran.text());
     assert!(ran.text().contains("(radar): 1175 plots"), "{}", ran.text());
+}
+
+#[test]
+fn decode_of_an_absent_category_says_so() {
+    let capture = demo().capture();
+    let absent = ran(utm_fusion("decode").arg(&capture).args(["--cat", "62"]));
+    assert!(absent.stderr.contains("no record of category 62"), "{}", absent.stderr);
+    let present = ran(utm_fusion("decode").arg(&capture).args(["--cat", "48", "--limit", "1"]));
+    assert!(!present.stderr.contains("no record"), "{}", present.stderr);
+}
+
+#[test]
+fn check_of_a_scenario_says_what_it_is() {
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenarios/crossing.toml");
+    let checked = ran(utm_fusion("check").arg(&scenario));
+    assert_eq!(checked.code, 3, "{}", checked.stderr);
+    assert!(checked.stderr.contains("this is a scenario, and no site"), "{}", checked.stderr);
+    assert_eq!(checked.stderr.trim_end().lines().count(), 1, "{}", checked.stderr);
+}
+
+/// The number of the line is that of the file: the reader of JSON counts within the line.
+#[test]
+fn encode_names_the_line_of_the_file_alone() {
+    let scratch = Scratch::new();
+    let lines = scratch.file("lines.ndjson", b"\n{\"cat\":48,\n");
+    let encoded = ran(utm_fusion("encode").arg(&lines).arg("-o").arg(scratch.path("out.ast")));
+    assert!(encoded.stderr.contains("line 2: "), "{}", encoded.stderr);
+    assert!(!encoded.stderr.contains("line 1"), "{}", encoded.stderr);
+}
+
+#[test]
+fn run_takes_its_file_as_check_does() {
+    let scratch = Scratch::new();
+    let site = scratch.file("site.toml", b"[site]\n");
+    for command in ["run", "check"] {
+        let refused = ran(utm_fusion(command).arg(&site));
+        assert_eq!(refused.code, 3, "{command}: {}", refused.stderr);
+        assert!(refused.stderr.contains("sensors: this key is missing"), "{command}: {}", refused.stderr);
+    }
 }

@@ -159,6 +159,11 @@ impl ReportRules {
         self.jamming.look(&self.ledgers, deadline);
     }
 
+    /// The engine starts afresh: the time before counts for no identity's silence.
+    pub(crate) fn start_afresh(&mut self) {
+        self.ledgers.values_mut().for_each(|ledger| ledger.silence.start_afresh());
+    }
+
     /// Forgets who was not heard for long, and of too many those heard once or twice, then those not heard for longest.
     fn forget(&mut self, deadline: Time) {
         self.ledgers.retain(|_, ledger| ledger.newest >= deadline - FORGOTTEN_AFTER);

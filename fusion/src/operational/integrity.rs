@@ -279,7 +279,8 @@ impl Integrities {
 
     /// The same without radar tracks: what outlives a silence of all sensors.
     pub(super) fn without_tracks(self) -> Self {
-        let Self { reports, words, .. } = self;
+        let Self { mut reports, words, .. } = self;
+        reports.start_afresh();
         Self { reports, words, ..Self::default() }
     }
 

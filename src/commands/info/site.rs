@@ -77,6 +77,8 @@ fn site(file: &Path, seen_in: &[String], sensors: &[SensorHint]) -> String {
         "# Made by `utm-fusion info` of what is in {}.\n\
          # Where a radar stands is not in its data: replace each \"{FILL_IN}\", then\n\
          #   utm-fusion check {}\n\
+         # Left off, with their defaults in force: [fusion], [output] (nothing is sent), [http], [state], [alerts], [integrity],\n\
+         # [[areas]], and sensors that are neither radars (CAT048) nor transponder receivers (CAT129).\n\
          # config/example.toml explains all keys.\n\n\
          [site]\n\
          name = {}\n\

@@ -78,7 +78,7 @@ pub struct Trouble {
 }
 
 impl Trouble {
-    /// The clock was set back.
+    /// The clock was set back, or contradicts all sensors.
     pub const CLOCK: &str = "clock";
     /// The picture is late.
     pub const PICTURE: &str = "picture";

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::Engine;
 use crate::config::Profile;
 use crate::live::alerts::{Severity, Trouble};
+use crate::names::counted;
 use crate::net::listen::LineCounters;
 use crate::record::RecorderQueue;
 use fusion::numbering::LARGEST_TRANSPONDER_NUMBER;
@@ -15,8 +16,8 @@ use fusion::time::{SECOND, Time};
 const NUMBERS_LOW: f64 = 0.9;
 
 impl Engine {
-    /// What is wrong with the service itself, since it was told last.
-    pub(super) fn troubles(&mut self, at: Time) -> Vec<Trouble> {
+    /// Faults of the service itself at `at`, since the last status. Receptions are handled until `handled`.
+    pub(super) fn troubles(&mut self, at: Time, handled: Time) -> Vec<Trouble> {
         let mut troubles = Vec::new();
         let mut find = |about: &'static str, severity, text: String| {
             troubles.push(Trouble { about: about.into(), severity, text });
@@ -24,9 +25,17 @@ impl Engine {
         let behind_ns = self.driver.pipeline().engine().behind(at).as_nanos() as i64;
         if behind_ns > SECOND {
             let behind_s = behind_ns / SECOND;
-            let text = format!(
-                "the clock of this machine was set back: nothing is published for {behind_s} s, until it is caught up"
-            );
+            let text = match self.driver.pipeline().engine().is_set_back(at) {
+                false => format!(
+                    "the clock of this machine was set back: nothing is published for {behind_s} s, until it is caught up"
+                ),
+                true => format!(
+                    "the clock of this machine was set back by {behind_s} s: the picture starts afresh when that has lasted \
+                     for 5 s"
+                ),
+            };
+            find(Trouble::CLOCK, Severity::Critical, text);
+        } else if let Some(text) = self.driver.health().wrong_clock(handled) {
             find(Trouble::CLOCK, Severity::Critical, text);
         }
         let count = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
@@ -56,7 +65,7 @@ impl Engine {
         if let Some(seconds) =
             self.conflict_losses.going_on(self.publisher.outlets.hub.outlooks.dropped(), at)
         {
-            let text = format!("the conflicts of {seconds} seconds came too late to be shown");
+            let text = format!("the conflicts of {} came too late to be shown", counted(seconds, "second"));
             find(Trouble::CONFLICTS, Severity::Warning, text);
         }
         let used = self.driver.pipeline().engine().numbers().used();

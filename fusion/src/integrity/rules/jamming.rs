@@ -29,6 +29,12 @@ const FORGOTTEN_S: f64 = 3600.0;
 /// It is over without an end after this time: they have landed.
 const LASTS_MAX: SignedDuration = SignedDuration::from_mins(10);
 
+/// While no identity at all is heard for longer than this, and for as long after it, a clock that was set ahead or a line that was
+/// away explains more than jamming does.
+const QUIET: SignedDuration = SignedDuration::from_secs(6);
+/// A silence of all that lasts for longer than a step of the clock that the window bears.
+const ALL_QUIET: SignedDuration = SignedDuration::from_secs(32);
+
 /// Who is jammed, and how often one falls silent by itself.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Jamming {
@@ -37,6 +43,10 @@ pub(super) struct Jamming {
     silences: f64,
     heard_s: f64,
     looked: Option<Time>,
+    /// The last deadline at which no identity had been heard for longer than [`QUIET`].
+    quiet: Option<Time>,
+    /// Whether identities fell silent that were not looked at yet.
+    waits: bool,
 }
 
 /// An identity that fell silent.
@@ -61,7 +71,15 @@ impl Jamming {
         self.heard_s = kept * self.heard_s + passed_s * heard as f64;
         self.silences = kept * self.silences + began as f64;
         self.end(ledgers, deadline);
-        if began > 0 {
+        self.waits |= began > 0;
+        let last = ledgers.values().filter_map(|ledger| ledger.silence.heard()).max();
+        let quiet = last.map_or(SignedDuration::ZERO, |last| deadline - last);
+        if quiet > QUIET {
+            self.quiet = Some(deadline);
+        }
+        let is_quiet = quiet <= ALL_QUIET && self.quiet.is_some_and(|since| deadline - since <= QUIET);
+        if self.waits && !is_quiet {
+            self.waits = false;
             self.begin(ledgers, deadline);
         }
     }

@@ -11,6 +11,8 @@ use crate::time::Time;
 const SILENT: (f64, f64) = (10.0, 3.0);
 /// Silence that is longer than a single transponder's gaps, which last up to 20 s, and its period beside: likewise.
 const LONG: (f64, f64) = (27.0, 6.0);
+/// A report later than this counts for the silence as if it were that late, seconds: where a clock is wrong, all are late.
+const LATE: SignedDuration = SignedDuration::from_secs(5);
 /// Reports without which nothing is usual.
 const REPORTS: usize = 3;
 
@@ -41,13 +43,30 @@ pub(super) struct Silence {
     pub(super) is_silent: bool,
     /// The deadline at which it had been silent for longer than single ones usually are.
     pub(super) long_since: Option<Time>,
+    /// Time stamp of its newest report at the last look.
+    newest: Option<Time>,
+    /// From when on it is silent: that time stamp, or later where the report came late.
+    heard: Option<Time>,
 }
 
 impl Silence {
+    /// Is not silent until it was heard again: the engine started afresh, and what came before says nothing.
+    pub(super) fn start_afresh(&mut self) {
+        *self = Self { newest: self.newest, heard: self.heard, ..Self::default() };
+    }
+
+    /// From when on it is silent.
+    pub(super) fn heard(&self) -> Option<Time> {
+        self.heard
+    }
+
     /// Looks at an identity whose last report is `newest`.
     pub(super) fn look(&mut self, streams: &[Stream], newest: Time, deadline: Time) {
-        self.is_known = self.is_known || streams.iter().any(|stream| stream.history.len() >= REPORTS);
-        let silent = deadline - newest;
+        if self.newest.is_none_or(|known| newest > known) {
+            (self.newest, self.heard) = (Some(newest), Some(newest.max(deadline - LATE)));
+            self.is_known = self.is_known || streams.iter().any(|stream| stream.history.len() >= REPORTS);
+        }
+        let silent = deadline - self.heard.unwrap_or(newest);
         let period_s = || period_s(streams);
         self.is_silent = self.is_known && is_past(silent, SILENT, period_s);
         let is_long = self.is_silent && is_past(silent, LONG, period_s);

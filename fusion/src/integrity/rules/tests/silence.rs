@@ -136,3 +136,31 @@ fn where_single_ones_fall_silent_all_the_time_three_at_once_are_none() {
     // The first minutes teach it.
     run(&reports, |at_s, rules| assert!(at_s < 300.0 || rules.jammed().is_none(), "{at_s}"));
 }
+
+/// A clock that is set ahead makes every report late: the receivers still hear all of them.
+#[test]
+fn reports_that_become_late_together_are_no_jamming() {
+    for late_s in [10.0, 20.0, 24.9] {
+        let mut reports = fleet(&[300.0; 8]);
+        reports.iter_mut().filter(|(at_s, _)| *at_s > 100.0).for_each(|(at_s, _)| *at_s += late_s);
+        assert_eq!(jammed(&reports), None, "{late_s} s");
+    }
+}
+
+/// The engine has started afresh: only identities that were heard since then can fall silent.
+#[test]
+fn restart_ends_every_silence() {
+    let mut rules = ReportRules::default();
+    for (_, fix) in fleet(&[100.0; 8]) {
+        rules.take(&[fix]);
+    }
+    rules.look(at(101.0));
+    rules.start_afresh();
+    rules.look(at(150.0));
+    assert!(rules.jammed().is_none() && (1..=8).all(|number| !rules.is_missed(identity(number))));
+    rules.take(&[fix(1, 150.0, [0.0; 3])]);
+    rules.look(at(151.0));
+    rules.look(at(190.0));
+    let missed: Vec<u32> = (1..=8).filter(|&number| rules.is_missed(identity(number))).collect();
+    assert_eq!(missed, [1]);
+}
