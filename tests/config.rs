@@ -170,6 +170,7 @@ fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
         "alerts.webhooks.secret_env",
         "alerts.mqtt.password_env",
         "sensors.connections.password_env",
+        "output.mqtt.password_env",
         "cluster.grid_deg",
     ];
     // The sections, and the keys that the user names.

@@ -235,8 +235,8 @@ fn files(folder: &Path) -> Vec<PathBuf> {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             match path.is_dir() {
-                // Frames of Wi-Fi and Bluetooth, which hold no UDP datagrams.
-                true if path.ends_with("remote-id-radio") => {}
+                // Frames of Wi-Fi and Bluetooth hold no UDP datagrams; field cases are damaged or framed otherwise.
+                true if path.ends_with("remote-id-radio") || path.ends_with("field-cases") => {}
                 true => folders.push(path),
                 false => found.push(path),
             }

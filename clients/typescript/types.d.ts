@@ -10,18 +10,24 @@ export type About = {
   attribution: string;
 };
 
-/** Nothing here is ADS-B: a radar's track is what readsb calls a track file; the rest is `other`, and nothing claims an ICAO address. There is no barometric height, and none is made up. */
+/** A track as readsb describes an aircraft. Only an aircraft that is heard by ADS-B has an ICAO address. Barometric heights are not known and left out. */
 export type Aircraft = {
+  /** ICAO address, six digits; of a track without one `~` and a hash of its id. */
   hex: string;
-  type: "tisb_trackfile" | "other";
+  /** `tisb_trackfile`: radar alone. */
+  type: "adsb_icao" | "tisb_trackfile" | "other";
   lat: number;
   lon: number;
   seen: number;
   seen_pos: number;
   mlat: Array<unknown>;
   tisb: Array<unknown>;
-  /** Emitter category of ADS-B, by which displays choose an icon: B6, unmanned. Of what is crewed, no drone, or not known to be one, there is none: nobody says how heavy it is, and no category is a bird's. */
-  category?: "B6";
+  /** Emitter category of ADS-B, by which displays choose an icon: the one that the aircraft states, else B6 (unmanned) of a drone. Absent where neither is known. */
+  category?: "A1" | "A2" | "A3" | "A4" | "A5" | "A6" | "A7" | "B1" | "B2" | "B3" | "B4" | "B6" | "B7" | "C1" | "C2" | "C3" | "C4" | "C5";
+  /** ICAO type designator of a drone. tar1090 draws B6 alone as an aeroplane; for UHEL it takes the icon with rotors. */
+  t?: "UHEL";
+  /** Description of the type, shown beside `t`. */
+  desc?: "Drone";
   /** Serial number of the transponder, else the track's id. */
   flight: string;
   /** Above the ellipsoid, feet. */
@@ -69,7 +75,7 @@ export type Alert = {
   /** Id of the track that radar sees where it is not. */
   twin_id?: string;
   /** A state by its name. */
-  state?: "unverified" | "verified" | "suspect" | "failed" | null;
+  state?: "unverified" | "verified" | "suspect" | "failed";
   /** What speaks against it; empty where only an operator does. */
   reasons?: Array<"radar" | "jump" | "frozen" | "replay" | "duplicate" | "swapped" | "velocity" | "time">;
   /** How far its positions are off, metres. */
@@ -290,7 +296,7 @@ export type Conflict = {
   miss: MissJson;
   cpa: CpaJson;
   /** The worse state of their transponders. */
-  integrity?: "unverified" | "verified" | "suspect" | "failed" | null;
+  integrity?: "unverified" | "verified" | "suspect" | "failed";
 };
 
 /** Who will come near whom. */
@@ -1093,7 +1099,7 @@ export type Resync = {
 export type SensorProperties = {
   /** As configured. */
   id: string;
-  kind: "radar" | "transponder";
+  kind: "radar" | "transponder" | "adsb" | "remote-id" | "camera";
   sac?: number;
   sic?: number;
   state?: "operational" | "degraded" | "outage";
@@ -1326,7 +1332,7 @@ export type TrackProperties = {
   /** What a drone declares by Remote ID. */
   remote_id?: RemoteIdDeclaration;
   /** Operational: whether its transponder can be trusted; docs/INTEGRITY.md. */
-  integrity?: "unverified" | "verified" | "suspect" | "failed" | null;
+  integrity?: "unverified" | "verified" | "suspect" | "failed";
   /** Natural logarithm of how much likelier a lie of its transponder is than none, by radar. */
   integrity_index?: number;
   /** Radius that holds 95 % of the offsets that radar would not have shown by now, metres; left out where nothing bounds it. */

@@ -118,12 +118,12 @@ fn offset() -> Kind<f64> {
 }
 
 /// The value of a key, if it is there and valid.
-fn value<T>(section: &mut Section<'_>, key: &'static str, kind: Kind<T>) -> Option<T> {
+fn value<T>(section: &mut Section<'_>, key: &'static str, kind: &Kind<T>) -> Option<T> {
     section.item(key).and_then(|item| (kind.read)(&item))
 }
 
 fn scaled(section: &mut Section<'_>, octet: usize) -> ScaledOctet {
-    let (scale, offset) = (value(section, "scale", scale()), value(section, "offset", offset()));
+    let (scale, offset) = (value(section, "scale", &scale()), value(section, "offset", &offset()));
     ScaledOctet { octet, scale, offset: offset.unwrap_or(0.0) }
 }
 
@@ -138,11 +138,11 @@ pub(super) fn probability_source() -> Kind<Classification> {
         let mut read = source.and_then(|item| (named().read)(&item))?;
         match &mut read {
             Classification::SpecialPurpose(stated) => {
-                let octet = value(&mut section, "octet", octet_number()).unwrap_or(0);
+                let octet = value(&mut section, "octet", &octet_number()).unwrap_or(0);
                 *stated = scaled(&mut section, octet);
             }
             Classification::SpecialPurposeCategory(category) => {
-                category.octet = value(&mut section, "octet", octet_number()).unwrap_or(0);
+                category.octet = value(&mut section, "octet", &octet_number()).unwrap_or(0);
                 let item = section.need("drones", "drones = [20], the radar's codes of drones");
                 if let Some(item) = &item
                     && let Some(codes) = (codes().read)(item)
@@ -152,7 +152,7 @@ pub(super) fn probability_source() -> Kind<Classification> {
                     }
                     category.drones = codes.into_iter().collect();
                 }
-                category.probability = value(&mut section, "probability_octet", octet_number())
+                category.probability = value(&mut section, "probability_octet", &octet_number())
                     .map(|octet| scaled(&mut section, octet));
             }
             Classification::TargetClassification => {}

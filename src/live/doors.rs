@@ -59,7 +59,7 @@ pub(super) struct Door {
 /// Makes datagrams of a receiver's stream.
 enum StreamReader {
     /// Frames of a 1090 MHz receiver.
-    Frames(Translator),
+    Frames(Box<Translator>),
     /// ASTERIX.
     Blocks(BlockStream),
 }
@@ -113,7 +113,9 @@ impl Door {
         let mut stopped = self.stopped.clone();
         let (mut pause, mut failing) = (PAUSES[0], false);
         // The translator, and what it knows of aircraft, outlives a short break.
-        let frames = |framing| StreamReader::Frames(Translator::new(framing, self.source, Some(self.origin)));
+        let frames = |framing| {
+            StreamReader::Frames(Box::new(Translator::new(framing, self.source, Some(self.origin))))
+        };
         let mut reader = match connection.format {
             ConnectionFormat::Asterix => StreamReader::Blocks(BlockStream::default()),
             ConnectionFormat::Avr => frames(Framing::Avr),
@@ -314,6 +316,7 @@ mod tests {
                 source: DataSource { sac: 25, sic: 1 },
                 sensor: "gateway".to_owned(),
                 origin: [52.0, 4.0],
+                receivers: Receivers::default(),
             };
             door.keep_reading(|_| true).await;
         });

@@ -301,7 +301,9 @@ impl Senders {
         };
         let is_known = peer.is_some_and(|(_, heard)| speaks(heard) && rule.are_one(ports, heard.owner, from));
         let before = own.map(|own| own.owner).filter(|&owner| {
-            subject.identity.is_none() && !is_known && !rule.are_one(ports, owner, from) && is_gone(owner)
+            // A sender that restarts on its own host has another port.
+            let is_elsewhere = owner.ip() != from.ip() && !rule.are_one(ports, owner, from);
+            subject.identity.is_none() && !is_known && is_elsewhere && is_gone(owner)
         });
         let takeover = before.map(|before| Takeover {
             sensor: subject.sensor,
@@ -434,7 +436,9 @@ impl Rule {
     fn new(sensor: &Sensor) -> Self {
         // A connection's datagrams bear the address that it was made to, or that of no host where a broker is between.
         let sender = |connection: &crate::config::Connection| match connection.format {
-            ConnectionFormat::Beast | ConnectionFormat::Avr => connection.socket().map(SocketAddr::V4),
+            ConnectionFormat::Beast | ConnectionFormat::Avr | ConnectionFormat::Asterix => {
+                connection.socket().map(SocketAddr::V4)
+            }
             ConnectionFormat::Mqtt => {
                 connection.broker().map(|broker| (Ipv4Addr::UNSPECIFIED, broker.port).into())
             }

@@ -334,7 +334,8 @@ impl Survey {
                 .iter()
                 .any(|of| (of.category, of.sac, of.sic) == (cat021::Record::CATEGORY, fit.sac, fit.sic))
         };
-        let editions: Vec<EditionReport> = self.editions.report().into_iter().filter(|fit| !is_older(fit)).collect();
+        let editions: Vec<EditionReport> =
+            self.editions.report().into_iter().filter(|fit| !is_older(fit)).collect();
         SurveyReport {
             datagrams: self.datagrams,
             octets: self.octets,

@@ -1,6 +1,6 @@
 //! Captures that practitioners had trouble with, where `UTM_FUSION_SHARED_DATA` names them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use remote_id::messages;
 use utm_fusion::capture::{Capture, Datagram};
@@ -15,8 +15,11 @@ fn folder() -> Option<PathBuf> {
     folder
 }
 
-fn datagrams(file: PathBuf) -> Vec<Datagram> {
-    Capture::open(&file).unwrap().map(Result::unwrap).collect()
+fn datagrams(file: impl AsRef<Path>) -> Vec<Datagram> {
+    Capture::open(file.as_ref())
+        .expect("the field case is there")
+        .map(|datagram| datagram.expect("it can be read"))
+        .collect()
 }
 
 #[test]
@@ -37,7 +40,7 @@ fn mirrored_datagrams_are_all_read() {
 /// Sound messages and faults of all lines.
 fn counts(read: &[Datagram]) -> (usize, usize) {
     let all = read.iter().flat_map(|datagram| lines(&datagram.payload));
-    let all = all.flat_map(|line| messages(&Line::parse(line).unwrap().octets).collect::<Vec<_>>());
+    let all = all.flat_map(|line| messages(&Line::parse(line).expect("a line").octets).collect::<Vec<_>>());
     let (sound, faults): (Vec<_>, Vec<_>) = all.partition(Result::is_ok);
     (sound.len(), faults.len())
 }

@@ -31,8 +31,8 @@ fn of_type(ether_type: u16, contents: &[&[u8]]) -> Vec<u8> {
     [ethernet(&[], ether_type.to_be_bytes()), contents.concat()].concat()
 }
 
-fn on_ethernet(packet: Vec<u8>) -> Vec<u8> {
-    of_type(0x0800, &[&packet])
+fn on_ethernet(packet: impl AsRef<[u8]>) -> Vec<u8> {
+    of_type(0x0800, &[packet.as_ref()])
 }
 
 /// PPP over Ethernet from its own header on.
@@ -41,8 +41,8 @@ fn pppoe(protocol: &[u8], packet: &[u8]) -> Vec<u8> {
     [&[0x11, 0, 0, 1][..], &length, protocol, packet].concat()
 }
 
-fn gre(header: &[u8], contents: Vec<u8>) -> Vec<u8> {
-    on_ethernet(ipv4(GRE, 0, &[header, &contents].concat()))
+fn gre(header: &[u8], contents: impl AsRef<[u8]>) -> Vec<u8> {
+    on_ethernet(ipv4(GRE, 0, &[header, contents.as_ref()].concat()))
 }
 
 /// A header of that many octets without meaning, with two that have one.

@@ -96,7 +96,7 @@ fn over_midnight() -> impl Iterator<Item = u64> {
     (0..20).map(|number: u64| {
         let ns = 250_000_000 + 500_000_000 * number;
         let seconds = (86_395 + ns / 1_000_000_000) % 86_400;
-        seconds << 30 | ns % 1_000_000_000
+        (seconds << 30) | (ns % 1_000_000_000)
     })
 }
 

@@ -19,8 +19,7 @@ const SCENARIO: &str = "name = \"live\"\nduration_s = 55\n[drones]\nmultirotors 
 /// A zone over the whole site in which the first drone may be.
 fn stage() -> Stage {
     Stage::new(SCENARIO, 23_000, |config, scratch| {
-        let polygon =
-            r#"{"type":"Polygon","coordinates":[[[-180,-80],[180,-80],[180,80],[-180,80],[-180,-80]]]}"#;
+        let polygon = r#"{"type":"Polygon","coordinates":[[[-180,-80],[0,-80],[180,-80],[180,80],[0,80],[-180,80],[-180,-80]]]}"#;
         let allow = vec!["000000000001".to_owned()];
         let kind = AreaKind::Alert(AlertArea { allow, ..AlertArea::default() });
         config.areas = vec![Area { kind, file: scratch.file("closed.geojson", polygon) }];

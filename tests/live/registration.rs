@@ -149,8 +149,11 @@ fn no_file_keeps_a_service_from_starting() {
         (&text.replacen("\"version\":1", "\"version\":7", 1), "its version is 7, and only 1 is known"),
     ] {
         let (log, after) = run(&config, 22_430, file);
-        assert!(log.contains(why) && log.contains("begun anew contents=\"registration\""), "{why}: {log}");
-        assert_eq!(files(&after.path("state"), "registration.json.broken-2", "Z").len(), 1);
+        assert!(
+            log.contains(why) && log.contains("set aside, another one is begun contents=\"registration\""),
+            "{why}: {log}"
+        );
+        assert_eq!(files(&after.path("state"), "registration.json.damaged-2", "Z").len(), 1);
     }
     // The file is what it should be, and what it says of the radar is not.
     let contents: Value = serde_json::from_str(&text).unwrap();

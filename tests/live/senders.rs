@@ -7,7 +7,7 @@ use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, TcpStream, UdpSocket};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use asterix::{blocks, cat048, encode_block};
+use asterix::{blocks, cat034, cat048, encode_block};
 use fusion::time::Time;
 use serde_json::Value;
 use socket2::{Domain, Socket, Type};
@@ -225,9 +225,9 @@ fn forger_behind_copies_is_refused_on_every_line_and_named() {
             alert["kind"] == "sensor" && alert["text"].as_str().is_some_and(|text| text.contains(refused))
         };
         assert!(alerts["alerts"].as_array().unwrap().iter().any(|alert| names_it(&alert)), "{alerts}");
-        // No ghosts: each plot that was taken is the radar's own.
+        // No ghosts: each plot and each service message that was taken is the radar's own.
         let sent = |datagram: &&utm_fusion::simulate::Datagram| {
-            datagram.payload[0] == 48 && datagram.received.seconds_since(stage.start()) <= 14.5
+            datagram.payload[0] != 129 && datagram.received.seconds_since(stage.start()) <= 14.5
         };
         let own: usize = stage
             .simulation
@@ -235,8 +235,10 @@ fn forger_behind_copies_is_refused_on_every_line_and_named() {
             .iter()
             .filter(sent)
             .flat_map(|datagram| blocks(&datagram.payload).flatten())
-            .filter(|block| block.category == 48)
-            .map(|block| block.records::<cat048::Record>().count())
+            .map(|block| match block.category {
+                48 => block.records::<cat048::Record>().count(),
+                _ => block.records::<cat034::Record>().count(),
+            })
             .sum();
         assert!(radar["accepted"].as_u64() <= Some(own as u64), "{own}: {radar}");
         let (code, log) = service.stop();

@@ -81,7 +81,9 @@ fn five_kinds_of_sensors_are_one_picture_and_their_recording_replays_to_it() {
     assert!(!crewed.is_empty());
     for track in crewed {
         let icao24 = &track["properties"]["aircraft"]["icao24"];
-        let entry = aircraft.iter().find(|entry| entry["hex"] == *icao24);
+        let entry = aircraft
+            .iter()
+            .find(|entry| entry["hex"].as_str() == icao24.as_str().map(str::to_lowercase).as_deref());
         let entry = entry.unwrap_or_else(|| panic!("{icao24} is not in aircraft.json"));
         assert_eq!((&entry["type"], entry.get("t")), (&"adsb_icao".into(), None), "{entry}");
         let states_category = !track["properties"]["aircraft"]["emitter_category"].is_null();

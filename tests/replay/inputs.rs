@@ -253,7 +253,7 @@ fn what_is_no_capture_is_told_apart() {
     let site = fs::read(flight.site()).unwrap();
     for (name, contents, message) in [
         ("a.png", &b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], "it looks like a PNG image"),
-        ("a.toml", &site, "it looks like text"),
+        ("a.toml", &site, "is a configuration and no capture"),
         ("a.pcap.gz", b"\x1f\x8b\x08\0\0\0\0\0\0\x03", "the gzip-compressed file ends too early"),
         ("a.pcap.xz", b"\xfd7zXZ\0\0\x04\xe6\xd6\xb4\x46", "it looks like xz-compressed data"),
         ("a.bin", b"\0\0\0\0\0\0\0\0\0\0\0\0", "it looks like nothing known (first octets 00 00"),
@@ -265,8 +265,10 @@ fn what_is_no_capture_is_told_apart() {
         // Beside a good one, too.
         for inputs in [vec![&*file], vec![&*flight.capture(), &*file]] {
             let ran = ran(flight.replay(&inputs).arg("-o").arg(&out));
-            assert_eq!(ran.code, 1, "{name}: {}", ran.stderr);
-            let told = ran.stderr.starts_with(&format!("utm-fusion: {}: ", file.display()));
+            // A configuration among the captures is wrong usage.
+            let (code, sign) = if name == "a.toml" { (2, " ") } else { (1, ": ") };
+            assert_eq!(ran.code, code, "{name}: {}", ran.stderr);
+            let told = ran.stderr.starts_with(&format!("utm-fusion: {}{sign}", file.display()));
             assert!(told && ran.stderr.contains(message), "{name}: {}", ran.stderr);
             assert_eq!(ran.stderr.lines().count(), 1, "{}", ran.stderr);
             assert!(ran.stdout.is_empty() && !out.exists(), "{name}: nothing was begun");

@@ -74,7 +74,7 @@ fn who_is_not_to_be_trusted_is_flagged_in_every_format_and_in_the_alerts() {
     let (table, again, _) = replayed(&scratch, "csv", &[]);
     assert_eq!(again, alerts);
     let columns = ",integrity,integrity_index,protection_level_m,offset_m,reasons,linked,uncooperative";
-    assert!(table.lines().next().unwrap().ends_with(columns), "{table}");
+    assert!(table.lines().next().unwrap().contains(columns), "{table}");
     assert!(table.lines().any(|line| line.contains(",failed,")));
 }
 
@@ -140,7 +140,11 @@ fn where_nothing_is_judged_nothing_is_said() {
         assert!(!text.is_empty() && !text.contains("integrity") && !text.contains("uncooperative"));
         assert!(alerts.is_empty() && !summary.contains("flagged"), "{alerts}{summary}");
         let (table, ..) = replayed(&scratch, "csv", change);
-        assert!(table.lines().next().unwrap().ends_with(",alt_msl,flags"), "{table}");
+        let states = ["unverified", "verified", "suspect", "failed"];
+        assert!(!states.iter().any(|state| table.contains(&format!(",{state},"))), "{table}");
+        if change == reference {
+            assert!(table.lines().next().unwrap().ends_with(",alt_msl,flags"), "{table}");
+        }
     }
 }
 

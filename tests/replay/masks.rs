@@ -102,11 +102,11 @@ fn an_area_that_is_none_is_told_with_code_3() {
         }
         let ran = ran(&mut command);
         assert_eq!(ran.code, 3, "{}", ran.stderr);
-        assert!(ran.stderr.contains("mask.geojson: holds something that is no polygon"), "{}", ran.stderr);
+        assert!(ran.stderr.contains("it is no polygon"), "{}", ran.stderr);
     }
     // What only the service uses is checked all the same.
     for (area, told) in [
-        ("[[areas]]\nkind = \"alert\"\nfile = \"mask.geojson\"\n", "mask.geojson: holds something"),
+        ("[[areas]]\nkind = \"alert\"\nfile = \"mask.geojson\"\n", "it is no polygon"),
         ("", "tokens.toml: the tokens cannot be read"),
     ] {
         let text = String::from_utf8(fs::read(flight.site()).unwrap()).unwrap() + "\n" + area;

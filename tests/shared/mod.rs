@@ -12,15 +12,15 @@ pub fn recordings() -> Option<PathBuf> {
     folder.map(PathBuf::from)
 }
 
-/// Radio frames (Wi-Fi, Bluetooth) instead of UDP datagrams.
-const RADIO: &str = "remote-id-radio";
+/// Folders of other inputs: radio frames (Wi-Fi, Bluetooth), and field cases, which tests of their own read.
+const OTHERS: [&str; 2] = ["remote-id-radio", "field-cases"];
 
 /// The captures of UDP datagrams and of ASTERIX in a folder and below.
 pub fn captures(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
-        if path.ends_with(RADIO) {
+        if OTHERS.iter().any(|name| path.ends_with(name)) {
             continue;
         }
         let is_capture =

@@ -15,14 +15,16 @@ Aircraft = TypedDict(
     "Aircraft",
     {
         "hex": str,
-        "type": Literal["tisb_trackfile", "other"],
+        "type": Literal["adsb_icao", "tisb_trackfile", "other"],
         "lat": float,
         "lon": float,
         "seen": float,
         "seen_pos": float,
         "mlat": list[Any],
         "tisb": list[Any],
-        "category": NotRequired[Literal["B6"]],
+        "category": NotRequired[Literal["A1", "A2", "A3", "A4", "A5", "A6", "A7", "B1", "B2", "B3", "B4", "B6", "B7", "C1", "C2", "C3", "C4", "C5"]],
+        "t": NotRequired[Literal["UHEL"]],
+        "desc": NotRequired[Literal["Drone"]],
         "flight": str,
         "alt_geom": NotRequired[int],
         "gs": NotRequired[float],
@@ -86,7 +88,7 @@ Alert = TypedDict(
         "identity": NotRequired[str],
         "track_id": NotRequired[str],
         "twin_id": NotRequired[str],
-        "state": NotRequired[Literal["unverified", "verified", "suspect", "failed", None]],
+        "state": NotRequired[Literal["unverified", "verified", "suspect", "failed"]],
         "reasons": NotRequired[list[Literal["radar", "jump", "frozen", "replay", "duplicate", "swapped", "velocity", "time"]]],
         "offset_m": NotRequired[float],
         "tracks": NotRequired[list[str]],
@@ -243,7 +245,7 @@ Conflict = TypedDict(
         "vertical_known": bool,
         "miss": "MissJson",
         "cpa": "CpaJson",
-        "integrity": NotRequired[Literal["unverified", "verified", "suspect", "failed", None]],
+        "integrity": NotRequired[Literal["unverified", "verified", "suspect", "failed"]],
     },
 )
 
@@ -548,7 +550,7 @@ Hull = TypedDict(
     "Hull",
     {
         "type": Literal["Polygon"],
-        "coordinates": list[list[list[Any]]],
+        "coordinates": list[list[list[float]]],
     },
 )
 
@@ -1082,7 +1084,7 @@ SensorProperties = TypedDict(
     "SensorProperties",
     {
         "id": str,
-        "kind": Literal["radar", "transponder"],
+        "kind": Literal["radar", "transponder", "adsb", "remote-id", "camera"],
         "sac": NotRequired[int],
         "sic": NotRequired[int],
         "state": NotRequired[Literal["operational", "degraded", "outage"]],
@@ -1137,7 +1139,7 @@ Settings = TypedDict(
         "window_s": float,
         "max_future_s": float,
         "max_gap_s": float,
-        "threshold_m": list[list[Any]],
+        "threshold_m": list[list[float]],
         "ratio_min": float,
         "min_samples": int,
         "weight_radar": float,
@@ -1339,7 +1341,7 @@ TrackProperties = TypedDict(
         "uas_id": NotRequired["UasId"],
         "aircraft": NotRequired["AircraftJson"],
         "remote_id": NotRequired["RemoteIdDeclaration"],
-        "integrity": NotRequired[Literal["unverified", "verified", "suspect", "failed", None]],
+        "integrity": NotRequired[Literal["unverified", "verified", "suspect", "failed"]],
         "integrity_index": NotRequired[float],
         "protection_level_m": NotRequired[float],
         "offset_m": NotRequired[float],

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::*;
 
+#[expect(clippy::needless_pass_by_value, reason = "values are written where they are used")]
 fn feature(coordinates: Value, properties: Value) -> Value {
     let geometry = json!({ "type": "Polygon", "coordinates": coordinates });
     json!({ "type": "Feature", "geometry": geometry, "properties": properties })

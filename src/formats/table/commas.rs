@@ -15,7 +15,7 @@ impl<W: Write> Commas<W> {
     /// Writes the names of the columns.
     pub(crate) fn new(out: W, columns: &[Column]) -> io::Result<Self> {
         let mut out = csv::Writer::from_writer(out);
-        out.write_record(columns.iter().map(|column| column.name.as_bytes()))?;
+        out.write_record(columns.iter().map(|column| column.name.as_bytes())).map_err(unwrapped)?;
         Ok(Self { out, cells: vec![String::new(); columns.len()] })
     }
 }
@@ -36,13 +36,21 @@ impl<W: Write> Table for Commas<W> {
     }
 
     fn end_row(&mut self) -> io::Result<()> {
-        self.out.write_record(&self.cells)?;
+        self.out.write_record(&self.cells).map_err(unwrapped)?;
         self.cells.iter_mut().for_each(String::clear);
         Ok(())
     }
 
     fn finish(mut self: Box<Self>) -> io::Result<()> {
         self.out.flush()
+    }
+}
+
+/// The error of the writer itself: a pipe that the reader has closed is known by its kind.
+fn unwrapped(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
     }
 }
 

@@ -69,20 +69,20 @@ impl Receiver {
         let mut answers = answers.to_vec();
         answers.reverse();
         std::thread::spawn(move || {
-            let mut held = Vec::new();
+            let mut unanswered = Vec::new();
             for stream in listener.incoming() {
                 let mut stream = stream.unwrap();
                 let Some(posted) = posted(&mut BufReader::new(&stream)) else { continue };
                 if hears.send(posted).is_err() {
                     return;
                 }
-                held.iter().for_each(|held| _ = held.recv());
+                held.iter().for_each(|held: &Heard<()>| _ = held.recv());
                 match answers.pop().unwrap_or(Say::Status(204, "")) {
                     Say::Status(status, headers) => {
                         let answer = format!("HTTP/1.1 {status} X\r\n{headers}Content-Length: 0\r\n\r\n");
                         stream.write_all(answer.as_bytes()).unwrap();
                     }
-                    Say::Nothing => held.push(stream),
+                    Say::Nothing => unanswered.push(stream),
                 }
             }
         });

@@ -10,7 +10,7 @@ use socket2::{Domain, Socket, Type};
 use utm_fusion::live::PublishedPicture;
 use utm_fusion::sinks::Loss;
 
-use super::cot::{Event, events_of};
+use super::cot::{Event, events_of, track_event};
 use super::{PATIENCE, Site, flown, tracks, wait_for};
 
 fn sink(id: &str, url: &str) -> String {
@@ -55,9 +55,11 @@ fn a_receiver_that_takes_nothing_delays_nobody_and_is_given_up() {
         let frame = site.publish();
         assert!(published.elapsed() < Duration::from_secs(1), "a slot waits");
         for track in tracks(frame) {
-            let mut octets = [0; 4096];
-            let length = quick.recv(&mut octets).unwrap();
-            let event = Event::parse(std::str::from_utf8(&octets[..length]).unwrap());
+            let event = track_event(|| {
+                let mut octets = [0; 4096];
+                let length = quick.recv(&mut octets).unwrap();
+                Event::parse(std::str::from_utf8(&octets[..length]).unwrap())
+            });
             assert!(event.uid.ends_with(&flown().maker.track_id(track)));
         }
     }
@@ -86,7 +88,7 @@ fn a_receiver_that_never_stops_talking_is_heard_and_served() {
     for _ in 0..5 {
         let frame = site.publish();
         for track in tracks(frame) {
-            let event = events.recv_timeout(PATIENCE).expect("an event arrives");
+            let event = track_event(|| events.recv_timeout(PATIENCE).expect("an event arrives"));
             assert!(event.uid.ends_with(&flown().maker.track_id(track)));
         }
     }
