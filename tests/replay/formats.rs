@@ -242,7 +242,7 @@ fn what_nobody_measured_and_is_known_too_poorly_is_in_no_file() {
 /// The columns of CSV that only `operational` has, against those of Parquet that NDJSON confirms.
 #[test]
 fn csv_of_operational_has_identity_speed_and_accuracy() {
-    let flight = super::common::demo();
+    let flight = demo();
     let mut replay = flight.replay(&[&flight.capture()]);
     replay.args(["--profile", "operational", "-o", "-", "--output-format"]);
     let (csv, ndjson) = (ran(replay.arg("csv")), {

@@ -237,7 +237,7 @@ fn declarations_are_published_and_an_emergency_is_an_alert() {
     let alerts = scratch.path("alerts.ndjson");
     let ran = ran(utm_fusion("replay").arg(input).arg("--config").arg(site).arg("--alerts").arg(&alerts));
     assert_eq!(ran.code, 0, "{}", ran.stderr);
-    let text = std::fs::read_to_string(alerts).unwrap();
+    let text = String::from_utf8(std::fs::read(alerts).unwrap()).unwrap();
     let alerts: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let of_kind: Vec<&Value> = alerts.iter().filter(|alert| alert["kind"] == "emergency").collect();
     assert_eq!(of_kind.len(), 2, "{text}");
