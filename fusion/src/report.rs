@@ -486,7 +486,7 @@ mod tests {
             }
             assert_eq!(Identity::of_name(space, &vec![0; length]), None);
         }
-        // The message has room for 20 octets: what stands behind a UUID is filler.
+        // The message holds 20 octets: those behind a UUID are filler.
         assert_eq!(Identity::of_name(Space::Flight, &[1; 20]), Identity::of_name(Space::Flight, &[1; 16]));
     }
 

@@ -35,7 +35,7 @@ impl<'a> Part<'a> {
         Self { octets, origin, depth: 0, fragments: 0, is_cut: false }
     }
 
-    /// What is behind a header of that length.
+    /// The octets behind a header of that length.
     pub(super) fn behind(self, length: usize) -> Result<Self, Lost> {
         let octets = self.octets.get(length..).ok_or_else(|| self.lost(SkipReason::Truncated))?;
         Ok(self.of(octets))

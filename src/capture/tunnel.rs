@@ -2,12 +2,12 @@
 
 use super::skipped::SkipReason;
 
-/// What octets begin with.
+/// The header with which octets begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Layer {
     /// An Ethernet header.
     Ethernet,
-    /// What this ether type says.
+    /// The header that this ether type names.
     EtherType(u16),
     /// A header of IEEE 802.2.
     Llc,
@@ -43,7 +43,7 @@ const BRIDGED: [(u16, usize); 3] = [(0x6558, 0), (0x88e7, 4), (0x8903, 2)];
 
 /// The layer of a protocol number of Linux cooked captures.
 pub(super) fn cooked(number: u16) -> Layer {
-    /// What Linux writes for IEEE 802.2.
+    /// The protocol number that Linux writes for IEEE 802.2.
     const LLC: u16 = 4;
     if number == LLC { Layer::Llc } else { Layer::EtherType(number) }
 }
@@ -129,7 +129,7 @@ fn mpls(octets: &[u8]) -> Result<(Layer, usize), SkipReason> {
     let labels = octets.chunks_exact(4).position(|label| label[2] & 1 == 1).ok_or(SkipReason::Truncated)?;
     let start = 4 * (labels + 1);
     let behind = &octets[start..];
-    // Nothing but the octets themselves says what follows the last label.
+    // Only the octets behind the last label show what they are.
     match behind.first().ok_or(SkipReason::Truncated)? >> 4 {
         4 | 6 => Ok((Layer::Ip, start)),
         0 if is_ethernet(behind.get(4..)) => Ok((Layer::Ethernet, start + 4)),
@@ -148,7 +148,7 @@ fn is_ethernet(octets: Option<&[u8]>) -> bool {
     })
 }
 
-/// RFC 2784 and 2890; version 1 is that of PPTP (RFC 2637).
+/// RFC 2784 and 2890; PPTP (RFC 2637) uses version 1.
 fn gre(octets: &[u8]) -> Result<(Layer, usize), SkipReason> {
     const CHECKSUM: u16 = 0x8000;
     const ROUTING: u16 = 0x4000;

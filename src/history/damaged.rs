@@ -48,7 +48,7 @@ fn goes_on(directory: &Path, how: &str) -> bool {
     let health = StateHealth::default();
     let store = Store::closed(directory, LIMITS, health.clone());
     store.open_or_replace().unwrap_or_else(|error| panic!("{how}: {error}"));
-    // What a reader finds damaged is set aside by the writer.
+    // The writer sets aside a file that a reader finds damaged.
     let _ = (store.span(), store.octets(), store.trail("F-7", Time::default(), Time::from_nanos(SECOND), 9));
     let mut kept = store.keep(&pictures(2000..2005));
     if store.is_damaged() {

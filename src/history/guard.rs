@@ -15,7 +15,7 @@ const EIO: i32 = 5;
 
 /// Runs what accesses the database; a panic in it is an error.
 pub(super) fn guarded<T>(access: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
-    // What a panic leaves half done is in the database, which is not used again.
+    // A panic can leave only the database half done, and the database is not used again.
     catch_unwind(AssertUnwindSafe(access)).unwrap_or_else(|panic| Err(Error::Corrupted(text(&*panic))))
 }
 

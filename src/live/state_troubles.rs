@@ -11,7 +11,7 @@ use fusion::time::Time;
 /// Time for which damage is reported.
 const REPORTED: SignedDuration = SignedDuration::from_mins(10);
 
-/// What is wrong with the files at `at`.
+/// The troubles of the files at `at`.
 pub fn state_troubles(health: &StateHealth, at: Time) -> Vec<Trouble> {
     let files = health.all();
     let trouble =

@@ -59,7 +59,7 @@ impl Barometer {
         if share == 0.0 {
             return (altitude_m + undulation_m, unshown_sigma_m);
         }
-        // What few reports show is no worse than what is known without them.
+        // A few reports never widen the bound that holds without them.
         let shown_sigma_m = if share < 1.0 { shown_sigma_m.min(unshown_sigma_m) } else { shown_sigma_m };
         let between = |shown: f64, unshown: f64| share * shown + (1.0 - share) * unshown;
         (between(shown_m, altitude_m + undulation_m), between(shown_sigma_m, unshown_sigma_m))

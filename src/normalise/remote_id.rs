@@ -46,7 +46,7 @@ pub fn operator(system: &System) -> Option<OperatorPlace> {
     })
 }
 
-/// What a Location declares, with what other messages of its transmitter do.
+/// The declarations of a Location and of its transmitter's other messages.
 fn declared(location: &Location, known: Declaration) -> Declaration {
     let height = location.height_m().map(|(metres, above)| DeclaredHeight {
         half_metres: (metres * HALVES).round() as i32,

@@ -5,12 +5,12 @@ use std::collections::VecDeque;
 use super::{Event, Tally};
 use fusion::{Due, Emission};
 
-/// What an input brought about.
+/// A result of an input.
 #[derive(Debug)]
 pub enum Output {
     /// A slot that was due.
     Emission(Emission),
-    /// What happened to the input; already counted in the [`Tally`].
+    /// The treatment of the input; already counted in the [`Tally`].
     Event(Event),
 }
 
@@ -22,7 +22,7 @@ pub(super) struct Journal {
 }
 
 impl Journal {
-    /// Counts an event, and keeps it for whoever polls.
+    /// Counts an event, and keeps it for the next poll.
     pub(super) fn note(&mut self, event: Event) {
         self.tally.count(&event);
         self.outputs.push_back(Output::Event(event));

@@ -19,7 +19,7 @@ use fusion::time::Time;
 
 /// An identity stands for the positions of its transmitter so long.
 const BOUND: SignedDuration = SignedDuration::from_secs(5);
-/// What a transmitter declares of its aircraft and operator stands for so long after the last such message.
+/// Validity of what a transmitter declares of its aircraft and operator, after the last such message.
 const DECLARED: SignedDuration = SignedDuration::from_secs(60);
 /// Positions of a transmitter that are remembered, to know them again.
 const REMEMBERED: usize = 4;
@@ -73,7 +73,7 @@ pub(super) enum Said {
 struct Transmitter {
     /// Who it is, and when it said so.
     identity: Option<(Identity, Time)>,
-    /// What its messages other than positions declare, and when one did last.
+    /// The declarations of its messages other than positions, and the time of the last one.
     declared: Option<(Declaration, Time)>,
     /// Its last positions, the newest first: frames overtake one another.
     #[serde(with = "as_octets")]
@@ -143,7 +143,7 @@ impl Transmitter {
         self.declared = Some((declared, now));
     }
 
-    /// What is declared, while that stands.
+    /// The declaration, while it is valid.
     fn declaration(&self, now: Time) -> Declaration {
         let standing = self.declared.filter(|(_, since)| (now - *since).abs() <= DECLARED);
         standing.map(|(declared, _)| declared).unwrap_or_default()

@@ -25,7 +25,7 @@ pub(super) fn complete(directory: &Path) -> io::Result<usize> {
         let name = entry?.file_name();
         let Some((series, stamp, "pcap.part")) = name.to_str().and_then(names::parts) else { continue };
         let file = directory.join(series.name(stamp) + ".pcap");
-        // What cannot be repaired is read as far as it goes.
+        // A file that cannot be repaired is read as far as it goes.
         let _ = cut_torn_end(&names::part(&file));
         fs::rename(names::part(&file), &file)?;
         stamps.push(stamp.to_owned());

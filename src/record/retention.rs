@@ -107,7 +107,7 @@ fn all(directory: &Path, retention: &Retention) -> io::Result<Vec<Recording>> {
             recording.ended = recording.ended.max(modified);
         }
     }
-    // What stands beside a capture that was moved elsewhere is no recording.
+    // A file whose capture was moved elsewhere is no recording.
     let mut all: Vec<Recording> = found.into_values().filter(|recording| recording.larger > 0).collect();
     for index in 0..all.len() {
         let next = all.get(index + 1).map(|next| next.began);

@@ -28,7 +28,7 @@ pub(crate) fn set_aside(directory: &Path, name: &str, now: Time) -> io::Result<P
     Ok(aside)
 }
 
-/// What cannot be removed stays.
+/// A file that cannot be removed stays.
 fn remove_oldest(directory: &Path, name: &str) {
     let prefix = format!("{name}.damaged-");
     let Ok(entries) = fs::read_dir(directory) else { return };

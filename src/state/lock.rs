@@ -34,7 +34,7 @@ pub struct StateInUse {
 
 impl StateLock {
     /// Takes the lock of a directory. `None`: it cannot be locked, because it cannot be written for example; this is logged,
-    /// and the service runs all the same.
+    /// and the service runs nevertheless.
     ///
     /// # Errors
     /// Another process holds it.
@@ -58,7 +58,7 @@ impl StateLock {
                 return Ok(None);
             }
         }
-        // A full disk takes no number: the lock is held all the same.
+        // On a full disk the number is not written, but the lock is held.
         let _ = file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id()));
         Ok(Some(Self(file)))
     }

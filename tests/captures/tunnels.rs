@@ -249,7 +249,7 @@ fn fragmented_tunnel_is_put_together() {
     let (datagrams, _) = read(&octets, &mut of_four);
     assert_eq!((datagrams[0].payload.len(), datagrams[0].fragments), (3_000, 4));
     assert_eq!(of_four.skipped().total(), 0);
-    // What was put together in vain is counted by what it was.
+    // A reassembled packet that holds no datagram is counted by its kind.
     let octets = capture(101, &outer(&ipv4(6, 0, &[0; 1_500]), 7));
     let mut of_tcp = open(&octets).unwrap();
     assert!(read(&octets, &mut of_tcp).0.is_empty());
@@ -292,7 +292,7 @@ fn link_type_that_is_not_read_has_fitting_advice() {
 }
 
 proptest! {
-    /// Nothing in a frame stops the reader.
+    /// No content of a frame stops the reader.
     #[test]
     fn any_frame_is_read_or_counted(
         link in prop::sample::select(vec![1_u32, 9, 51, 101, 105, 113, 127, 187, 192, 201, 239, 251, 254, 256, 272]),

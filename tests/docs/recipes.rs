@@ -38,7 +38,7 @@ fn recipes() -> Vec<(String, String)> {
     recipes
 }
 
-/// What a command prints.
+/// The output of a command.
 fn printed(command: &str) -> String {
     let output = Command::new("sh").args(["-c", command]).stdin(Stdio::null()).output().unwrap();
     String::from_utf8_lossy(&output.stdout).into_owned()

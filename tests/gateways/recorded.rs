@@ -112,7 +112,7 @@ fn replay_resolves_surface_positions_near_the_site() {
         let [latitude, longitude] = ["lat", "lng"].map(|name| track[name].as_f64().unwrap());
         assert!((latitude - FIELD[0]).abs() < 1e-3 && (longitude - FIELD[1]).abs() < 1e-3, "{track}");
     }
-    // Nearer to another one of the places that fit, it is that one.
+    // The place that fits and is nearest is taken.
     let (tracks, said, _) = replayed(&scratch, &site([48.0, 101.5], ""), &recording, &[]);
     assert!((tracks[0]["lng"].as_f64().unwrap() - FIELD[1] - 90.0).abs() < 1e-3, "{said}");
 }

@@ -219,7 +219,7 @@ fn restarts_within_a_minute_push_no_recording_out() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 2, keep_mib: 0, keep_hours: 0 };
-    // The clock of the machine is that of the files.
+    // Files are stamped by the machine's clock.
     let start = utm_fusion::live::now();
     let run = |after: SignedDuration, octets: usize| {
         let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();

@@ -435,7 +435,7 @@ fn check_of_a_scenario_says_what_it_is() {
     assert_eq!(checked.stderr.trim_end().lines().count(), 1, "{}", checked.stderr);
 }
 
-/// The number of the line is that of the file: the reader of JSON counts within the line.
+/// The error names the line of the file; the JSON reader counts within the line.
 #[test]
 fn encode_names_the_line_of_the_file_alone() {
     let scratch = Scratch::new();

@@ -324,7 +324,7 @@ impl Transponder {
             time: heard.map(|index| self.fixes[index].time),
             items: self.items,
             aircraft: self.aircraft,
-            // Before the first report it is that one's height that is published.
+            // Before the first report the height of that report is published.
             height_measured: self.states_height(heard.unwrap_or(0)),
         })
     }

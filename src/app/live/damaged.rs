@@ -157,7 +157,7 @@ async fn damaged(kinds: &[&str], count: usize, seed: u64) {
         for number in 0..count {
             before.put_back();
             if *name != WARM {
-                // What the engine's own state holds would be used in place of the others.
+                // The engine's own state would be used in place of the other files.
                 fs::remove_file(before.directory.join(WARM)).unwrap();
             }
             let how = damage(&before.directory.join(name), octets, &mut random);
@@ -171,7 +171,7 @@ async fn damaged(kinds: &[&str], count: usize, seed: u64) {
     fs::remove_dir_all(&before.directory).unwrap();
 }
 
-/// One test: the directory is that of the process.
+/// A single test: the whole process shares the directory.
 #[tokio::test]
 async fn random_damage_to_any_state_file_stops_no_start() {
     damaged(&[NUMBERS, REGISTRATION, CORRELATIONS, SHELVED, WARM], 200, 7).await;

@@ -40,7 +40,7 @@ fn crs_other_than_wgs84_is_refused_by_name() {
     assert_eq!(areas(&unsaid.to_string(), &alert(|_| {})).zones().count(), 1);
     let link = json!({ "type": "link", "properties": { "href": "proj4" } });
     for crs in [named("urn:ogc:def:crs:EPSG::3857"), named("4326 of ours"), link] {
-        // Of the file, of a feature, of a geometry.
+        // A `crs` of the file, of a feature and of a geometry.
         let mut texts = [file(&[plain()]), file(&[plain()]), file(&[plain()])];
         texts[0]["crs"] = crs.clone();
         texts[1]["features"][0]["crs"] = crs.clone();
@@ -63,7 +63,7 @@ fn polygon_over_the_antimeridian_has_to_be_cut() {
     let alerts = areas(&cut.to_string(), &alert(|_| {})).alerts();
     let is_inside = |longitude_deg| !alerts.around(visitor(longitude_deg, -17.0, None), 0.0).is_empty();
     assert_eq!([179.95, -179.95, 0.0].map(is_inside), [true, true, false]);
-    // An edge of half the way round is nobody's mistake.
+    // An edge of 180 degrees is allowed.
     let half = file(&[feature(square(-90.0, 50.0, 90.0, 51.0), json!({}))]);
     assert_eq!(areas(&half.to_string(), &alert(|_| {})).zones().count(), 1);
 }

@@ -53,7 +53,7 @@ impl Receiver {
         Self::on(TcpListener::bind("127.0.0.1:0").unwrap(), answers)
     }
 
-    /// Answers 204, each time when it is told to.
+    /// Answers 204, each time once the test allows it.
     pub(crate) fn held() -> (Self, Sender<()>) {
         let (answer, held) = channel();
         (Self::open(TcpListener::bind("127.0.0.1:0").unwrap(), &[], Some(held)), answer)

@@ -151,7 +151,7 @@ fn critical_alert_overtakes_a_flood_at_a_slow_webhook() {
     let mut desk = Desk::open(&site(&hook("a", &receiver.url(), "")));
     desk.note(Change::Began, &alert(1));
     assert_eq!(receiver.next().told().0, "area-1");
-    // It is not answered yet.
+    // The first notice is not answered yet.
     (2..=500).for_each(|id| desk.note(Change::Began, &alert(id)));
     desk.note(Change::Began, &Alert { severity: Severity::Critical, ..alert(501) });
     answer.send(()).unwrap();
