@@ -49,6 +49,11 @@ impl Quantiles {
         Self { count: sorted.len(), values: [0.5, 0.99, 0.999, 1.0].map(at) }
     }
 
+    /// The 99th percentile.
+    pub fn p99_s(&self) -> f64 {
+        self.values[1]
+    }
+
     /// The largest.
     pub fn most_s(&self) -> f64 {
         self.values[3]

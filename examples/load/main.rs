@@ -4,6 +4,7 @@
 //! cargo build --release && cargo run --release --example load -- city       # ten minutes of 500 drones and 500 birds; --minutes 180
 //! cargo build --release && cargo run --release --example load -- streams    # a thousand readers of the event stream
 //! cargo build --release && cargo run --release --example load -- flood      # 6,000 invented identities a second
+//! cargo build --release && cargo run --release --example load -- trails     # a hundred addresses that ask for the longest trails
 //! ```
 //!
 //! The simulator and the service run as processes of their own, with recorder and history; everything stays on this
@@ -22,6 +23,7 @@ mod minutes;
 mod output;
 mod readers;
 mod stage;
+mod trails;
 
 use std::error::Error;
 use std::fs;
@@ -60,6 +62,8 @@ enum Load {
     Streams,
     /// `crossing`, and beside it 60,000 identities, each heard once, within ten seconds; nobody reads.
     Flood,
+    /// `city`; a hundred addresses ask for trails of ten minutes without a pause, then one address with 16 connections.
+    Trails,
 }
 
 /// How long everything settles before it is measured.
@@ -75,6 +79,7 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
         Load::City => ("city", 10.0, 20, 10),
         Load::Streams => ("crossing", 2.0, 1000, 0),
         Load::Flood => return flooded(),
+        Load::Trails => return trails(),
     };
     let measured = Duration::try_from_secs_f64(60.0 * args.minutes.unwrap_or(minutes))?;
     let readers = args.readers.unwrap_or(readers);
@@ -172,11 +177,25 @@ fn flooded() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
     Ok(if missed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
+/// The longest trails.
+fn trails() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
+    let mut stage = Stage::set("city", trails::FLIGHT)?;
+    let [sink, _] = stage.sinks();
+    let figures = trails::ask(&stage, &Output::listen(sink)?)?;
+    stage.end()?;
+    println!("{figures}");
+    let missed = figures.missed();
+    for miss in &missed {
+        println!("MISSED: {miss}");
+    }
+    Ok(if missed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
 /// What a reader asks for: every slot, or its own part of the city once a second.
 fn wish(load: Load, index: usize, (latitude_deg, longitude_deg): (f64, f64)) -> Wish {
     let from = Ipv4Addr::new(127, 0, 1 + (index / 200) as u8, 1 + (index % 200) as u8);
     match load {
-        Load::Streams | Load::Flood => Wish { from, query: String::new() },
+        Load::Streams | Load::Flood | Load::Trails => Wish { from, query: String::new() },
         Load::City => {
             // Boxes of about 1.8 km by 2.3 km: five columns, four rows.
             let (column, row) = ((index % 5) as f64, (index / 5 % 4) as f64);

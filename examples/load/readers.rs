@@ -118,11 +118,17 @@ pub fn get(address: SocketAddr, path: &str) -> io::Result<String> {
 }
 
 fn ask(address: SocketAddr, from: Ipv4Addr, path: &str) -> io::Result<TcpStream> {
+    let mut stream = connect(address, from)?;
+    write!(stream, "GET {path} HTTP/1.0\r\nhost: {address}\r\n\r\n")?;
+    Ok(stream)
+}
+
+/// A connection from an address of this machine.
+pub fn connect(address: SocketAddr, from: Ipv4Addr) -> io::Result<TcpStream> {
     let socket = Socket::new(Domain::IPV4, Type::STREAM, None)?;
     socket.bind(&SocketAddrV4::new(from, 0).into())?;
     socket.connect(&address.into())?;
-    let mut stream: TcpStream = socket.into();
+    let stream: TcpStream = socket.into();
     stream.set_read_timeout(Some(PATIENCE))?;
-    write!(stream, "GET {path} HTTP/1.0\r\nhost: {address}\r\n\r\n")?;
     Ok(stream)
 }

@@ -31,11 +31,30 @@ pub type Failure = Box<dyn Error + Send + Sync>;
 /// # Errors
 /// The system gives no threads.
 pub fn runtime(threads: usize) -> io::Result<Runtime> {
-    named_runtime("service", threads)
+    named_runtime("service", threads).build()
 }
 
-fn named_runtime(name: &str, threads: usize) -> io::Result<Runtime> {
-    Builder::new_multi_thread().worker_threads(threads).thread_name(name).enable_all().build()
+/// A runtime for readers. Its threads, those that write answers included, give way to inputs and slots.
+fn readers_runtime(name: &str, threads: usize) -> io::Result<Runtime> {
+    named_runtime(name, threads).on_thread_start(give_way).build()
+}
+
+fn named_runtime(name: &str, threads: usize) -> Builder {
+    let mut builder = Builder::new_multi_thread();
+    builder.worker_threads(threads).thread_name(name).enable_all();
+    builder
+}
+
+/// Lowers the priority of this thread: Linux gives each thread a nice value of its own (setpriority(2), "C library/kernel
+/// differences"). On other systems nothing changes.
+fn give_way() {
+    #[cfg(target_os = "linux")]
+    {
+        const NICE: i32 = 10;
+        if let Err(error) = rustix::process::setpriority_process(Some(rustix::thread::gettid()), NICE) {
+            tracing::debug!(%error, "the threads of HTTP keep the priority of the service");
+        }
+    }
 }
 
 /// The outputs of a configuration.
@@ -59,4 +78,29 @@ pub fn listen_locally(config: &Config) -> Result<Option<TcpListener>, String> {
     api::listen(listen)
         .map(Some)
         .map_err(|error| format!("cannot listen on {listen}: {error}; --http takes another address"))
+}
+
+#[cfg(test)]
+mod tests {
+    #[cfg(target_os = "linux")]
+    #[test]
+    #[expect(clippy::disallowed_methods, reason = "what the kernel says of a thread")]
+    fn threads_of_readers_give_way_to_slots() {
+        // proc_pid_stat(5): `nice` is field 19, behind the name in parentheses, which is field 2.
+        let nice = || -> i32 {
+            let stat = std::fs::read_to_string("/proc/thread-self/stat").unwrap();
+            let (_, fields) = stat.rsplit_once(") ").unwrap();
+            fields.split(' ').nth(19 - 3).unwrap().parse().unwrap()
+        };
+        let own = nice();
+        let readers = super::readers_runtime("http", 1).unwrap();
+        let service = super::runtime(1).unwrap();
+        let of = |runtime: &tokio::runtime::Runtime| {
+            let [task, blocking] = [runtime.spawn(async move { nice() }), runtime.spawn_blocking(nice)];
+            runtime.block_on(async { [task.await.unwrap(), blocking.await.unwrap()] })
+        };
+        // setpriority sets a value, so a niced test run has at least it.
+        assert_eq!(of(&readers), [10.max(own); 2]);
+        assert_eq!(of(&service), [own; 2]);
+    }
 }

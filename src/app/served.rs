@@ -6,7 +6,7 @@ use tokio::net::TcpListener;
 use tokio::runtime::Runtime;
 use tokio::task::JoinHandle;
 
-use super::{Failure, named_runtime};
+use super::{Failure, readers_runtime};
 use crate::api::{self, ApiState};
 use crate::live::{Alerts, Followers, Hub, observe};
 
@@ -55,7 +55,7 @@ impl Served {
         followers: Followers,
     ) -> Result<Self, Failure> {
         let url = format!("{}://{}/", hub.config.http.scheme(), listener.local_addr()?);
-        let threads = HttpThreads(Some(named_runtime("http", HTTP_THREADS)?));
+        let threads = HttpThreads(Some(readers_runtime("http", HTTP_THREADS)?));
         let observer = tokio::spawn(observe(hub.clone(), alerts, followers));
         let entered = threads.0.as_ref().map(Runtime::enter);
         let api = ApiState::start(hub.clone(), options)?;
