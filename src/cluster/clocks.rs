@@ -27,6 +27,8 @@ const WELL_AGAIN: f64 = 0.8;
 const UNSYNCHRONISED: Duration = Duration::from_secs(60);
 /// A gateway that has said nothing new for so long is gone: it speaks each second.
 const GONE: Duration = Duration::from_secs(3);
+/// While the log does not answer, the other gateways are taken to be as they were, for no longer than this.
+const UNANSWERED: Duration = Duration::from_secs(10);
 /// A line on which another gateway has heard nothing for so long since this one did is not carried by it.
 const UNHEARD: Duration = Duration::from_secs(3);
 
@@ -59,6 +61,9 @@ pub struct GatewayClock {
 pub struct ClockRule {
     clock: GatewayClock,
     unsynchronised_since: Option<Duration>,
+    /// Time of the last look at the other gateways, and of the last one that the log answered.
+    looked: Duration,
+    answered: Duration,
     /// Datagrams of each own line at the last look.
     own: BTreeMap<LineKey, u64>,
     others: BTreeMap<String, Other>,
@@ -105,22 +110,34 @@ impl ClockRule {
     }
 
     /// Decides whether to be silent: where the clock is not fit, and all that is heard here is heard by others that are alive,
-    /// synchronised and not silent themselves. `lines` are the own ones.
+    /// synchronised and not silent themselves. `lines` are the own ones; `others` is `None` where the log did not answer, which
+    /// says nothing of the other gateways: on a busy machine an answer is late, and nobody is gone.
     pub fn decide(
         &mut self,
         lines: &[(Vec<usize>, LineStatus)],
-        others: &[GatewayReport],
+        others: Option<&[GatewayReport]>,
         now: Duration,
     ) -> GatewayClock {
+        let passed = now.saturating_sub(std::mem::replace(&mut self.looked, now));
+        if others.is_none() && now.saturating_sub(self.answered) < UNANSWERED {
+            for other in self.others.values_mut() {
+                other.heard_of += passed;
+                other.owes.values_mut().for_each(|since| *since += passed);
+            }
+            return self.clock;
+        }
+        if others.is_some() {
+            self.answered = now;
+        }
         let own = counted(lines);
         let hears: Vec<&LineKey> = own
             .iter()
             .filter(|(key, count)| self.own.get(key).is_some_and(|before| before < count))
             .map(|(key, _)| key)
             .collect();
-        // Who is not heard of once may be so because the log did not answer.
+        // A report is forgotten by the log while the gateway stands still for a moment.
         self.others.retain(|_, other| now.saturating_sub(other.heard_of) < 2 * GONE);
-        for report in others {
+        for report in others.unwrap_or_default() {
             let received = counted(&report.lines);
             let other = self.others.entry(report.node.clone()).or_insert_with(|| Other {
                 said: report.said,

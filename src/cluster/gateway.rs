@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::io;
 use std::net::SocketAddr;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -47,6 +47,8 @@ pub struct GatewayCounts {
     pub dropped: u64,
     /// Datagrams that were not published because the clock is not fit, and others carry them.
     pub withheld: u64,
+    /// How often the gateway has begun to publish again.
+    pub resumed: u64,
 }
 
 /// What a gateway says of itself, each second.
@@ -70,7 +72,7 @@ impl GatewayReport {
     /// As it is shown.
     pub fn state(&self) -> GatewayState {
         let Self { node, counts, lines, clock, .. } = self;
-        let GatewayCounts { written, waiting, dropped, withheld } = *counts;
+        let GatewayCounts { written, waiting, dropped, withheld, .. } = *counts;
         GatewayState {
             node: node.clone(),
             lines: lines.len() as u64,
@@ -92,19 +94,20 @@ impl GatewayReport {
 struct Waiting {
     inputs: Mutex<Inputs>,
     more: Notify,
-    written: AtomicU64,
     /// When it heard some of the latest datagrams, published or not.
     stamps: Mutex<Stamps>,
-    /// Nothing is to be published.
-    is_silent: AtomicBool,
-    withheld: AtomicU64,
 }
 
 #[derive(Debug, Default)]
 struct Inputs {
     queue: VecDeque<Input>,
     octets: usize,
+    written: u64,
     dropped: u64,
+    /// Nothing is to be published.
+    is_silent: bool,
+    withheld: u64,
+    resumed: u64,
 }
 
 /// A running gateway.
@@ -189,14 +192,13 @@ impl Waiting {
     }
 
     fn add(&self, inputs: impl IntoIterator<Item = Input>) {
-        let is_silent = self.is_silent.load(Ordering::Relaxed);
         let mut stamps = self.stamps.lock().unwrap_or_else(PoisonError::into_inner);
         let mut waiting = self.inputs();
         let mut is_more = false;
         for input in inputs {
             stamps.note(&input);
-            if is_silent {
-                self.withheld.fetch_add(input.heard.len() as u64, Ordering::Relaxed);
+            if waiting.is_silent {
+                waiting.withheld += input.heard.len() as u64;
                 continue;
             }
             waiting.octets += octets(&input);
@@ -213,18 +215,28 @@ impl Waiting {
         }
     }
 
+    /// Publishes nothing from now on, or publishes again. The counts of that moment: nothing is added to what is written and what
+    /// waits while the gateway is silent.
+    fn silence(&self, is_silent: bool) -> GatewayCounts {
+        let mut inputs = self.inputs();
+        inputs.resumed += u64::from(inputs.is_silent && !is_silent);
+        inputs.is_silent = is_silent;
+        inputs.counts()
+    }
+
     fn counts(&self) -> GatewayCounts {
-        let inputs = self.inputs();
-        GatewayCounts {
-            written: self.written.load(Ordering::Relaxed),
-            waiting: inputs.queue.len() as u64,
-            dropped: inputs.dropped,
-            withheld: self.withheld.load(Ordering::Relaxed),
-        }
+        self.inputs().counts()
     }
 
     fn heard(&self) -> Vec<(u64, i64)> {
         self.stamps.lock().unwrap_or_else(PoisonError::into_inner).said()
+    }
+}
+
+impl Inputs {
+    fn counts(&self) -> GatewayCounts {
+        let Self { written, dropped, withheld, resumed, .. } = *self;
+        GatewayCounts { written, waiting: self.queue.len() as u64, dropped, withheld, resumed }
     }
 }
 
@@ -252,8 +264,8 @@ async fn write(log: Log, waiting: Arc<Waiting>) {
                     inputs.octets -= octets(input);
                 }
             }
+            inputs.written += stored as u64;
         }
-        waiting.written.fetch_add(stored as u64, Ordering::Relaxed);
         if let Some(Err(error)) = written.get(stored) {
             tracing::debug!(%error, "not written: tried again");
             tokio::time::sleep(AGAIN).await;
@@ -278,11 +290,6 @@ async fn say(
         seconds.tick().await;
         let table = udp::kernel_table();
         lines.iter().for_each(|(_, counters)| counters.note_kernel_drops(&table));
-        let counts = waiting.counts();
-        if counts.dropped > dropped {
-            warn!(datagrams = counts.dropped - dropped, "dropped: the log is away for too long");
-            dropped = counts.dropped;
-        }
         let status = |(line, counters): &(Arc<Line>, Arc<LineCounters>)| {
             (line.sensors.clone(), LineStatus::of(line.name(), counters, 0))
         };
@@ -290,11 +297,14 @@ async fn say(
         let asked = keeper.state();
         let mut clock = rule.note(asked.unwrap_or_default(), began.elapsed());
         if rule.wants_others() {
-            // Who is not heard of for a while, also because the log is away, is not known to carry anything.
-            let others = others(&log, node).await.unwrap_or_default();
-            clock = rule.decide(&lines, &others, began.elapsed());
+            let others = others(&log, node).await.ok();
+            clock = rule.decide(&lines, others.as_deref(), began.elapsed());
         }
-        waiting.is_silent.store(clock.is_silent, Ordering::Relaxed);
+        let counts = waiting.silence(clock.is_silent);
+        if counts.dropped > dropped {
+            warn!(datagrams = counts.dropped - dropped, "dropped: the log is away for too long");
+            dropped = counts.dropped;
+        }
         let heard = waiting.heard();
         let report = GatewayReport { node: node.clone(), counts, lines, said, clock, heard };
         if asked.is_some() {
@@ -377,5 +387,27 @@ mod tests {
         assert!(octets <= WAITING && octets + self::octets(&input(0)) > WAITING, "{octets}");
         let slots: Vec<i64> = inputs.queue.iter().map(|input| input.slot.0).collect();
         assert_eq!(slots, (150 - left as i64..150).collect::<Vec<_>>());
+    }
+    #[test]
+    fn report_of_silence_counts_what_was_handed_on_before_it() {
+        let waiting = Waiting::default();
+        let address = SocketAddr::from(([127, 0, 0, 1], 8600));
+        let heard = Heard { received: Time::default(), from: address, to: address, payload: vec![0; 9] };
+        let input = |slot| Input {
+            sensor: DataSource { sac: 1, sic: 2 },
+            slot: Slot(slot),
+            part: 0,
+            is_last: true,
+            heard: vec![heard.clone(); 2],
+        };
+        waiting.add((0..3).map(input));
+        let before = waiting.silence(true);
+        waiting.add((3..7).map(input));
+        let silent = waiting.silence(true);
+        assert_eq!((before.written + before.waiting, before.withheld), (3, 0));
+        assert_eq!((silent.written + silent.waiting, silent.withheld, silent.resumed), (3, 8, 0));
+        let speaks = waiting.silence(false);
+        waiting.add((7..8).map(input));
+        assert_eq!((speaks.resumed, waiting.counts().waiting), (1, 4));
     }
 }

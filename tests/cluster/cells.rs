@@ -166,9 +166,15 @@ async fn four_cells_make_one_picture_and_outlive_a_node() {
 
     let (_, members) = site.ask("/api/v1/cluster").await.unwrap();
     assert_eq!(members["cells"].as_array().unwrap().len(), 4);
-    assert_eq!((&members["missing"], &members["too_late"]), (&0.into(), &0.into()), "{members}");
-    let verified = site.command(&["verify", "--json", "--duration", "5s"]).await;
-    let verdicts: Value = serde_json::from_slice(&verified.stdout).unwrap();
+    let verdicts: Value = until("a verdict on each cell, with an engine of its own", async || {
+        let verified = site.command(&["verify", "--json", "--duration", "5s"]).await;
+        let verdicts: Value = serde_json::from_slice(&verified.stdout).ok()?;
+        names(&site)
+            .iter()
+            .all(|cell| !verdicts["cells"][cell.as_str()]["differs"].is_null())
+            .then_some(verdicts)
+    })
+    .await;
     for cell in names(&site) {
         let verdict = &verdicts["cells"][cell.as_str()];
         assert_eq!((&verdict["differs"], &verdict["missing"]), (&false.into(), &0.into()), "{verdicts}");
@@ -183,8 +189,18 @@ async fn four_cells_make_one_picture_and_outlive_a_node() {
     assert!(silences.iter().all(|silence_s| *silence_s < 3.0 + 1.0 + SLACK_S), "{silences:?}");
     assert!(cells.values().any(|cells| cells.len() > 1), "nobody flew from one cell into another: {cells:?}");
     assert_eq!(gaps, 0, "an aircraft was missing in a slot");
-    // An aircraft is handed over 4 s ahead; whoever answers later than that has published it for a while already.
-    let is_late = silences.iter().any(|silence_s| *silence_s > 3.0);
-    assert!(doubled == 0 || is_late, "{doubled} aircraft were published by two cells");
+    // An aircraft is handed over 4 s ahead. Where offer and answer together take longer, as the cells are late, two cells publish
+    // it for a while.
+    let mut latest: Vec<f64> = summaries.iter().map(|summary| summary.latest_s).collect();
+    latest.sort_by(f64::total_cmp);
+    let both_s: f64 = latest[latest.len() - 2..].iter().sum();
+    println!("latest slots {latest:?} s");
+    assert!(
+        doubled == 0 || both_s > 3.0,
+        "{doubled} aircraft were published by two cells, which were in time"
+    );
+    // The picture waits for a cell for lease, 0.5 s and 2 s, and shows what is not later than that.
+    assert_eq!(members["missing"], 0, "{members}");
+    assert!(members["too_late"] == 0 || latest[latest.len() - 1] > 5.0, "{members}");
     assert!(!site.said(PICTURE).contains("panicked"));
 }

@@ -82,7 +82,7 @@ impl Pair {
         self.rule.note(state(own, None), seconds(self.now_s));
         let others: Vec<_> =
             other.map(|is_good| report("g0", self.said, is_good, &lines(self.other))).into_iter().collect();
-        self.rule.decide(&lines(self.own), &others, seconds(self.now_s))
+        self.rule.decide(&lines(self.own), Some(&others), seconds(self.now_s))
     }
 
     /// As many of these; the last one.
@@ -98,6 +98,31 @@ impl Pair {
 }
 
 const ALL: [[bool; 2]; 2] = [[true; 2]; 2];
+
+/// As on a busy machine, or while the servers choose a leader.
+#[test]
+fn unanswered_look_says_nothing_of_other_gateways() {
+    let mut pair = Pair::new();
+    assert!(pair.seconds(61, BAD, ALL, Some(GOOD)).is_silent);
+    let unanswered = |pair: &mut Pair, seconds_more: u32| {
+        let silent = (0..seconds_more).map(|_| {
+            pair.now_s += 1.0;
+            pair.rule.note(state(BAD, None), seconds(pair.now_s));
+            pair.rule.decide(&[line(&[0], 90), line(&[1, 2], 90)], None, seconds(pair.now_s)).is_silent
+        });
+        silent.collect::<Vec<_>>()
+    };
+    assert_eq!(unanswered(&mut pair, 9), [true; 9]);
+    // The other gateway has 3 s from the next answer on, and is known to be alive by its next word.
+    assert!(pair.seconds(2, BAD, ALL, None).is_silent);
+    assert!(pair.second(BAD, ALL, Some(GOOD)).is_silent);
+    let silent = unanswered(&mut pair, 13);
+    assert_eq!(
+        silent,
+        [vec![true; 11], vec![false; 2]].concat(),
+        "10 s without an answer, and the usual 3 s"
+    );
+}
 
 #[test]
 fn a_gateway_is_silent_after_a_minute_and_speaks_when_the_other_one_is_gone_or_its_clock_is_well() {
@@ -170,7 +195,7 @@ fn lines_may_be_carried_by_several_others_and_none_relies_on_one_that_is_silent(
         for second in 0..62 {
             rule.note(state(BAD, None), seconds(second as f64));
             let lines = [line(&[0], second), line(&[0], second), line(&[1], second)];
-            silent = rule.decide(&lines, &others(second), seconds(second as f64)).is_silent;
+            silent = rule.decide(&lines, Some(&others(second)), seconds(second as f64)).is_silent;
         }
         silent
     };
