@@ -1,5 +1,5 @@
-//! UAS zones of EUROCAE ED-269: JSON of its own, in which a zone is a list of volumes. Estonia publishes them as GeoJSON: the
-//! zone is the properties of a feature, whose `geometry` there has the heights alone, and the shape is that of the feature.
+//! UAS zones of EUROCAE ED-269: JSON of its own, in which a zone is a list of volumes. Estonia publishes them as GeoJSON:
+//! the properties of a feature are the zone, their member `geometry` has the heights, and the feature has the shape.
 
 use serde_json::Value;
 

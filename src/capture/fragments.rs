@@ -1,4 +1,4 @@
-//! What comes in several frames, put together: IP fragments to the packet that was sent, and advertising data.
+//! IP fragments and Bluetooth advertising data that come in several frames, put together.
 
 use std::collections::VecDeque;
 use std::net::IpAddr;

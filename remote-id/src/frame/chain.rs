@@ -33,7 +33,7 @@ struct Chain {
 }
 
 impl Listener {
-    /// As [`advertisements`], with what earlier frames began.
+    /// Reads a frame as [`advertisements`] does, together with the data that earlier frames began.
     ///
     /// # Errors
     /// The frame carries none, or the radio garbled it.

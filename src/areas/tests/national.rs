@@ -156,7 +156,7 @@ fn ed269_zone_in_geojson_properties_has_its_limits() {
         "up to 1000 ft above ground"
     );
     assert_eq!([count(25.5, 58.85, 300.0), count(10.0, 50.0, 300.0)], [0, 1]);
-    // What limits it and is not understood is refused by member.
+    // Limits that are not understood are refused by member.
     for (change, part) in [
         (json!({ "permanent": "MAYBE" }), "permanent"),
         (json!({ "permanent": "NO", "schedule": [] }), "no time is given"),
