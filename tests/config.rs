@@ -113,7 +113,6 @@ fn whole_example() -> String {
         "ttl = ",
         "[[output.f3623]]",
         "token_file = ",
-        "assume_height = ",
         "[[output.sapient]]",
         "node_id = ",
         "status_interval_s = ",

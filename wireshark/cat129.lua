@@ -46,23 +46,49 @@ local ITEMS = {
         { key = "air_risk_category", title = "Air risk category", bits = 2, is = "count", first = 1 },
         { key = "airspace_encounter_category", title = "Airspace encounter category", bits = 4, is = "count" },
     } },
-    [13] = { number = "SP", title = "Special Purpose Field", is = "explicit", known = "uf", known_title = "of the fusion service", parts = {
-        { key = "magic", title = "Magic", bits = 24, is = "constant", value = 5588481 },
-        { key = "source", title = "Source", bits = 8, is = "count", codes = { [1] = "Fused", [2] = "Radar", [3] = "Transponder" } },
-        { key = "track_number", title = "Track number", bits = 32, is = "count" },
-        { key = "radar_track", title = "Radar track", bits = 16, is = "count", unknown = 65535 },
-        { key = "transponder", title = "Transponder", bits = 32, is = "count", unknown = 4294967295 },
-        { key = "horizontal_deviation_m", title = "Horizontal deviation", bits = 16, is = "quantity", lsb = 1/10, decimals = 1, unit = " m", unknown = 65535 },
-        { key = "vertical_deviation_m", title = "Vertical deviation", bits = 16, is = "quantity", lsb = 1/10, decimals = 1, unit = " m", unknown = 65535 },
-        { key = "spare", title = "Spare", bits = 2, is = "spare" },
-        { key = "height_not_measured", title = "Height not measured", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
-        { key = "uncooperative", title = "Uncooperative", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
-        { key = "integrity_failed", title = "Integrity failed", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
-        { key = "integrity_suspect", title = "Integrity suspect", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
-        { key = "extrapolated", title = "Extrapolated", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
-        { key = "interpolated", title = "Interpolated", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
-        { key = "uav_probability", title = "UAV probability", bits = 8, is = "quantity", lsb = 1/254, decimals = 3, unit = "", unknown = 255 },
-        { key = "spare_2", title = "Spare 2", bits = 8, is = "spare" },
+    [13] = { number = "SP", title = "Special Purpose Field", is = "explicit", known_title = "of the fusion service", parts = {
+    }, forms = {
+        { known = "uf", parts = {
+            { key = "magic", title = "Magic", bits = 24, is = "constant", value = 5588481 },
+            { key = "source", title = "Source", bits = 8, is = "count", codes = { [1] = "Fused", [2] = "Radar", [3] = "Transponder" } },
+            { key = "track_number", title = "Track number", bits = 32, is = "count" },
+            { key = "radar_track", title = "Radar track", bits = 16, is = "count", unknown = 65535 },
+            { key = "transponder", title = "Transponder", bits = 32, is = "count", unknown = 4294967295 },
+            { key = "horizontal_deviation_m", title = "Horizontal deviation", bits = 16, is = "quantity", lsb = 1/10, decimals = 1, unit = " m", unknown = 65535 },
+            { key = "vertical_deviation_m", title = "Vertical deviation", bits = 16, is = "quantity", lsb = 1/10, decimals = 1, unit = " m", unknown = 65535 },
+            { key = "spare", title = "Spare", bits = 2, is = "spare" },
+            { key = "height_not_measured", title = "Height not measured", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
+            { key = "uncooperative", title = "Uncooperative", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
+            { key = "integrity_failed", title = "Integrity failed", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
+            { key = "integrity_suspect", title = "Integrity suspect", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
+            { key = "extrapolated", title = "Extrapolated", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
+            { key = "interpolated", title = "Interpolated", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
+            { key = "uav_probability", title = "UAV probability", bits = 8, is = "quantity", lsb = 1/254, decimals = 3, unit = "", unknown = 255 },
+            { key = "spare_2", title = "Spare 2", bits = 8, is = "spare" },
+        } },
+        { known = "uf", parts = {
+            { key = "magic", title = "Magic", bits = 24, is = "constant", value = 5588482 },
+            { key = "source", title = "Source", bits = 8, is = "count", codes = { [1] = "Fused", [2] = "Radar", [3] = "Transponder" } },
+            { key = "track_number", title = "Track number", bits = 32, is = "count" },
+            { key = "radar_track", title = "Radar track", bits = 16, is = "count", unknown = 65535 },
+            { key = "transponder", title = "Transponder", bits = 32, is = "count", unknown = 4294967295 },
+            { key = "horizontal_deviation_m", title = "Horizontal deviation", bits = 16, is = "quantity", lsb = 1/10, decimals = 1, unit = " m", unknown = 65535 },
+            { key = "vertical_deviation_m", title = "Vertical deviation", bits = 16, is = "quantity", lsb = 1/10, decimals = 1, unit = " m", unknown = 65535 },
+            { key = "spare", title = "Spare", bits = 2, is = "spare" },
+            { key = "height_not_measured", title = "Height not measured", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
+            { key = "uncooperative", title = "Uncooperative", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
+            { key = "integrity_failed", title = "Integrity failed", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
+            { key = "integrity_suspect", title = "Integrity suspect", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
+            { key = "extrapolated", title = "Extrapolated", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
+            { key = "interpolated", title = "Interpolated", bits = 1, is = "count", codes = { [0] = "no", [1] = "yes" } },
+            { key = "uav_probability", title = "UAV probability", bits = 8, is = "quantity", lsb = 1/254, decimals = 3, unit = "", unknown = 255 },
+            { key = "spare_2", title = "Spare 2", bits = 8, is = "spare" },
+            { key = "serial_number", title = "Serial number", bits = 160, is = "text" },
+        } },
+        { known = "uf", parts = {
+            { key = "magic", title = "Magic", bits = 24, is = "constant", value = 5588483 },
+            { key = "serial_number", title = "Serial number", bits = 160, is = "text" },
+        } },
     } },
     [14] = { number = "185", title = "Horizontal Velocity", is = "fields", parts = {
         { key = "east_m_s", title = "East", bits = 20, is = "quantity", lsb = 1/100, decimals = 2, unit = " m/s", signed = true },
@@ -114,6 +140,9 @@ local MAKE = {
     count = whole_number,
 }
 
+-- Fields by their names: forms of an item share them.
+local made = {}
+
 -- Gives each part of an item its bit in the item and, unless it is always the same, its field.
 local function prepare(prefix, parts)
     local at = 0
@@ -123,8 +152,11 @@ local function prepare(prefix, parts)
         local make = MAKE[part.is]
         if make then
             local name = part.key == "" and prefix or prefix .. "." .. part.key
-            part.field = make(name, part.title, part)
-            table.insert(fields, part.field)
+            if not made[name] then
+                made[name] = make(name, part.title, part)
+                table.insert(fields, made[name])
+            end
+            part.field = made[name]
         end
     end
     return at / 8
@@ -143,7 +175,9 @@ for _, item in pairs(ITEMS) do
     if item.is == "explicit" then
         item.opaque = ProtoField.bytes(prefix .. ".octets", "Octets")
         table.insert(fields, item.opaque)
-        prefix = prefix .. "." .. item.known
+        for _, form in ipairs(item.forms) do
+            form.octets = prepare(prefix .. "." .. form.known, form.parts)
+        end
     elseif item.is == "one_or_three" then
         item.undescribed = ProtoField.bytes(prefix .. ".undescribed", "Undescribed")
         table.insert(fields, item.undescribed)
@@ -283,17 +317,26 @@ local function measure(tvb, item, at, stop, long)
     return octets
 end
 
--- Whether an explicit item is laid out as its parts say: as long, and with each constant.
-local function is_known(tvb, item, at, octets)
-    if octets ~= 1 + item.octets then
+-- Whether an explicit item is laid out as the parts of a form say: as long, and with each constant.
+local function has_form(tvb, form, at, octets)
+    if octets ~= 1 + form.octets then
         return false
     end
-    for _, part in ipairs(item.parts) do
+    for _, part in ipairs(form.parts) do
         if part.is == "constant" and count_of(tvb, at + 1 + part.at / 8, part) ~= part.value then
             return false
         end
     end
     return true
+end
+
+-- The form of an explicit item, if it has one.
+local function form_of(tvb, item, at, octets)
+    for _, form in ipairs(item.forms) do
+        if has_form(tvb, form, at, octets) then
+            return form
+        end
+    end
 end
 
 local function show_item(tvb, item, at, octets, tree)
@@ -307,9 +350,11 @@ local function show_item(tvb, item, at, octets, tree)
             node:add(item.undescribed, tvb(at + item.octets, octets - item.octets))
         end
         return said
-    elseif is_known(tvb, item, at, octets) then
+    end
+    local form = form_of(tvb, item, at, octets)
+    if form then
         node:append_text(", " .. item.known_title)
-        return show_parts(tvb, at + 1, item.parts, node)
+        return show_parts(tvb, at + 1, form.parts, node)
     elseif octets > 1 then
         node:add(item.opaque, tvb(at + 1, octets - 1))
     end

@@ -159,10 +159,19 @@ impl Subfield {
 pub enum Contents {
     /// Anything: users agree on it among themselves.
     Opaque,
-    /// Anything, or these fields, under this key, where the length and all [`Kind::Constant`] agree.
-    Known(&'static str, &'static [Field]),
+    /// Anything, or one of these forms.
+    Known(&'static [Form]),
     /// Anything, or a reserved expansion field: one octet whose eight bits announce these subfields, then those.
     Expansion(&'static [Subfield]),
+}
+
+/// Fields of an explicit item that users agree on: it has them where its length and all [`Kind::Constant`] agree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Form {
+    /// Name of the form in JSON. Forms with the same name differ in their fields.
+    pub key: &'static str,
+    /// Fields, from the first octet behind the length octet.
+    pub fields: &'static [Field],
 }
 
 impl Field {

@@ -117,7 +117,7 @@ pub use fspec::Fspec;
 
 pub use items::{DataSource, TimeOfDay};
 pub use joined::Joined;
-pub use layout::{Contents, Dependence, Describe, Field, Kind, Layout, Quantity, Subfield, octets_of};
+pub use layout::{Contents, Dependence, Describe, Field, Form, Kind, Layout, Quantity, Subfield, octets_of};
 pub use parts::Parts;
 pub use record::{BuildError, Record};
 pub use subfields::Repeated;

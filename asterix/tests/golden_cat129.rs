@@ -7,7 +7,7 @@ mod common;
 use common::{FULL_UAS, FUSED_POINT, MINIMAL_UAS, block, check, hex, read};
 use utm_asterix::cat129::{
     self, Altitude, CertificationCategory, DataDestination, FusionReport, GnssAccuracy, HorizontalVelocity,
-    OperationalRisk, Position, RiskCategories, VerticalVelocity,
+    OperationalRisk, Position, RiskCategories, VerticalVelocity, WholeSerial,
     fusion_report::{Deviation, Flags, Source, UavProbability},
 };
 use utm_asterix::{DataSource, Explicit, TimeOfDay};
@@ -162,4 +162,29 @@ fn operational_risk_counts_as_one_octet_where_the_end_does_not_tell() {
         risks[1],
         OperationalRisk { categories: RiskCategories::from_octets([0x22]), undescribed: Some([0xaa, 0xbb]) }
     );
+}
+
+#[test]
+fn whole_serial_number_is_behind_the_report_or_alone() {
+    let serial = WholeSerial::new(b"1581F4FKD2291000A4").unwrap();
+    let field = fused_point().to_field_with(&serial);
+    let report = fused_point().to_field();
+    let digits = "31353831463446 4b44323239313030304134 2020";
+    assert_eq!(field.octets()[..4], hex("2a 5546 02")[..]);
+    assert_eq!(field.octets()[4..22], report.octets()[4..], "version 1 otherwise");
+    assert_eq!(field.octets()[22..], hex(digits)[..]);
+    assert_eq!(FusionReport::read(&field), Some(fused_point()));
+    assert_eq!(WholeSerial::read(&field), Some(serial));
+    assert_eq!(serial.last(), *b"F4FKD2291000A4"[2..].first_chunk().unwrap());
+    let alone = serial.to_field();
+    assert_eq!(alone.octets(), hex(&format!("18 5546 03 {digits}")));
+    assert_eq!((FusionReport::read(&alone), WholeSerial::read(&alone)), (None, Some(serial)));
+    assert_eq!(WholeSerial::read(&report), None);
+    assert_eq!(WholeSerial::new(&[b'1'; 21]), None);
+    assert_eq!(WholeSerial::new(b"TEST-1").unwrap().last(), *b"TEST-1      ");
+    // Cut, and longer than it says.
+    for contents in [&field.contents()[..40], &[field.contents(), &[0]].concat()] {
+        let field = Explicit::new(contents).unwrap();
+        assert_eq!((FusionReport::read(&field), WholeSerial::read(&field)), (None, None));
+    }
 }

@@ -31,7 +31,9 @@ fn walk(
         Layout::Fields(fields) | Layout::Repetitive(fields) | Layout::OneOrThree(fields) => {
             add(place, fields, 8);
         }
-        Layout::Explicit(Contents::Known(key, fields)) => add(&format!("{place}/{key}"), fields, 8),
+        Layout::Explicit(Contents::Known(forms)) => {
+            forms.iter().for_each(|form| add(&format!("{place}/{}", form.key), form.fields, 8));
+        }
         Layout::Extended(octets) => {
             for (index, &fields) in octets.iter().enumerate() {
                 add(&format!("{place}[{index}]"), fields, 7);

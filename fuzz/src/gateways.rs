@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use asterix::{DataSource, Record, blocks, cat021, cat129};
 use fusion::Time;
-use remote_id::Link;
+use remote_id::{Link, Listener};
 use utm_fusion::gateways::{adsb, mavlink, remote_id as lines};
 
 const SOURCE: DataSource = DataSource { sac: 25, sic: 21 };
@@ -36,12 +36,22 @@ pub fn adsb(data: &[u8]) {
 /// The same of MAVLink, a datagram at a time.
 pub fn mavlink(data: &[u8]) {
     let systems = (0..=255).filter_map(|number| Some((number, mavlink::System::new("DRONE")?)));
-    let mut translator = mavlink::Translator::new(SOURCE, systems.collect::<BTreeMap<_, _>>());
+    let mut translator = mavlink::Translator::new(mavlink::Sensors {
+        drones: Some((SOURCE, systems.collect::<BTreeMap<_, _>>())),
+        aircraft: Some(SOURCE),
+        remote_id: Some(mavlink::RemoteIdReceiver { id: Some("roof".to_owned()) }),
+    });
     let mut datagrams = Vec::new();
     translator.take(data, Time::from_nanos(START), |datagram| datagrams.push(datagram));
     let counts = translator.counts();
     assert_eq!(counts.frames, counts.translated + counts.heartbeats + counts.dropped.total());
-    datagrams.iter().for_each(|datagram| is_a_record::<cat129::Record>(datagram, ()));
+    for datagram in &datagrams {
+        match datagram[0] {
+            129 => is_a_record::<cat129::Record>(datagram, ()),
+            21 => is_a_record::<cat021::Record>(datagram, cat021::Edition::default()),
+            _ => assert!(lines::Line::parse(datagram).is_ok()),
+        }
+    }
 }
 
 /// Lines are taken or refused; what a radio heard is a sound line.
@@ -53,7 +63,8 @@ pub fn remote_id(data: &[u8]) {
     });
     assert_eq!((counts.taken, counts.lines), (taken, taken + counts.refused.total()));
     for link in Link::ALL {
-        let heard = lines::heard(link, data, Some(Time::from_nanos(START))).unwrap_or_default();
+        let heard = lines::heard(&mut Listener::default(), link, data, Some(Time::from_nanos(START)))
+            .unwrap_or_default();
         for line in lines::lines(&heard) {
             let read = lines::Line::parse(line).expect("a line of our own");
             assert_eq!(read.time, Some(Time::from_nanos(START)));

@@ -2,10 +2,12 @@
 //! extended advertising (Core 5.4, volume 6 part B), and the events in which a Bluetooth controller reports advertising.
 
 mod bluetooth;
+mod chain;
 mod wifi;
 
 use std::borrow::Cow;
 
+pub use self::chain::Listener;
 use super::NotHeard;
 
 /// What stands in front of a frame in a capture file.
@@ -69,7 +71,8 @@ pub struct Advertisement<'a> {
     pub octets: Cow<'a, [u8]>,
 }
 
-/// The advertisements of a frame, at least one: a frame may carry several elements or reports.
+/// The advertisements of a frame alone, at least one: a frame may carry several elements or reports. [`Listener`] puts together
+/// what comes in several frames.
 ///
 /// # Errors
 /// The frame carries none, or the radio garbled it.
@@ -77,12 +80,7 @@ pub fn advertisements(link: Link, frame: &[u8]) -> Result<Vec<Advertisement<'_>>
     match link {
         Link::Radiotap => wifi::frame(wifi::behind_radiotap(frame)?),
         Link::Ieee80211 => wifi::frame(frame),
-        Link::NordicBle => bluetooth::nordic(frame),
-        Link::LeLinkLayer => bluetooth::link_layer(frame),
-        Link::LeRadio => bluetooth::radio(frame),
-        Link::Hci => bluetooth::hci(frame),
-        Link::HciDirection => bluetooth::hci(frame.get(4..).ok_or(NotHeard::Cut)?),
-        Link::HciMonitor => bluetooth::monitor(frame),
+        _ => bluetooth::advertisements(link, frame),
     }
 }
 

@@ -29,7 +29,7 @@ mod system;
 
 pub use basic_id::{BasicId, IdType, UaType};
 pub use fault::{Fault, NotHeard};
-pub use frame::{Advertisement, Link, Transport, advertisements};
+pub use frame::{Advertisement, Link, Listener, Transport, advertisements};
 pub use french::French;
 pub use location::{HeightAbove, Location, LocationContent, Status};
 pub use message::{LENGTH, Message, Messages, OperatorId, PACK_MOST, SelfId, messages, pack};

@@ -1,7 +1,7 @@
 //! Frames made by hand: flags of 802.11, elements in parts, Bluetooth of every link type, French beacons.
 
 use remote_id::{
-    Advertisement, Fault, French, HeightAbove, IdType, LENGTH, Link, Message, NotHeard, Transport,
+    Advertisement, Fault, French, HeightAbove, IdType, LENGTH, Link, Listener, Message, NotHeard, Transport,
     advertisements, messages,
 };
 
@@ -284,4 +284,89 @@ fn french_identity_too_long_is_left_out() {
     assert_eq!(with(&[(2, long), (3, serial)]), Some((IdType::SerialNumber, serial.to_vec())));
     assert_eq!(French::new(&[]), None);
     assert_eq!(French::new(&[4, 4, 0, 0]), None, "a value that is cut");
+}
+
+/// A packet of extended advertising with these flags and fields of its header.
+fn extended(flags: u8, fields: &[u8], data: &[u8]) -> Vec<u8> {
+    let header = [&[1 + fields.len() as u8, flags], fields].concat();
+    nordic(&packet(7, &[&header, data].concat()))
+}
+
+/// AUX_ADV_IND with an address, and AUX_CHAIN_IND without one, of advertising data `adi`; whether another packet follows.
+fn in_packets(parts: &[&[u8]], adi: [u8; 2]) -> Vec<Vec<u8>> {
+    let last = parts.len() - 1;
+    let frame = |(at, data): (usize, &&[u8])| {
+        let address = if at == 0 { backwards() } else { Vec::new() };
+        let pointer: &[u8] = if at < last { &[0x25, 0x10, 0x20] } else { &[] };
+        let flags = u8::from(at == 0) | 1 << 3 | u8::from(at < last) << 4;
+        extended(flags, &[&address[..], &adi, pointer].concat(), data)
+    };
+    parts.iter().enumerate().map(frame).collect()
+}
+
+/// Messages and faults that a listener hears in each of the frames.
+fn listened(frames: &[Vec<u8>]) -> Vec<(usize, usize)> {
+    let mut listener = Listener::default();
+    let counts = |frame: &Vec<u8>| {
+        let heard = listener.hear(Link::NordicBle, frame).unwrap_or_default();
+        assert!(heard.iter().all(|heard| heard.transmitter == ADDRESS));
+        let all: Vec<_> =
+            heard.iter().flat_map(|heard| messages(&heard.octets).collect::<Vec<_>>()).collect();
+        (
+            all.iter().filter(|message| message.is_ok()).count(),
+            all.iter().filter(|message| message.is_err()).count(),
+        )
+    };
+    frames.iter().map(counts).collect()
+}
+
+#[test]
+fn bluetooth_pack_over_chained_packets_is_whole() {
+    let data = data(&pack(9));
+    // 9 octets in front of the pack and 3 of its header: 4 whole messages, then 5; in three packets 1, 4 and 4.
+    let two = in_packets(&[&data[..130], &data[130..]], [5, 0x10]);
+    assert_eq!(listened(&two), [(4, 0), (5, 0)]);
+    let three = in_packets(&[&data[..40], &data[40..150], &data[150..]], [5, 0x10]);
+    assert_eq!(listened(&three), [(1, 0), (4, 0), (4, 0)]);
+    let message = self::data(&MESSAGE);
+    assert_eq!(listened(&in_packets(&[&message[..20], &message[20..]], [5, 0x10])), [(0, 0), (1, 0)]);
+    // A frame alone is read as far as it goes, and a chained one alone has nothing.
+    assert_eq!(messages(&octets_of(Link::NordicBle, &two[0])).filter(Result::is_ok).count(), 4);
+    assert_eq!(advertisements(Link::NordicBle, &two[1]), Err(NotHeard::Other));
+    // Whole data in front of others that go on.
+    let more = in_packets(&[&data, &[3, 9, 65, 66]], [5, 0x10]);
+    assert_eq!(listened(&more), [(9, 0), (0, 0)]);
+}
+
+#[test]
+fn bluetooth_pack_whose_rest_is_lost_is_a_fault() {
+    let data = data(&pack(9));
+    let first = in_packets(&[&data[..130], &data[130..]], [5, 0x10]);
+    let second = in_packets(&[&data[..130], &data[130..]], [6, 0x10]);
+    // The chained packet of the first is lost, and a stray one belongs to nothing.
+    let stray = in_packets(&[&data[..130], &data[130..]], [9, 0x10]).remove(1);
+    let frames = [first[0].clone(), stray, second[0].clone(), second[1].clone()];
+    assert_eq!(listened(&frames), [(4, 0), (0, 0), (4, 1), (5, 0)]);
+}
+
+#[test]
+fn bluetooth_pack_over_reports_of_a_controller_is_whole() {
+    let all = data(&pack(9));
+    let report = |status: u8, data: &[u8]| {
+        let between = [1, 0, 3, 0x7f, 0xc4, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+        let report = [&[status << 5, 0, 1][..], &backwards(), &between, &[data.len() as u8], data].concat();
+        [&[4, 0x3e, 2 + report.len() as u8, 0x0d, 1][..], &report].concat()
+    };
+    let mut listener = Listener::default();
+    let mut count = |frame: &[u8]| {
+        let heard = listener.hear(Link::Hci, frame).unwrap_or_default();
+        heard
+            .iter()
+            .flat_map(|heard| messages(&heard.octets).collect::<Vec<_>>())
+            .filter(Result::is_ok)
+            .count()
+    };
+    for _ in 0..2 {
+        assert_eq!([count(&report(1, &all[..130])), count(&report(0, &all[130..]))], [4, 5]);
+    }
 }

@@ -1,4 +1,5 @@
-//! UAS zones of EUROCAE ED-269: JSON of its own, in which a zone is a list of volumes.
+//! UAS zones of EUROCAE ED-269: JSON of its own, in which a zone is a list of volumes. Estonia publishes them as GeoJSON:
+//! the properties of a feature are the zone, their member `geometry` has the heights, and the feature has the shape.
 
 use serde_json::Value;
 
@@ -29,10 +30,51 @@ pub(super) fn zones(file: &Value) -> Option<&[Value]> {
     }
 }
 
+/// Whether a feature of GeoJSON is a zone of this format.
+pub(super) fn is_feature(feature: &Value) -> bool {
+    let properties = &feature["properties"];
+    let heights = &properties["geometry"];
+    properties["applicability"].is_array()
+        && [VOLUME.lower, VOLUME.upper].iter().any(|name| heights.get(name).is_some())
+}
+
 /// A zone.
 pub(super) fn zone(zone: &Value, reading: &Reading<'_>) -> Result<Zone, String> {
     let zone = Member::top(zone);
-    let (name, identifier) = reading.names(&zone)?;
+    let geometry = zone.need("geometry", "a zone is somewhere")?;
+    let volumes = || geometry.entries().iter().map(|part| volume(part, reading)).collect();
+    zone_of(&zone, reading, volumes)
+}
+
+/// A zone that is a feature of GeoJSON.
+pub(super) fn feature_zone(feature: &Value, reading: &Reading<'_>) -> Result<Zone, String> {
+    let feature = Member::top(feature);
+    let zone = feature.need("properties", "a zone has properties that say what holds in it")?;
+    let geometry = feature.need("geometry", "a zone is somewhere")?;
+    let heights = zone.need("geometry", "a zone has heights")?;
+    let volumes = || {
+        let kind = geometry.need("type", "a geometry has a type")?;
+        if !matches!(kind.text()?, "Polygon" | "MultiPolygon") {
+            return Err(kind.refused("understood are Polygon and MultiPolygon"));
+        }
+        if let Some(stray) = ["extent", "layer"].iter().find_map(|name| geometry.get(name)) {
+            return Err(stray.refused("what limits a zone is not looked for here"));
+        }
+        let Names { lower, lower_reference, upper, upper_reference, unit } = VOLUME;
+        heights.knows_only(&[lower, lower_reference, upper, upper_reference, unit])?;
+        let band = band::read(&heights, &VOLUME, reading.ground_m)?;
+        Ok(vec![Volume { shape: Shape::of(geometry.value())?, band }])
+    };
+    zone_of(&zone, reading, volumes)
+}
+
+/// The zone that a member says.
+fn zone_of(
+    zone: &Member<'_>,
+    reading: &Reading<'_>,
+    volumes: impl FnOnce() -> Result<Vec<Volume>, String>,
+) -> Result<Zone, String> {
+    let (name, identifier) = reading.names(zone)?;
     for name in ["schedule", "startDateTime", "endDateTime", "limitedApplicability", "layer"] {
         if let Some(stray) = zone.get(name) {
             return Err(stray.refused("what limits a zone is not looked for here"));
@@ -56,15 +98,14 @@ pub(super) fn zone(zone: &Value, reading: &Reading<'_>) -> Result<Zone, String> 
         // Of a zone that is permanent times mean nothing.
         periods.push(if permanent == Some(true) { Default::default() } else { period });
     }
-    let geometry = zone.need("geometry", "a zone is somewhere")?;
     Ok(Zone {
         name,
         identifier,
         kind: Some(ZoneKind::read(&kind)?),
-        conditions: reading.text(&zone, "restrictionConditions")?,
+        conditions: reading.text(zone, "restrictionConditions")?,
         schedule: Schedule::of(periods),
         format: Format::Ed269,
-        volumes: geometry.entries().iter().map(|part| volume(part, reading)).collect::<Result<_, _>>()?,
+        volumes: volumes()?,
     })
 }
 

@@ -36,7 +36,10 @@ pub(super) fn read(text: &str, reading: &Reading<'_>) -> Result<Contents, String
             .get("features")
             .and_then(Value::as_array)
             .map_or_else(|| std::slice::from_ref(&file), |features| features.as_slice());
-        if features.iter().any(ed318::is_zone) {
+        if features.iter().any(ed269::is_feature) {
+            let zones = each(features, |feature| ed269::feature_zone(feature, reading))?;
+            Contents { zones, valid_to: None }
+        } else if features.iter().any(ed318::is_zone) {
             let valid_to = valid_to(&file, reading)?;
             Contents { zones: each(features, |feature| ed318::zone(feature, reading))?, valid_to }
         } else {

@@ -38,7 +38,9 @@ impl Shape {
             let swapped = if is_swapped { "; latitude and longitude seem to be swapped" } else { "" };
             return Err(format!("{BEYOND}{swapped}"));
         }
-        let is_long = |line: &geo::Line| line.dx().abs() > LONGEST_EDGE_DEG;
+        // At a pole an edge has no length, however many degrees it has.
+        let is_polar = |line: &geo::Line| line.start.y == line.end.y && line.start.y.abs() == 90.0;
+        let is_long = |line: &geo::Line| line.dx().abs() > LONGEST_EDGE_DEG && !is_polar(line);
         if let Some(line) = polygon.lines_iter().find(is_long) {
             let (from, to) = (line.start.x, line.end.x);
             return Err(format!(

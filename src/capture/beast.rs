@@ -8,7 +8,7 @@ use jiff::tz::TimeZone;
 use super::error::Damage;
 use super::receivers::Receivers;
 use super::skipped::{SkipReason, Skipped};
-use super::stamps::{HEAD, StampClock};
+use super::stamps::{AHEAD, StampClock};
 use super::window::Window;
 use super::{Contents, Datagram};
 use crate::gateways::adsb::{BODY_MOST, Deframer, Framing, Piece, Reason, Step, Translator};
@@ -68,7 +68,7 @@ impl Beast {
         Self {
             framing,
             translator: Self::translator(framing, &Receivers::default()),
-            clock: StampClock::new(start(name)),
+            clock: StampClock::new(framing, start(name)),
             frame_at: 0,
             was_within: false,
             unframed: Vec::new(),
@@ -98,10 +98,7 @@ impl Beast {
         window: &mut Window,
         skipped: &mut Skipped,
     ) -> Result<Option<Datagram>, Damage> {
-        if self.clock.is_undecided() {
-            let head = window.glimpse(HEAD);
-            self.clock.decide(self.framing, &head[..head.len().min(HEAD)]);
-        }
+        let mut step = [0; STEP];
         loop {
             let position = window.position();
             let octets = window.glimpse(1);
@@ -116,18 +113,24 @@ impl Beast {
                 }
                 return Ok(None);
             }
-            let octets = &octets[..octets.len().min(STEP)];
+            // A copy: a frame may need to look farther ahead.
+            let length = octets.len().min(STEP);
+            step[..length].copy_from_slice(&octets[..length]);
             let (mut found, mut taken, mut is_whole) = (None, 0, false);
-            for octet in octets {
+            for octet in &step[..length] {
                 let at = position + taken as u64;
                 if !self.was_within {
                     self.frame_at = at;
                 }
                 let before = self.translator.outside();
                 let clock = &mut self.clock;
-                let step = self.translator.take_octet(*octet, |frame| clock.time(frame));
-                self.was_within = self.translator.is_within();
                 taken += 1;
+                let mut ahead = || {
+                    let octets = window.glimpse(taken + AHEAD);
+                    octets[taken..].iter().take(AHEAD).copied().collect()
+                };
+                let step = self.translator.take_octet(*octet, |frame| clock.time(frame, &mut ahead));
+                self.was_within = self.translator.is_within();
                 if self.was_within && matches!(step, Some(Step::Dropped(Reason::Cut))) {
                     // The next frame cuts it: a line begins with this octet, a Beast frame with the escape before it.
                     self.frame_at = if self.framing == Framing::Beast { at - 1 } else { at };

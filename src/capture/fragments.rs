@@ -1,4 +1,4 @@
-//! IP fragments, put together to the packet that was sent.
+//! IP fragments and Bluetooth advertising data that come in several frames, put together.
 
 use std::collections::VecDeque;
 use std::net::IpAddr;
@@ -6,6 +6,7 @@ use std::net::IpAddr;
 use etherparse::defrag::IpDefragBuf;
 use etherparse::{IpFragOffset, IpNumber, Ipv6ExtensionSlice, LaxNetSlice};
 use jiff::SignedDuration;
+use remote_id::Listener;
 
 use fusion::time::Time;
 
@@ -67,7 +68,11 @@ pub(super) struct Whole {
 
 /// Datagrams of which fragments are still to come.
 #[derive(Debug, Default)]
-pub(super) struct Fragments(VecDeque<Waiting>);
+pub(super) struct Fragments {
+    waiting: VecDeque<Waiting>,
+    /// Advertising data of which packets are still to come.
+    pub(super) listener: Listener,
+}
 
 #[derive(Debug)]
 struct Waiting {
@@ -89,12 +94,12 @@ impl Fragments {
         position: u64,
         frames: u32,
     ) -> Option<Whole> {
-        let waits = self.0.iter().position(|waiting| waiting.key == place.key);
+        let waits = self.waiting.iter().position(|waiting| waiting.key == place.key);
         let is_recent = |waiting: &Waiting| {
             let pause = received.zip(waiting.latest).map(|(now, latest)| (now - latest).abs());
             pause.is_none_or(|pause| pause <= PATIENCE)
         };
-        let waiting = waits.and_then(|at| self.0.remove(at)).filter(is_recent);
+        let waiting = waits.and_then(|at| self.waiting.remove(at)).filter(is_recent);
         let mut waiting = waiting.unwrap_or_else(|| Waiting {
             key: place.key,
             so_far: IpDefragBuf::new(place.key.protocol, Vec::new(), Vec::new()),
@@ -113,10 +118,10 @@ impl Fragments {
             let Waiting { so_far, origin, fragments, .. } = waiting;
             return Some(Whole { octets: so_far.take_bufs().0, origin, fragments });
         }
-        if self.0.len() == MOST {
-            self.0.pop_front();
+        if self.waiting.len() == MOST {
+            self.waiting.pop_front();
         }
-        self.0.push_back(waiting);
+        self.waiting.push_back(waiting);
         None
     }
 }

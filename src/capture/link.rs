@@ -127,11 +127,13 @@ pub(super) fn datagram(
     let (link, start, frame) = if link == LinkType::Ppi { behind_ppi(frame)? } else { (link, 0, frame) };
     let position = position + start as u64;
     if let LinkType::Radio(radio) = link {
-        let payload = remote_id::heard(radio, frame, received).map_err(|reason| match reason {
-            NotHeard::Other => SkipReason::NotRemoteId,
-            NotHeard::Damaged => SkipReason::Checksum,
-            NotHeard::Cut => SkipReason::Truncated,
-        })?;
+        let payload = remote_id::heard(&mut fragments.listener, radio, frame, received).map_err(
+            |reason| match reason {
+                NotHeard::Other => SkipReason::NotRemoteId,
+                NotHeard::Damaged => SkipReason::Checksum,
+                NotHeard::Cut => SkipReason::Truncated,
+            },
+        )?;
         let contents = Contents::Translated;
         return Ok(Datagram { received, origin: position, payload, contents, ..Datagram::default() });
     }

@@ -10,7 +10,7 @@
 //! | ORADIS recording | records in a row whose blocks can be decoded | the blocks of one record | time of day, without a day |
 //! | GPS recording (10 octets behind each block) | the same | one data block | none |
 //! | Beast, AVR | four frames of a 1090 MHz receiver in a row | one position, as CAT021 | by its stamps, from the time in the file's name on |
-//! | MAVLink log (`.tlog`) | four records in a row | one position, as CAT129 | of the log |
+//! | MAVLink log (`.tlog`) | four records in a row | one position, as CAT129 or CAT021, or a line of Remote ID | of the log |
 //!
 //! Each may be gzip-compressed (`1f8b08`); offsets are then those of the unpacked data. File names say nothing, but for the time of a Beast or AVR file. Memory is
 //! bounded by one window over the file, and 64 datagrams that came in IP fragments and wait for the rest of them. Frames that hold no
@@ -154,7 +154,7 @@ impl Format {
     pub fn translation(&self) -> Option<&'static str> {
         match self {
             Self::Beast | Self::Avr => Some("CAT021"),
-            Self::Tlog => Some("CAT129"),
+            Self::Tlog => Some("CAT129, CAT021 and lines of Remote ID"),
             Self::Raw | Self::Final | Self::Oradis | Self::Gps | Self::Pcap { .. } | Self::Pcapng => None,
         }
     }

@@ -1,13 +1,16 @@
-//! The clock of a recording of 1090 MHz frames, which has no time of its own but the receiver's stamps.
+//! The clock of a recording of 1090 MHz frames, which has no time of its own but the receivers' stamps.
 //!
 //! Stamps of 48 bits are of two kinds. Most receivers count at 12 MHz from any start. A Radarcape, and what imitates one, sends
 //! the seconds of the UTC day in the upper 18 bits and nanoseconds in the lower 30.
+
+mod time_base;
 
 use std::collections::BTreeMap;
 
 use fusion::time::{DAY, SECOND, Time};
 
-use crate::gateways::adsb::{Deframer, Frame, Framing, Message, Piece, STAMP_HZ};
+use self::time_base::{ReceiverClock, gps_first_ns};
+use crate::gateways::adsb::{Deframer, Frame, Framing, Message, Piece, ReceiverId, STAMP_HZ};
 
 /// Kind of the stamps in a recording of 1090 MHz frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -23,14 +26,17 @@ pub enum Stamps {
     Gps,
 }
 
-/// Octets at the front of a recording from which the kind of stamps is found out.
-pub(super) const HEAD: usize = 64 * 1024;
+/// Octets behind the first frame of a receiver from which the kind of its stamps is found out, and behind a stamp that fits to
+/// no counter, from which it is found out whether the recording pauses or another receiver begins.
+pub(super) const AHEAD: usize = 64 * 1024;
+/// Largest number of receivers with clocks; one more begins all of them again.
+const RECEIVERS_MOST: usize = 4096;
+/// Receivers whose stamps are as near as this count from one start, as the outputs of one receiver do.
+const SHARED_NS: i64 = 2 * SECOND;
 
 /// Bits of a stamp, and of its nanoseconds.
 const STAMP_BITS: u32 = 48;
 const NANOS_BITS: u32 = 30;
-/// A time that moves by more than this, in either direction, is believed once the next one is as far, seconds.
-const JUMP_S: i64 = 60;
 /// An aircraft sends its position every 0.4 s at most, and is rarely missed for long: as a counter of 12 MHz, longer gaps than
 /// this are implausible, and as nanoseconds shorter ones are.
 const GAP: u64 = 20 * STAMP_HZ.unsigned_abs();
@@ -53,17 +59,16 @@ enum Unit {
 }
 
 impl Unit {
-    /// The unit by the first octets of a recording. A status frame says it. Otherwise stamps are GPS time if all can be, and
-    /// successive positions of each aircraft would be too far apart as a counter.
-    fn judged(framing: Framing, head: &[u8]) -> Self {
-        let mut deframer = Deframer::new(framing);
+    /// The unit by the first frames of a receiver; `None` where they do not tell. A status frame says it. Otherwise stamps are
+    /// GPS time if all can be, and successive positions of each aircraft would be too far apart as a counter.
+    fn judged(frames: impl Iterator<Item = Frame>) -> Option<Self> {
         let mut last = BTreeMap::new();
         let (mut can_be_gps, mut gaps, mut short) = (true, 0_u64, 0_u64);
-        for octet in head {
-            let Some(Piece::Frame(frame)) = deframer.take(*octet) else { continue };
+        for frame in frames {
             if let Message::Status(status) = &frame.message {
                 let ahead_ns = if status[2] & STATUS_UTC == 0 { SECOND } else { 0 };
-                return if status[0] & STATUS_GPS == 0 { Self::Counter } else { Self::Gps { ahead_ns } };
+                let is_gps = status[0] & STATUS_GPS != 0;
+                return Some(if is_gps { Self::Gps { ahead_ns } } else { Self::Counter });
             }
             let Some(stamp) = frame.stamp else { continue };
             can_be_gps &= gps_ns(stamp).is_some();
@@ -74,8 +79,10 @@ impl Unit {
                 short += u64::from(gap < GAP);
             }
         }
-        let is_gps = can_be_gps && gaps >= GAPS_LEAST && short * 10 <= gaps;
-        if is_gps { Self::Gps { ahead_ns: 0 } } else { Self::Counter }
+        if !can_be_gps || short * 10 > gaps {
+            return Some(Self::Counter);
+        }
+        (gaps >= GAPS_LEAST).then_some(Self::Gps { ahead_ns: 0 })
     }
 
     /// Ticks of a stamp from any start; `None` where it is none of this unit.
@@ -112,46 +119,31 @@ fn sender_of_position(message: &Message) -> Option<[u8; 3]> {
     }
 }
 
-/// Time by the receiver's stamps.
+/// Time by the stamps of the receivers of a recording. Receivers count from different starts: each one that the stream names
+/// has a clock of its own, and a stream that merges receivers without their identities has several counters.
 #[derive(Debug)]
 pub(super) struct StampClock {
+    framing: Framing,
     /// When the recording begins, by its name.
     start: Option<Time>,
     stamps: Stamps,
-    /// `None` before it is known.
-    unit: Option<Unit>,
-    last: Option<i64>,
-    /// A stamp that was far from the one before.
-    astray: Option<i64>,
-    /// From `start`, or midnight, to the first stamp.
-    first_ns: i64,
-    /// From the first stamp to the last, ticks.
-    elapsed: i64,
+    /// The receiver that the last frame with an identity names.
+    receiver: Option<ReceiverId>,
+    clocks: BTreeMap<Option<ReceiverId>, ReceiverClock>,
+    /// From `start`, or midnight, to the last frame.
+    now_ns: i64,
 }
 
 impl StampClock {
     /// The clock of a recording that begins at `start`, where that is known.
-    pub(super) fn new(start: Option<Time>) -> Self {
-        Self { start, stamps: Stamps::Auto, unit: None, last: None, astray: None, first_ns: 0, elapsed: 0 }
+    pub(super) fn new(framing: Framing, start: Option<Time>) -> Self {
+        let (stamps, clocks) = (Stamps::Auto, BTreeMap::new());
+        Self { framing, start, stamps, receiver: None, clocks, now_ns: 0 }
     }
 
     /// States the kind of stamps, before the first one.
     pub(super) fn set_stamps(&mut self, stamps: Stamps) {
         self.stamps = stamps;
-    }
-
-    /// Whether the kind of stamps is to be found out.
-    pub(super) fn is_undecided(&self) -> bool {
-        self.unit.is_none()
-    }
-
-    /// Decides the kind of stamps, where that is not stated by the first octets of the recording.
-    pub(super) fn decide(&mut self, framing: Framing, head: &[u8]) {
-        self.unit = Some(match (self.stamps, Unit::judged(framing, head)) {
-            (Stamps::Counter, _) => Unit::Counter,
-            (Stamps::Auto, unit) | (Stamps::Gps, unit @ Unit::Gps { .. }) => unit,
-            (Stamps::Gps, Unit::Counter) => Unit::Gps { ahead_ns: 0 },
-        });
     }
 
     /// Whether the day of its times is known.
@@ -161,59 +153,112 @@ impl StampClock {
 
     /// Time of the last frame; `None` where the day is not known.
     pub(super) fn now(&self) -> Option<Time> {
-        self.start.map(|start| Time::from_nanos(start.nanos().saturating_add(self.since_start_ns())))
+        self.start.map(|start| Time::from_nanos(start.nanos().saturating_add(self.now_ns)))
     }
 
     /// Time of day of the last frame, nanoseconds.
     pub(super) fn since_midnight_ns(&self) -> i64 {
-        self.since_start_ns().rem_euclid(DAY)
+        self.now_ns.rem_euclid(DAY)
     }
 
-    fn since_start_ns(&self) -> i64 {
-        let (hz, _) = self.unit().scale();
-        let elapsed_ns = i128::from(self.elapsed) * i128::from(SECOND) / i128::from(hz);
-        self.first_ns.saturating_add(elapsed_ns as i64)
+    /// Time of a frame: of its stamp, or else of the frame before. `ahead` reads the next [`AHEAD`] octets of the recording.
+    pub(super) fn time(&mut self, frame: &Frame, ahead: impl FnOnce() -> Vec<u8>) -> Time {
+        self.note(frame, ahead);
+        self.now().unwrap_or(Time::from_nanos(self.now_ns))
     }
 
-    fn unit(&self) -> Unit {
-        self.unit.unwrap_or(Unit::Counter)
-    }
-
-    /// Time of a frame: of its stamp, or else of the stamp before.
-    pub(super) fn time(&mut self, frame: &Frame) -> Time {
-        if let Some(ticks) = frame.stamp.and_then(|stamp| self.unit().ticks(stamp)) {
-            self.advance(ticks);
+    fn note(&mut self, frame: &Frame, ahead: impl FnOnce() -> Vec<u8>) {
+        if let Message::ReceiverId(receiver) = frame.message {
+            self.receiver = Some(receiver);
+            return;
         }
-        self.now().unwrap_or(Time::from_nanos(self.since_start_ns()))
-    }
-
-    fn advance(&mut self, ticks: i64) {
-        let (hz, round) = self.unit().scale();
-        let Some(last) = self.last else {
-            self.last = Some(ticks);
-            if self.unit() != Unit::Counter {
-                // The time of day is exact; the name of the file says the day.
-                let start_ns = self.start.map(Time::since_midnight);
-                self.first_ns = start_ns.map_or(ticks, |start_ns| difference(ticks, start_ns, round));
+        let (framing, receiver, now_ns) = (self.framing, self.receiver, self.now_ns);
+        let is_status = matches!(frame.message, Message::Status(_));
+        let Some(clock) = self.clocks.get_mut(&receiver) else {
+            if frame.stamp.is_some() || is_status {
+                self.begin(frame, &ahead());
             }
             return;
         };
-        let moved = difference(ticks, last, round);
-        let is_near = |ticks_apart: i64| ticks_apart.abs() <= JUMP_S * hz;
-        let before = self.astray.replace(ticks);
-        let agrees = before.is_some_and(|before| is_near(difference(ticks, before, round)));
-        if is_near(moved) || agrees {
-            self.elapsed = self.elapsed.saturating_add(moved);
-            self.last = Some(ticks);
-            self.astray = None;
+        let Some(ticks) = frame.stamp.and_then(|stamp| clock.unit.ticks(stamp)) else { return };
+        if clock.is_new() {
+            self.begin_counter(ticks);
+            return;
         }
+        let recurs = |clock: &ReceiverClock| {
+            let ahead = ahead();
+            let mut frames = frames_of(framing, receiver, &ahead);
+            frames.any(|frame| {
+                frame.stamp.and_then(|stamp| clock.unit.ticks(stamp)).is_some_and(|ticks| clock.has(ticks))
+            })
+        };
+        if let Some(time_ns) = clock.time_ns(ticks, now_ns, recurs) {
+            self.now_ns = time_ns;
+        }
+    }
+
+    /// Begins the clock of a receiver with its first frame.
+    fn begin(&mut self, frame: &Frame, ahead: &[u8]) {
+        let judged = || {
+            let ahead = frames_of(self.framing, self.receiver, ahead);
+            // Where it cannot be judged it is as of another receiver.
+            let another = || self.clocks.values().next_back().map(|clock| clock.unit);
+            Unit::judged(std::iter::once(*frame).chain(ahead)).or_else(another)
+        };
+        let unit = match (self.stamps, judged) {
+            (Stamps::Counter, _) => Unit::Counter,
+            (Stamps::Auto, judged) => judged().unwrap_or(Unit::Counter),
+            (Stamps::Gps, judged) => {
+                let unit = judged().filter(|unit| matches!(unit, Unit::Gps { .. }));
+                unit.unwrap_or(Unit::Gps { ahead_ns: 0 })
+            }
+        };
+        if self.clocks.len() == RECEIVERS_MOST {
+            self.clocks.clear();
+        }
+        self.clocks.insert(self.receiver, ReceiverClock::new(unit));
+        if let Some(ticks) = frame.stamp.and_then(|stamp| unit.ticks(stamp)) {
+            self.begin_counter(ticks);
+        }
+    }
+
+    /// Takes the first stamp of a receiver.
+    fn begin_counter(&mut self, ticks: i64) {
+        let is_first = self.clocks.values().all(ReceiverClock::is_new);
+        let others = self.clocks.values();
+        let shared = others.filter(|clock| clock.unit == Unit::Counter).find_map(|clock| {
+            let time_ns = clock.time_near(ticks, SHARED_NS)?;
+            (time_ns.abs_diff(self.now_ns) <= SHARED_NS.unsigned_abs()).then_some(time_ns)
+        });
+        let start_ns = self.start.map(Time::since_midnight);
+        let Some(clock) = self.clocks.get_mut(&self.receiver) else { return };
+        let first_ns = match (clock.unit, start_ns) {
+            (Unit::Counter, _) => shared.unwrap_or(self.now_ns),
+            // The time of day is exact; the name of the file says the day.
+            (Unit::Gps { .. }, None) if is_first => ticks,
+            (Unit::Gps { .. }, start_ns) => gps_first_ns(ticks, start_ns.unwrap_or(0), self.now_ns),
+        };
+        clock.begin(ticks, first_ns);
+        self.now_ns = first_ns;
     }
 }
 
-/// From `before` to `ticks`, the nearer way round.
-fn difference(ticks: i64, before: i64, round: i64) -> i64 {
-    let ahead = (ticks - before).rem_euclid(round);
-    if ahead > round / 2 { ahead - round } else { ahead }
+/// The frames of one receiver in these octets, which begin with a frame of its.
+fn frames_of(
+    framing: Framing,
+    receiver: Option<ReceiverId>,
+    octets: &[u8],
+) -> impl Iterator<Item = Frame> + '_ {
+    let mut deframer = Deframer::new(framing);
+    let mut current = receiver;
+    octets.iter().filter_map(move |octet| {
+        let Some(Piece::Frame(frame)) = deframer.take(*octet) else { return None };
+        if let Message::ReceiverId(named) = frame.message {
+            current = Some(named);
+            return None;
+        }
+        (current == receiver).then_some(frame)
+    })
 }
 
 #[cfg(test)]
@@ -236,8 +281,8 @@ mod tests {
 
     #[test]
     fn counter_wraps_and_single_stray_is_ignored() {
-        let mut clock = StampClock::new(None);
-        let mut at = |stamp| clock.time(&frame(stamp)).nanos();
+        let mut clock = StampClock::new(Framing::Avr, None);
+        let mut at = |stamp| clock.time(&frame(stamp), Vec::new).nanos();
         let second = STAMP_HZ as u64;
         assert_eq!(at(Some((1 << 48) - second)), 0);
         assert_eq!(at(Some(second)), 2 * SECOND);
@@ -250,14 +295,60 @@ mod tests {
         assert_eq!(at(Some(7_001 * second)), 7_002 * SECOND);
     }
 
+    /// Times of frames of receivers, in seconds: receiver (0: none is named) and stamp in seconds of its counter.
+    fn times(frames: &[(u128, f64)]) -> Vec<f64> {
+        let octets = |(receiver, seconds): &(u128, f64)| {
+            let stamp = (seconds * STAMP_HZ as f64) as u64;
+            let id = [&[0x1a, 0xe3][..], &receiver.to_be_bytes()[8..]].concat();
+            let frame = [&[0x1a, b'1'][..], &stamp.to_be_bytes()[2..], &[0x80, 1, 2]].concat();
+            if *receiver == 0 { frame } else { [id, frame].concat() }
+        };
+        let octets: Vec<u8> = frames.iter().flat_map(octets).collect();
+        let (mut clock, mut deframer) =
+            (StampClock::new(Framing::Beast, None), Deframer::new(Framing::Beast));
+        let taken = octets.iter().enumerate().filter_map(|(at, octet)| {
+            let Some(Piece::Frame(frame)) = deframer.take(*octet) else { return None };
+            let time = clock.time(&frame, || octets[at + 1..].to_vec());
+            frame.stamp.map(|_| time.nanos() as f64 / SECOND as f64)
+        });
+        taken.collect()
+    }
+
+    #[test]
+    fn named_receivers_have_a_time_base_each() {
+        let frames = [(1, 5000.0), (2, 80.0), (1, 5001.0), (2, 81.0), (2, 82.0), (1, 5002.0)];
+        assert_eq!(times(&frames), [0.0, 0.0, 1.0, 1.0, 2.0, 2.0]);
+        // Two outputs that share a counter keep it.
+        assert_eq!(times(&[(1, 5000.0), (2, 5000.5), (1, 5001.0)]), [0.0, 0.5, 1.0]);
+    }
+
+    #[test]
+    fn merged_receivers_without_ids_keep_the_time() {
+        let pairs = [5000.0, 5000.5, 80.0, 80.5, 5001.0, 5001.5, 81.0, 81.5, 5002.0];
+        let found = times(&pairs.map(|seconds| (0, seconds)));
+        // The first stamp of another counter is not believed yet.
+        assert_eq!(found, [0.0, 0.5, 0.5, 0.5, 1.0, 1.5, 1.0, 1.5, 2.0]);
+        let (ahead, found) = ([80.0, 80.5, 5000.0, 5000.5, 81.0, 5001.0], [0.0, 0.5, 0.5, 0.5, 1.0, 1.0]);
+        assert_eq!(times(&ahead.map(|seconds| (0, seconds))), found, "no pause");
+        let turns = [5000.0, 80.0, 5000.5, 80.5, 5001.0, 81.0];
+        assert_eq!(times(&turns.map(|seconds| (0, seconds))), [0.0, 0.0, 0.5, 0.5, 1.0, 1.0]);
+    }
+
+    #[test]
+    fn counter_that_begins_again_does_not_go_back() {
+        let restarted = [5000.0, 5001.0, 2.0, 3.0, 4.0];
+        assert_eq!(times(&restarted.map(|seconds| (0, seconds))), [0.0, 1.0, 1.0, 1.0, 2.0]);
+        let paused = [5000.0, 5001.0, 9000.0, 9001.0];
+        assert_eq!(times(&paused.map(|seconds| (0, seconds))), [0.0, 1.0, 1.0, 4001.0]);
+    }
+
     #[test]
     fn gps_stamps_keep_their_time_of_day_over_midnight() {
         let start = "2022-06-22T23:59:58Z".parse::<jiff::Timestamp>().unwrap();
         let start = Time::from_nanos(i64::try_from(start.as_nanosecond()).unwrap());
-        let mut clock = StampClock::new(Some(start));
+        let mut clock = StampClock::new(Framing::Avr, Some(start));
         clock.set_stamps(Stamps::Gps);
-        clock.decide(Framing::Avr, &[]);
-        let mut at = |stamp| clock.time(&frame(Some(stamp))).to_string();
+        let mut at = |stamp| clock.time(&frame(Some(stamp)), Vec::new).to_string();
         assert_eq!(at(gps(86_395, 500_000_000)), "2022-06-22T23:59:55.500Z");
         assert_eq!(at(gps(86_399, 999_000_000)), "2022-06-22T23:59:59.999Z");
         assert_eq!(at(gps(1, 0)), "2022-06-23T00:00:01.000Z");
@@ -267,22 +358,22 @@ mod tests {
 
     #[test]
     fn unit_is_judged_by_gaps_between_positions() {
-        let judged = |octets: &[u8]| Unit::judged(Framing::Avr, octets);
+        let judged = |octets: &[u8]| Unit::judged(frames_of(Framing::Avr, None, octets));
         let half = 500_000_000;
         let as_gps: Vec<u64> = (0..20).map(|count| gps(70_000 + count / 2, count % 2 * half)).collect();
-        assert_eq!(judged(&recording(as_gps.clone())), Unit::Gps { ahead_ns: 0 });
-        assert_eq!(judged(&recording(as_gps[..8].iter().copied())), Unit::Counter, "too few");
+        assert_eq!(judged(&recording(as_gps.clone())), Some(Unit::Gps { ahead_ns: 0 }));
+        assert_eq!(judged(&recording(as_gps[..8].iter().copied())), None, "too few");
         let counted = (0..20).map(|count| gps(70_000, 0) + count * 6_000_000);
-        assert_eq!(judged(&recording(counted)), Unit::Counter);
+        assert_eq!(judged(&recording(counted)), Some(Unit::Counter));
         let no_nanos = as_gps.iter().copied().chain([gps(70_011, SECOND as u64)]);
-        assert_eq!(judged(&recording(no_nanos)), Unit::Counter, "a stamp that cannot be GPS time");
+        assert_eq!(judged(&recording(no_nanos)), Some(Unit::Counter), "a stamp that cannot be GPS time");
     }
 
     #[test]
     fn unit_is_what_a_status_frame_says() {
         let status = |first: u8, third: u8| {
             let head = [&[0x1a, b'4'][..], &[0; 7], &[first, 0, third], &[0; 11]].concat();
-            Unit::judged(Framing::Beast, &head)
+            Unit::judged(frames_of(Framing::Beast, None, &head)).unwrap()
         };
         assert_eq!(status(0, 0), Unit::Counter);
         assert_eq!(status(STATUS_GPS, STATUS_UTC), Unit::Gps { ahead_ns: 0 });

@@ -5,7 +5,7 @@
 //! | 8 | time of reception: microseconds since 1970, UTC, big-endian |
 //! | 8 to 280 | a MAVLink frame, of version 1 or 2 |
 //!
-//! [`crate::gateways::mavlink`] translates positions to CAT129. Behind damage the next record is one whose checksum fits, or that
+//! [`crate::gateways::mavlink`] translates positions, aircraft with ADS-B and Remote ID. Behind damage the next record is one whose checksum fits, or that
 //! another record follows.
 
 use super::chain::{MOST, first_place};
@@ -60,7 +60,7 @@ pub(super) fn begins(window: &mut Window) -> bool {
 impl Tlog {
     /// The reader of a file of this site.
     pub(super) fn open(receivers: &Receivers) -> Self {
-        Self { translator: Translator::new(receivers.mavlink, receivers.systems.clone()) }
+        Self { translator: Translator::new(receivers.mavlink.clone()) }
     }
 
     /// The next position, or octets that belong to no record; all else is counted in `skipped`.

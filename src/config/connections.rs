@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::PathBuf;
 
-use super::sensors::Sensor;
+use asterix::DataSource;
+
+use super::sensors::{Sensor, SensorKind};
 use crate::gateways::mavlink;
 use tables::kinds::{any_text, beside, is_plain, tables, text, whole};
 use tables::reader::Section;
@@ -18,11 +20,11 @@ section! {
     Connection {
         /// What it speaks.
         format: ConnectionFormat = need(
-            "format = \"beast\" or \"avr\" (kind = \"adsb\"), \"asterix\" (\"adsb\", \"radar\" or \"transponder\"), \"mqtt\" or \"http\" (kind = \"remote-id\") or \"mavlink\" (kind = \"transponder\")",
+            "format = \"beast\" or \"avr\" (kind = \"adsb\"), \"asterix\" (\"adsb\", \"radar\" or \"transponder\"), \"mqtt\" or \"http\" (kind = \"remote-id\") or \"mavlink\" (kind = \"transponder\", \"adsb\" or \"remote-id\")",
         ), tables::kinds::named();
         /// `"beast"`, `"avr"`, `"asterix"`: address and port of the receiver, such as `127.0.0.1:30005`. `"mqtt"`: the broker,
-        /// `mqtt://host:1883`, or with TLS `mqtts://host:8883`. `"mavlink"`: own address and UDP port to listen on. `"http"` has
-        /// none: gateways post to the service's own API.
+        /// `mqtt://host:1883`, or with TLS `mqtts://host:8883`. `"mavlink"`: own address and UDP port to listen on, which
+        /// sensors of different kinds may share. `"http"` has none: gateways post to the service's own API.
         address: String = depends("none with `\"http\"`, else it is needed", String::new()), any_text();
         /// Topics that are subscribed to, with `"mqtt"`; `+` and `#` stand for any name and any names.
         topic: String = depends("`remote-id/#`", "remote-id/#".to_owned()), text("a filter of topics, up to 200 octets", |text| text.len() <= 200);
@@ -37,7 +39,7 @@ section! {
         /// Identifies this client at the broker; two of the same id end each other's connection.
         client_id: Option<String> = absent("`utm-fusion-` with SAC, SIC and id of the sensor"),
             text("a client id is made of letters, digits, _ and -", is_plain);
-        /// The drones that a `"mavlink"` connection carries.
+        /// The drones that a `"mavlink"` connection of a transponder carries.
         systems: Vec<MavlinkSystem> = depends("none", Vec::new()), tables();
     } by hand {}
 }
@@ -56,7 +58,8 @@ names! {
         Mqtt = "mqtt",
         /// Lines of Remote ID that gateways post to `/api/v1/remote-id` of this service (docs/API.md).
         Http = "http",
-        /// MAVLink position reports of own drones over UDP.
+        /// MAVLink over UDP: positions of own drones (`kind = "transponder"`), aircraft with ADS-B (`"adsb"`), Remote ID
+        /// (`"remote-id"`).
         Mavlink = "mavlink",
     }
 }
@@ -72,7 +75,7 @@ section! {
             whole("a system has a number from 1 to 255", 1..=255);
         /// Its serial number, by which the service knows it.
         serial_number: String = need("serial_number = \"…\", by which the service knows the drone"),
-            text("a serial number has 1 to 12 printable characters", |text| mavlink::System::new(text).is_some());
+            text("a serial number has 1 to 20 printable characters", |text| mavlink::System::new(text).is_some());
         /// Its manufacturer, three characters.
         manufacturer: Option<String> = absent("not stated"), text("three printable characters", |text| is_code(text, 3));
         /// Its model, three characters.
@@ -152,7 +155,48 @@ impl Connection {
     }
 }
 
+/// The sensors that MAVLink messages become records of: of each kind the first one with a `"mavlink"` connection that is wanted.
+pub fn mavlink_sensors<'a>(
+    sensors: impl Iterator<Item = &'a Sensor>,
+    is_wanted: impl Fn(&Connection) -> bool,
+) -> mavlink::Sensors {
+    let mut found = mavlink::Sensors::default();
+    for sensor in sensors {
+        let is_heard = |of: &&Connection| of.format == ConnectionFormat::Mavlink && is_wanted(of);
+        let Some(connection) = sensor.connections.iter().find(is_heard) else { continue };
+        let source = DataSource { sac: sensor.sac, sic: sensor.sic };
+        match sensor.kind {
+            SensorKind::Transponder(_) => {
+                found.drones.get_or_insert_with(|| (source, connection.systems()));
+            }
+            SensorKind::AdsB(_) => {
+                found.aircraft.get_or_insert(source);
+            }
+            SensorKind::RemoteId(_) => {
+                let id = Some(sensor.id.clone());
+                found.remote_id.get_or_insert(mavlink::RemoteIdReceiver { id });
+            }
+            SensorKind::Radar(_) | SensorKind::Camera(_) => {}
+        }
+    }
+    found
+}
+
 impl Sensor {
+    /// Complains of `"mavlink"` connections with a table of drones, or without one, where the kind of sensor has none or one.
+    pub(super) fn check_systems(&self, section: &mut Section<'_>) {
+        let is_own = self.kind.is_transponder();
+        let is_mavlink = |of: &&Connection| of.format == ConnectionFormat::Mavlink;
+        if self.connections.iter().filter(is_mavlink).any(|of| of.systems.is_empty() == is_own) {
+            let message = if is_own {
+                "no drone would be known; add systems = [{ system_id = 1, serial_number = \"…\" }]"
+            } else {
+                "only a sensor of kind \"transponder\" has drones of its own; remove systems"
+            };
+            section.contradict(&["connections"], message);
+        }
+    }
+
     /// Whether gateways post to it over HTTP.
     pub fn is_posted(&self) -> bool {
         self.connections.iter().any(|connection| connection.format == ConnectionFormat::Http)
@@ -166,7 +210,7 @@ impl ConnectionFormat {
             Self::Beast | Self::Avr => &["adsb"],
             Self::Asterix => &["adsb", "radar", "transponder"],
             Self::Mqtt | Self::Http => &["remote-id"],
-            Self::Mavlink => &["transponder", "mavlink"],
+            Self::Mavlink => &["transponder", "adsb", "remote-id"],
         }
     }
 }
@@ -237,13 +281,9 @@ impl ByHand for Connection {
             }
         }
         let has_systems = !self.systems.is_empty();
-        if has_systems != (self.format == ConnectionFormat::Mavlink) {
-            let message = if has_systems {
-                "only a connection with format = \"mavlink\" has this key; remove it"
-            } else {
-                "no drone would be known; add systems = [{ system_id = 1, serial_number = \"…\" }]"
-            };
-            section.contradict(&[if has_systems { "systems" } else { "format" }], message);
+        if has_systems && self.format != ConnectionFormat::Mavlink {
+            let message = "only a connection with format = \"mavlink\" has this key; remove it";
+            section.contradict(&["systems"], message);
         }
         let mut ids: Vec<u8> = self.systems.iter().map(|system| system.system_id).collect();
         ids.sort_unstable();

@@ -51,7 +51,7 @@ pub use cidr::{Network, NotANetwork};
 pub use classification::{CategoryOctet, Classification, Codes, ScaledOctet};
 pub use cluster::{CellArea, Cluster, Role};
 pub use conflicts::{Advisory, ConflictVolume, Conflicts, VolumePreset, VolumeSide, Warning};
-pub use connections::{BrokerAddress, Connection, ConnectionFormat, MavlinkSystem};
+pub use connections::{BrokerAddress, Connection, ConnectionFormat, MavlinkSystem, mavlink_sensors};
 pub use fusion::{Fusion, MAX_WINDOW_SLOTS, Motion, Profile};
 pub use http::{Auth, Http, RateLimit, Tiles, TlsFiles};
 pub use integrity::{Action, Integrity};

@@ -286,6 +286,7 @@ impl ByHand for Sensor {
                 format!("a connection with format = \"{format}\" belongs to a sensor with kind = \"{kind}\", and this is \"{this}\""),
             );
         }
+        self.check_systems(section);
         let is_pinned = self.inputs.iter().any(|input| input.source.is_some());
         let is_open =
             |of: &&Connection| matches!(of.format, ConnectionFormat::Http | ConnectionFormat::Mavlink);

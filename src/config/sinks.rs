@@ -9,7 +9,7 @@ use jiff::SignedDuration;
 
 use super::network::PictureKind;
 use super::receivers::address;
-use tables::kinds::{Toml, any_text, beside, flag, ipv4, is_plain, named, parsed, seconds, text, whole};
+use tables::kinds::{Toml, any_text, beside, ipv4, is_plain, named, parsed, seconds, text, whole};
 use tables::reader::Section;
 use tables::section;
 use tables::table::{ByHand, absent, need};
@@ -64,9 +64,6 @@ section! {
         ca: Option<PathBuf> = absent("those that this machine trusts"), beside();
         /// Which picture is sent. `now` needs `fusion.now`.
         picture: PictureKind = PictureKind::Lagged, named();
-        /// Whether tracks whose height no sensor measured are sent with the height that is assumed; else they are left out,
-        /// because an observation has to have one.
-        assume_height: bool = false, flag();
         /// A post without an answer for this long has failed, seconds.
         timeout_s: SignedDuration = SignedDuration::from_secs(5),
             seconds("a timeout is between 0.1 and 60 seconds", |s| (0.1..=60.0).contains(&s));

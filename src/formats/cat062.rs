@@ -10,7 +10,7 @@ use asterix::cat062::{
 };
 use asterix::{DataSource, TimeOfDay};
 
-use super::cat129::report;
+use super::cat129::special_purpose;
 use super::datagrams::pack_records;
 use super::track_numbers::{Numbered, TrackNumbers};
 use crate::config::{Config, PictureKind};
@@ -109,7 +109,7 @@ impl Cat062Encoder {
                 .vertical_motion()
                 .and_then(|motion| ClimbRate::default().with_up_m_s(motion.climb())),
             accuracies: track.point.estimate.as_ref().map(|known| accuracies(known, height.is_some())),
-            special_purpose: Some(report(track).to_field()),
+            special_purpose: Some(special_purpose(track)),
             ..self.blank(numbered.number, track.time)
         }))
     }

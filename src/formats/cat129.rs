@@ -2,9 +2,9 @@
 
 use asterix::cat129::fusion_report::{Deviation, Flags, Source as ReportSource, UavProbability};
 use asterix::cat129::{
-    Altitude, FusionReport, GnssAccuracy, HorizontalVelocity, Position, Record, VerticalVelocity,
+    Altitude, FusionReport, GnssAccuracy, HorizontalVelocity, Position, Record, VerticalVelocity, WholeSerial,
 };
-use asterix::{DataSource, TimeOfDay, encode_block};
+use asterix::{DataSource, Explicit, TimeOfDay, encode_block};
 
 use crate::config::{Config, SerialSource};
 use crate::normalise::time_of_day_count;
@@ -61,14 +61,23 @@ impl Cat129Encoder {
             vertical_velocity: track
                 .vertical_motion()
                 .and_then(|motion| VerticalVelocity::new(motion.climb())),
-            special_purpose: Some(report(track).to_field()),
+            special_purpose: Some(special_purpose(track)),
             ..Record::default()
         })
     }
 }
 
-/// The special purpose field: what the categories have no item for.
-pub(super) fn report(track: &PictureTrack) -> FusionReport {
+/// The special purpose field: what the categories have no item for, with a serial number that is too long for I129/040.
+pub(super) fn special_purpose(track: &PictureTrack) -> Explicit {
+    let transponder = track.point.source.transponder();
+    let serial = transponder.and_then(|part| part.identity.serial()).filter(|serial| serial.len() > 12);
+    match serial.and_then(WholeSerial::new) {
+        Some(serial) => report(track).to_field_with(&serial),
+        None => report(track).to_field(),
+    }
+}
+
+fn report(track: &PictureTrack) -> FusionReport {
     let point = &track.point;
     let (radar, transponder) = (point.source.radar(), point.source.transponder());
     let state = point.integrity.map(|integrity| integrity.state);

@@ -43,17 +43,16 @@ struct Observation<'a> {
     metadata: TrackJson<'a>,
 }
 
-/// The body of a second, and how many tracks it does not hold: those without a height, unless `assume_height` says that the
-/// assumed one is better than none.
+/// The body of a second, and how many tracks it does not hold: those whose height no sensor measured, because an observation has
+/// to have one.
 pub fn observations<'a>(
     tracks: impl Iterator<Item = &'a PictureTrack>,
     maker: &'a PictureMaker,
-    assume_height: bool,
 ) -> (Vec<u8>, u64) {
     let mut left_out = 0;
     let mut observations = Vec::new();
     for track in tracks {
-        if track.altitude_amsl_m.is_none() && !assume_height || !is_finite(track) {
+        if track.altitude_amsl_m.is_none() || !is_finite(track) {
             left_out += 1;
             continue;
         }

@@ -5,11 +5,11 @@
 
 use std::borrow::Cow;
 
-use asterix::{Contents, Field, Kind, Layout, Subfield, UapItem};
+use asterix::{Contents, Field, Form, Kind, Layout, Subfield, UapItem};
 
 use super::table::{Cell, Column, ColumnKind, Table};
 use crate::hex;
-use crate::json::{announced, is_known, meant, part_octets, write_item, write_value};
+use crate::json::{announced, form_of, is_known, meant, part_octets, write_item, write_value};
 
 /// How the records of a category fill columns.
 pub(crate) struct RecordColumns {
@@ -30,8 +30,8 @@ enum Node {
     Subfields(Vec<Option<Node>>),
     /// All of it as text.
     Text(usize),
-    /// Its fields or subfields where they are what the layout knows, otherwise hexadecimal digits in this column.
-    Explicit(Option<Box<Node>>, usize),
+    /// Its fields, by form, or its subfields where they are what the layout knows, otherwise hexadecimal digits in this column.
+    Explicit(Vec<Option<Node>>, usize),
 }
 
 /// Where a field goes.
@@ -106,13 +106,19 @@ impl Node {
             }
             Layout::Explicit(contents) => {
                 let known = match contents {
-                    Contents::Opaque => None,
-                    Contents::Known(key, fields) => {
-                        Some(Self::Fields(add(columns, &format!("{name}_{key}"), fields)))
+                    Contents::Opaque => Vec::new(),
+                    Contents::Known(forms) => {
+                        // Fields that several forms have share a column.
+                        let from = columns.len();
+                        let node = |form: &Form| {
+                            let name = format!("{name}_{}", form.key);
+                            Some(Self::Fields(add_shared(columns, from, &name, form.fields)))
+                        };
+                        forms.iter().map(node).collect()
                     }
-                    Contents::Expansion(subfields) => Some(Self::subfields(columns, name, subfields)),
+                    Contents::Expansion(subfields) => vec![Some(Self::subfields(columns, name, subfields))],
                 };
-                Self::Explicit(known.map(Box::new), add_text(columns, format!("{name}_hex")))
+                Self::Explicit(known, add_text(columns, format!("{name}_hex")))
             }
         }
     }
@@ -146,8 +152,9 @@ impl Node {
             Self::Text(column) => is_wanted(column).then_some(self),
             // Whether its column has something depends on whether its layout is known.
             Self::Explicit(known, column) => {
-                let known = known.and_then(|node| node.kept(is_wanted));
-                (known.is_some() || is_wanted(column)).then(|| Self::Explicit(known.map(Box::new), column))
+                let known: Vec<_> = known.into_iter().map(|node| node?.kept(is_wanted)).collect();
+                (known.iter().any(Option::is_some) || is_wanted(column))
+                    .then_some(Self::Explicit(known, column))
             }
         }
     }
@@ -183,11 +190,15 @@ impl Node {
                 if !is_known(*contents, &octets[1..]) {
                     return table.set(*column, Cell::Text(hex::text(octets).into()));
                 }
-                match (known.as_deref(), contents) {
-                    (Some(Self::Fields(places)), Contents::Known(_, fields)) => {
-                        set(table, text, places, fields, &octets[1..], 0);
+                match (&known[..], contents) {
+                    (nodes, Contents::Known(forms)) => {
+                        let form = form_of(forms, &octets[1..]);
+                        let node = form.and_then(|(at, form)| Some((nodes.get(at)?.as_ref()?, form)));
+                        if let Some((Self::Fields(places), form)) = node {
+                            set(table, text, places, form.fields, &octets[1..], 0);
+                        }
                     }
-                    (Some(Self::Subfields(nodes)), Contents::Expansion(subfields)) => {
+                    ([Some(Self::Subfields(nodes))], Contents::Expansion(subfields)) => {
                         let (primary, rest) = octets[1..].split_at(1);
                         let is_there = |index| announced(primary, 8, index);
                         Self::fill_subfields(nodes, table, text, subfields, is_there, rest);
@@ -229,20 +240,30 @@ impl Node {
 
 /// Adds the columns of fields; where each goes.
 fn add(columns: &mut Vec<Column>, name: &str, fields: &'static [Field]) -> Vec<Place> {
+    let from = columns.len();
+    add_shared(columns, from, name, fields)
+}
+
+/// The same; a column of the same name, from index `from` on, is used again.
+fn add_shared(columns: &mut Vec<Column>, from: usize, name: &str, fields: &'static [Field]) -> Vec<Place> {
     let (mut places, mut at) = (Vec::new(), 0);
     for field in fields {
         for meaning in meanings(field).filter(|field| has_column(field)) {
             let of = matches!(field.kind, Kind::Depends(_)).then_some(field);
             let decimals = if let Kind::Quantity(quantity) = meaning.kind { quantity.decimals } else { 0 };
             let scale = 10_f64.powi(decimals.into());
-            places.push(Place { column: columns.len(), at, field: meaning, of, scale });
             let name = match (meaning.key, meaning.kind) {
                 // The only field of an item; where JSON leaves the unit out, it is the second.
                 ("", Kind::Quantity(_)) if !has_unit(name) => format!("{name}_s"),
                 ("", _) => name.to_owned(),
                 (key, _) => format!("{name}_{key}"),
             };
-            columns.push(Column::new(name, kind(meaning)));
+            let known = columns[from..].iter().position(|column| column.name == name);
+            let column = known.map_or(columns.len(), |at| from + at);
+            if known.is_none() {
+                columns.push(Column::new(name, kind(meaning)));
+            }
+            places.push(Place { column, at, field: meaning, of, scale });
         }
         at += usize::from(field.bits);
     }

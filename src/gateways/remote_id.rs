@@ -13,7 +13,7 @@ use std::fmt::Write;
 
 use fusion::time::{SECOND, Time};
 use jiff::Timestamp;
-use remote_id::{Advertisement, French, Link, NotHeard, Transport, advertisements};
+use remote_id::{Advertisement, French, Link, Listener, NotHeard, Transport};
 use serde::Deserialize;
 
 use super::Dropped;
@@ -165,12 +165,17 @@ pub fn is_broadcast(payload: &[u8]) -> bool {
     is_whole && !is_block
 }
 
-/// The lines of what a radio heard at a time, one for each advertisement of the frame.
+/// The lines of what a radio heard at a time, one for each advertisement of the frame. The listener has heard the frames before.
 ///
 /// # Errors
 /// The frame carries no Remote ID, or the radio garbled it.
-pub fn heard(link: Link, frame: &[u8], at: Option<Time>) -> Result<Vec<u8>, NotHeard> {
-    let heard = advertisements(link, frame)?;
+pub fn heard(
+    listener: &mut Listener,
+    link: Link,
+    frame: &[u8],
+    at: Option<Time>,
+) -> Result<Vec<u8>, NotHeard> {
+    let heard = listener.hear(link, frame)?;
     let lines: Vec<String> = heard.iter().filter_map(|heard| line_of(heard, at)).collect();
     if lines.is_empty() { Err(NotHeard::Other) } else { Ok(lines.join("\n").into_bytes()) }
 }

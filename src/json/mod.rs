@@ -39,7 +39,7 @@ pub use entry::{Entry, needs_untyped};
 pub use remote_id::{REMOTE_ID, write_messages, write_refused};
 pub use tree::Tree;
 pub(crate) use values::rounded;
-pub(crate) use write::{announced, is_known, meant, part_octets, write_item, write_value};
+pub(crate) use write::{announced, form_of, is_known, meant, part_octets, write_item, write_value};
 
 /// Where the octets of a line stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Items from JSON: the inverse of the walk that prints them.
 
-use asterix::{Chain, Contents, Field, Fspec, Kind, Layout, Quantity, Subfield, UapItem, octets_of};
+use asterix::{Chain, Contents, Field, Form, Fspec, Kind, Layout, Quantity, Subfield, UapItem, octets_of};
 
 use super::characters;
 use super::parsed::{Object, Value};
@@ -207,10 +207,14 @@ fn read_explicit(out: &mut Vec<u8>, contents: Contents, value: Value<'_>) -> Res
     out.push(0);
     match contents {
         Contents::Opaque => return Err("must be a text of hexadecimal octets".to_owned()),
-        Contents::Known(key, fields) => {
+        Contents::Known(forms) => {
             let mut object = Members::of(value)?;
-            let known = object.take(key).ok_or_else(|| format!("has no `{key}`"))?;
-            object.end([key].into_iter())?;
+            let keys = || forms.iter().map(|form| form.key);
+            let (key, known) = keys()
+                .find_map(|key| Some((key, object.take(key)?)))
+                .ok_or_else(|| format!("has no `{}`", forms.first().map_or("", |form| form.key)))?;
+            object.end(keys())?;
+            let Form { fields, .. } = form_with(forms, key, known);
             read_fields(out, fields, known).map_err(|trouble| format!("{key}: {trouble}"))?;
         }
         Contents::Expansion(subfields) => {
@@ -223,6 +227,17 @@ fn read_explicit(out: &mut Vec<u8>, contents: Contents, value: Value<'_>) -> Res
     }
     out[at] = u8::try_from(out.len() - at).map_err(|_| "is longer than 255 octets")?;
     Ok(())
+}
+
+/// The form of this key with the most fields of which none is missing; otherwise the first one.
+fn form_with<'a>(forms: &'a [Form], key: &str, value: Value<'_>) -> &'a Form {
+    let is_said = |field: &&Field| !matches!(field.kind, Kind::Spare | Kind::Constant(_));
+    let members = Members::of(value).ok();
+    let is_whole = |form: &&Form| {
+        let has = |field: &Field| members.as_ref().is_some_and(|members| members.has(field.key));
+        form.key == key && form.fields.iter().filter(is_said).all(has)
+    };
+    forms.iter().filter(is_whole).max_by_key(|form| form.fields.len()).unwrap_or(&forms[0])
 }
 
 /// Appends the subfields that are there. Bit n, from the lowest up, of what is returned says whether the nth one is.

@@ -1,6 +1,6 @@
 //! Items as JSON: the walk over a layout that says what the bits say.
 
-use asterix::{Contents, Field, Kind, Layout, Subfield, octets_of};
+use asterix::{Contents, Field, Form, Kind, Layout, Subfield, octets_of};
 
 use super::characters;
 use super::tree::Tree;
@@ -94,11 +94,17 @@ pub(crate) fn announced(primary: &[u8], each: usize, index: usize) -> bool {
 pub(crate) fn is_known(contents: Contents, octets: &[u8]) -> bool {
     match contents {
         Contents::Opaque => false,
-        Contents::Known(_, fields) => octets_of(fields) == octets.len() && constants_agree(fields, octets),
+        Contents::Known(forms) => form_of(forms, octets).is_some(),
         Contents::Expansion(subfields) => octets
             .split_first()
             .is_some_and(|(_, rest)| measures(subfields, |index| announced(octets, 8, index), rest)),
     }
+}
+
+/// The form that the octets behind the length octet have, and its place among the forms.
+pub(crate) fn form_of(forms: &[Form], octets: &[u8]) -> Option<(usize, Form)> {
+    let has = |form: &Form| octets_of(form.fields) == octets.len() && constants_agree(form.fields, octets);
+    forms.iter().copied().enumerate().find(|(_, form)| has(form))
 }
 
 /// Says what stands behind the length octet, which the layout knows.
@@ -106,9 +112,11 @@ fn write_contents(out: &mut impl Tree, contents: Contents, octets: &[u8]) {
     out.open_object();
     match contents {
         Contents::Opaque => {}
-        Contents::Known(key, fields) => {
-            out.key(key);
-            write_fields(out, fields, octets);
+        Contents::Known(forms) => {
+            if let Some((_, Form { key, fields })) = form_of(forms, octets) {
+                out.key(key);
+                write_fields(out, fields, octets);
+            }
         }
         Contents::Expansion(subfields) => {
             let (primary, rest) = octets.split_at(1);

@@ -15,7 +15,7 @@ use tracing::{Instrument, Span, error, error_span, info, warn};
 use super::clock::Clock;
 use super::doors::Door;
 use super::posts::Posts;
-use crate::config::{Config, Connection, ConnectionFormat};
+use crate::config::{Config, Connection, ConnectionFormat, mavlink_sensors};
 use crate::gateways::mavlink::Translator;
 use crate::gateways::remote_id::Receivers;
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
@@ -122,9 +122,12 @@ pub(crate) fn listen(config: &Config, clock: &Clock, runtime: &tokio::runtime::H
                 let hand_on = move |arrival| sender.try_send(arrival).is_ok();
                 return runtime.spawn(door.keep_reading(hand_on).instrument(span));
             }
-            let systems = line.connection.as_ref().map(Connection::systems);
+            let translator = line.connection.as_ref().map(|of| {
+                let sensors = line.sensors.iter().map(|&index| &config.sensors[index]);
+                Mutex::new(Translator::new(mavlink_sensors(sensors, |with| with.socket() == of.socket())))
+            });
             let reader = Reader {
-                translator: systems.map(|systems| Mutex::new(Translator::new(source, systems))),
+                translator,
                 index,
                 line: line.clone(),
                 counters: counters.clone(),

@@ -164,6 +164,19 @@ pub fn lines(config: &Config) -> Vec<Line> {
                 }
                 continue;
             }
+            // Messages of one MAVLink port belong to sensors of different kinds.
+            let is_shared = |line: &&mut Line| {
+                let kinds = |&index: &usize| config.sensors[index].kind.name();
+                let other_kinds = line.sensors.iter().map(kinds).all(|kind| kind != of.kind.name());
+                let mavlink = line.connection.as_ref().filter(|of| of.format == ConnectionFormat::Mavlink);
+                mavlink.is_some_and(|with| {
+                    with.format == connection.format && with.socket() == connection.socket()
+                }) && other_kinds
+            };
+            if let Some(line) = lines.iter_mut().find(is_shared) {
+                line.sensors.push(sensor);
+                continue;
+            }
             let listen = match config.http.listen {
                 SocketAddr::V4(listen) => Some(listen),
                 SocketAddr::V6(_) => None,

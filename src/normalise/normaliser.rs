@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use asterix::cat048::{self, DetectionType};
-use asterix::cat129::{GnssAccuracy, VerticalVelocity};
+use asterix::cat129::{GnssAccuracy, VerticalVelocity, WholeSerial};
 use asterix::{DataSource, Record as _, TimeOfDay, cat015, cat021, cat034, cat129};
 
 use jiff::SignedDuration;
@@ -313,7 +313,11 @@ impl Normaliser {
         let time_of_day = record.time_of_day.ok_or(Refusal::NoTime)?;
         let position = record.position.ok_or(Refusal::NoPosition)?;
         let serial_number = record.serial_number.ok_or(Refusal::NoIdentity)?;
-        let identity = Identity::new(&serial_number, record.registration_country.as_ref());
+        // The whole serial number, where it is longer than the item.
+        let whole = record.special_purpose.as_ref().and_then(WholeSerial::read);
+        let whole = whole.filter(|whole| whole.last() == serial_number);
+        let serial = whole.as_ref().map_or(&serial_number[..], |whole| whole.octets());
+        let identity = Identity::new(serial, record.registration_country.as_ref());
         let identity = identity.ok_or(Refusal::NoIdentity)?;
         let altitude = record.altitude_amsl.ok_or(Refusal::NoHeight)?;
         if !position.in_range() {

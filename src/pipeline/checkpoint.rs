@@ -17,7 +17,7 @@ use crate::config::Config;
 use crate::normalise::Barometer;
 
 /// Number of the layout below; that of the engine is its own.
-const LAYOUT: u16 = 5;
+const LAYOUT: u16 = 6;
 
 /// Why a pipeline does not go on where another one was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -21,6 +21,8 @@ use fusion::time::Time;
 const BOUND: SignedDuration = SignedDuration::from_secs(5);
 /// Validity of what a transmitter declares of its aircraft and operator, after the last such message.
 const DECLARED: SignedDuration = SignedDuration::from_secs(60);
+/// A position without a time that is the one before is heard again within this time, and after it a new one: the drone hovers.
+const AGAIN: SignedDuration = SignedDuration::from_millis(500);
 /// Positions of a transmitter that are remembered, to know them again.
 const REMEMBERED: usize = 4;
 
@@ -78,6 +80,8 @@ struct Transmitter {
     /// Its last positions, the newest first: frames overtake one another.
     #[serde(with = "as_octets")]
     locations: [Option<Location>; REMEMBERED],
+    /// Reception of the newest of them.
+    located: Time,
 }
 
 /// The transmitters heard lately.
@@ -150,13 +154,20 @@ impl Transmitter {
     }
 
     fn locate(&mut self, location: Location, now: Time) -> Said {
-        if self.locations.contains(&Some(location)) {
+        // French beacons, and others, do not say when the drone was there.
+        let hovers = location.seconds_of_hour().is_none()
+            && self.locations[0] == Some(location)
+            && (now - self.located).abs() > AGAIN;
+        if self.locations.contains(&Some(location)) && !hovers {
             return Said::Unused(Refusal::Repeated);
         }
         match self.identity.filter(|(_, since)| (now - *since).abs() <= BOUND) {
             Some((identity, _)) => {
-                self.locations.rotate_right(1);
-                self.locations[0] = Some(location);
+                if !hovers {
+                    self.locations.rotate_right(1);
+                    self.locations[0] = Some(location);
+                }
+                self.located = now;
                 Said::Position(identity, location, self.declaration(now))
             }
             None => Said::Unused(Refusal::NoIdentity),

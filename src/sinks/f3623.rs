@@ -30,7 +30,6 @@ pub(super) struct Posts {
     dial: Dial,
     /// Read at each post: whoever renews the token has to say nothing.
     token_file: Option<PathBuf>,
-    assume_height: bool,
     timeout: Duration,
 }
 
@@ -42,7 +41,7 @@ impl fmt::Debug for Posts {
 
 /// Opens a sink; nobody is connected to yet.
 pub(super) fn open(f3623: &config::F3623) -> Result<Sink, String> {
-    let config::F3623 { id, url, token_file, ca, picture, assume_height, timeout_s } = f3623;
+    let config::F3623 { id, url, token_file, ca, picture, timeout_s } = f3623;
     let host = url.host().unwrap_or_default();
     let dial = if f3623.is_tls() {
         let proofs = Proofs { ca: ca.as_deref(), ..Proofs::default() };
@@ -55,7 +54,6 @@ pub(super) fn open(f3623: &config::F3623) -> Result<Sink, String> {
         url: url.clone(),
         dial,
         token_file: token_file.clone(),
-        assume_height: *assume_height,
         timeout: timeout_s.unsigned_abs(),
     };
     posts.authorization()?;
@@ -110,7 +108,7 @@ impl Posts {
 
     /// Posts a second; how long to wait where it was not taken.
     async fn send(&self, second: &Second) -> Option<Duration> {
-        let (body, left_out) = observations(second.tracks(), &second.maker, self.assume_height);
+        let (body, left_out) = observations(second.tracks(), &second.maker);
         self.desk.left_out(left_out);
         let sent = async {
             let request = self.request(body)?;

@@ -78,3 +78,46 @@ fn packs_of_every_size_are_read_as_far_as_they_are_sound() {
         assert_eq!(counts(&read), (sound, faults), "{name}");
     }
 }
+
+#[test]
+fn positions_of_receivers_with_ids_and_stamps_are_all_read() {
+    let Some(folder) = folder() else { return };
+    // Two frames in turn, 1.4 km apart. The first one alone is half a position. In `mixed` two are copies within half a second.
+    for (name, positions, first, last) in [
+        (
+            "10-traffic213-radarcape-midnight/rc-20220622T235955Z.beast",
+            19,
+            "2022-06-22T23:59:55.500Z",
+            "2022-06-23T00:00:04.500Z",
+        ),
+        (
+            "11-readsb-e3/e3-20240916T120618Z.beast",
+            11,
+            "2024-09-16T12:06:18.500Z",
+            "2024-09-16T12:06:23.500Z",
+        ),
+        (
+            "11-readsb-e3/e4-20240916T120618Z.beast",
+            11,
+            "2024-09-16T12:06:18.500Z",
+            "2024-09-16T12:06:23.500Z",
+        ),
+        (
+            "11-readsb-e3/mixed-20240916T120618Z.beast",
+            13,
+            "2024-09-16T12:06:18.200Z",
+            "2024-09-16T12:06:24.000Z",
+        ),
+        (
+            "13-mlatclient12-avr/in-20160213T120000Z.avr",
+            5,
+            "2016-02-13T12:00:28.974Z",
+            "2016-02-13T12:00:30.974Z",
+        ),
+    ] {
+        let read = datagrams(folder.join(name));
+        let time = |datagram: &Datagram| datagram.received.unwrap().to_string();
+        let ends = read.first().zip(read.last()).map(|(first, last)| (time(first), time(last)));
+        assert_eq!((read.len(), ends), (positions, Some((first.to_owned(), last.to_owned()))), "{name}");
+    }
+}

@@ -38,6 +38,21 @@ fn position(system: u8, longitude: i32) -> Vec<u8> {
     frame(system, 33, 104, &contents)
 }
 
+/// Frames of pymavlink: ADSB_VEHICLE, OPEN_DRONE_ID_BASIC_ID and OPEN_DRONE_ID_LOCATION. The tests of `gateways::mavlink` have the
+/// calls that made them.
+const HEARD: [&str; 3] = [
+    "fd2600000009ecf600001d624000e0d0251f900d560260ac1100282370176aff9f00b004004b4c4d31303233000005010234",
+    "fd2c00000009ec643200000000000000000000000000000000000000000000000102313538314634464b44323239313030304134423213ca",
+    "fd3b00000009ec653200c8d4251f781156020000bf420000f0420000f4410010e144aa69e2046aff0000000000000000000000000000000000000000000002010b04030305f64d",
+];
+
+fn octets(digits: &str) -> Vec<u8> {
+    (0..digits.len())
+        .step_by(2)
+        .map(|at| u8::from_str_radix(&digits[at..at + 2], 16).expect("digits"))
+        .collect()
+}
+
 fn heartbeat(system: u8) -> Vec<u8> {
     frame(system, 0, 50, &[0, 0, 0, 0, 2, 3, 81, 4, 3])
 }
@@ -89,4 +104,19 @@ fn log_goes_on_behind_damage() {
     assert_eq!(positions.count(), 9);
     let lost = capture.gaps().octets + capture.skipped().count(SkipReason::Checksum);
     assert!(lost > 0, "the damage is counted");
+}
+
+#[test]
+fn log_gives_aircraft_and_remote_id_that_were_heard() {
+    let heard: Vec<u8> = HEARD.iter().zip(0..).flat_map(|(frame, at)| record(at, &octets(frame))).collect();
+    let log = [log().concat(), heard].concat();
+    let mut capture = open(&log).unwrap();
+    let datagrams: Vec<_> = capture.by_ref().map(Result::unwrap).collect();
+    let [vehicle, id, location] = &datagrams[10..] else { panic!("{}", datagrams.len()) };
+    assert_eq!((vehicle.payload[0], vehicle.contents), (21, Contents::Translated));
+    for line in [id, location] {
+        let text = std::str::from_utf8(&line.payload).unwrap();
+        assert!(text.contains("\"transmitter\":\"mavlink-9-236\"") && !text.contains("receiver"), "{text}");
+        assert!(text.contains("\"time\":\"2026-11-20T10:00:00.00"), "{text}");
+    }
 }

@@ -53,6 +53,31 @@ fn receiver(stream: Vec<u8>) -> u16 {
 }
 
 /// GLOBAL_POSITION_INT of a system, version 2.
+fn framed(number: u32, seed: u8, contents: &[u8]) -> Vec<u8> {
+    let [low, middle, high, _] = number.to_le_bytes();
+    let mut frame = vec![0xfd, contents.len() as u8, 0, 0, 0, 9, 1, low, middle, high];
+    frame.extend(contents);
+    let checksum = mavlink_core::calculate_crc(&frame[1..], seed);
+    frame.extend(checksum.to_le_bytes());
+    frame
+}
+
+/// ADSB_VEHICLE of ICAO address 4B1A2C at 52.3 N, 3.95 E.
+fn vehicle() -> Vec<u8> {
+    let mut contents = [0; 38];
+    contents[..4].copy_from_slice(&0x4b_1a2c_u32.to_le_bytes());
+    contents[4..8].copy_from_slice(&523_000_000_i32.to_le_bytes());
+    contents[8..12].copy_from_slice(&39_500_000_i32.to_le_bytes());
+    contents[22] = 1;
+    framed(246, 184, &contents)
+}
+
+/// OPEN_DRONE_ID_BASIC_ID with a serial number.
+fn open_drone_id() -> Vec<u8> {
+    let contents = [&[0; 22][..], &[1, 2], b"1581F4FKD2291000A4B2"].concat();
+    framed(12_900, 114, &contents)
+}
+
 fn mavlink(system: u8) -> Vec<u8> {
     let mut frame = vec![0xfd, 28, 0, 0, 1, system, 1, 33, 0, 0, 9, 9, 0, 0];
     for value in [522_500_000_i32, 39_000_000, 120_000, 50_000] {
@@ -147,6 +172,18 @@ sac = 70
 sic = 23
 connections = [{{ format = "mavlink", address = "127.0.0.1:{mavlink_port}", systems = [{{ system_id = 7, serial_number = "TEST-7", country = "NL" }}] }}]
 [[sensors]]
+kind = "adsb"
+id = "uplink"
+sac = 70
+sic = 26
+connections = [{{ format = "mavlink", address = "127.0.0.1:{mavlink_port}" }}]
+[[sensors]]
+kind = "remote-id"
+id = "fleet"
+sac = 70
+sic = 27
+connections = [{{ format = "mavlink", address = "127.0.0.1:{mavlink_port}" }}]
+[[sensors]]
 kind = "transponder"
 id = "relay"
 sac = 70
@@ -185,7 +222,7 @@ dir = "{}"
         received("roof") >= 3 && received("mast") >= 3 && received("relay") >= 3
     });
     wait_for("positions come by MAVLink", || {
-        for octets in [mavlink(7), mavlink(8), mavlink(7)[..20].to_vec()] {
+        for octets in [mavlink(7), mavlink(8), mavlink(7)[..20].to_vec(), vehicle(), open_drone_id()] {
             udp.send_to(&octets, ("127.0.0.1", mavlink_port)).unwrap();
         }
         received("range") >= 3
@@ -237,6 +274,10 @@ dir = "{}"
             );
         }
     }
+    assert!(of(26).all(|record| record["items"]["080"] == "4B1A2C") && of(26).count() > 0);
+    let is_fleet = |line: &&Value| line["transmitter"] == "mavlink-9-1";
+    let fleet: Vec<_> = recorded.iter().filter(is_fleet).collect();
+    assert!(!fleet.is_empty() && fleet.iter().all(|line| line.to_string().contains("1581F4FKD2291000A4B2")));
     let relayed: BTreeSet<&str> = of(25).filter_map(|record| record["items"]["040"].as_str()).collect();
     assert_eq!(relayed, BTreeSet::from(["RELAY-000001", "RELAY-000002"]));
     let drone = of(23).next().unwrap();

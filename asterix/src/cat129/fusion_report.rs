@@ -3,14 +3,19 @@
 use deku::DekuReader;
 use deku::reader::Reader;
 
+use super::whole_serial::{self, WholeSerial};
 use crate::Describe;
 use crate::bits::{self, nearest};
 use crate::item::words;
 use crate::record::{Forward, append};
-use crate::{Explicit, Field, Layout};
+use crate::{Explicit, Field, Form, Kind, Layout};
 
 /// Marks the layout: the letters `UF` and version 1.
 const MAGIC: [u8; 3] = *b"UF\x01";
+/// Version 2: as version 1, with the whole serial number behind it.
+pub(super) const MAGIC_WITH_SERIAL: [u8; 3] = *b"UF\x02";
+/// Octets of version 1.
+pub(super) const OCTETS: usize = 21;
 
 /// Which sensors a point comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -98,7 +103,7 @@ impl Flags {
     }
 }
 
-/// The special purpose field of an output point, layout `UF` version 1.
+/// The special purpose field of an output point, layout `UF` version 1. Version 2 has a [`WholeSerial`] behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FusionReport {
     /// Which sensors contribute.
@@ -144,19 +149,43 @@ words! {
 }
 
 impl Describe for FusionReport {
-    const LAYOUT: Layout = Layout::Explicit(crate::Contents::Known("uf", Self::FIELDS));
+    const LAYOUT: Layout = Layout::Explicit(crate::Contents::Known(&[
+        Form { key: "uf", fields: Self::FIELDS },
+        Form { key: "uf", fields: &WITH_SERIAL },
+        Form { key: "uf", fields: WholeSerial::FIELDS },
+    ]));
 }
+
+/// The fields of version 2.
+const WITH_SERIAL: [Field; FusionReport::FIELDS.len() + 1] = {
+    const LAST: usize = FusionReport::FIELDS.len();
+    let mut fields = [whole_serial::FIELD; LAST + 1];
+    let mut at = 1;
+    while at < LAST {
+        fields[at] = FusionReport::FIELDS[at];
+        at += 1;
+    }
+    fields[0] = Field::new("magic", 24, Kind::Constant(bits::get(&MAGIC_WITH_SERIAL, 0, 24)));
+    fields
+};
 
 impl FusionReport {
     /// The fields, from the first octet after the length octet. The source is 1 fused, 2 radar, 3 transponder.
     pub const FIELDS: &'static [Field] = Contents::FIELDS;
 
-    /// Reads a special purpose field. `None` for another magic, version or length, or a source that this version does not
-    /// name: such a field is somebody else's, or of another version, and stays as it is. The spare octet is not looked at.
+    /// Reads a special purpose field of version 1 or 2. `None` for another magic, version or length, or a source that these
+    /// versions do not name: such a field has another layout and stays as it is. The spare octet is not
+    /// looked at.
     pub fn read(field: &Explicit) -> Option<Self> {
-        let mut octets = Forward(field.contents());
+        let magic = *field.contents().first_chunk()?;
+        let octets = match magic {
+            MAGIC => field.contents(),
+            MAGIC_WITH_SERIAL => field.contents().strip_suffix(WholeSerial::read(field)?.octets())?,
+            _ => return None,
+        };
+        let mut octets = Forward(octets);
         let words = Contents::from_reader_with_ctx(&mut Reader::new(&mut octets), ()).ok()?;
-        if words.magic != MAGIC || !octets.0.is_empty() {
+        if words.magic != magic || !octets.0.is_empty() {
             return None;
         }
         Some(Self {
@@ -176,10 +205,23 @@ impl FusionReport {
         })
     }
 
-    /// The special purpose field that says this.
+    /// The special purpose field that says this, of version 1.
     pub fn to_field(&self) -> Explicit {
+        Explicit::new(&self.contents(MAGIC)).expect("21 octets fit a special purpose field")
+    }
+
+    /// The special purpose field of version 2: this, and a serial number of more than 12 octets.
+    pub fn to_field_with(&self, serial: &WholeSerial) -> Explicit {
+        let mut contents = [0; OCTETS + WholeSerial::OCTETS];
+        let (report, rest) = contents.split_at_mut(OCTETS);
+        report.copy_from_slice(&self.contents(MAGIC_WITH_SERIAL));
+        rest.copy_from_slice(serial.octets());
+        Explicit::new(&contents).expect("41 octets fit a special purpose field")
+    }
+
+    fn contents(&self, magic: [u8; 3]) -> [u8; OCTETS] {
         let words = Contents {
-            magic: MAGIC,
+            magic,
             source: match self.source {
                 Source::Fused => 1,
                 Source::Radar => 2,
@@ -194,8 +236,8 @@ impl FusionReport {
             uav_probability: self.uav_probability.0,
             spare: 0,
         };
-        let mut contents = [0; 21];
+        let mut contents = [0; OCTETS];
         append(&words, &mut contents[..]);
-        Explicit::new(&contents).expect("21 octets fit a special purpose field")
+        contents
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod fusion_report;
 mod items;
+mod whole_serial;
 
 use deku::DekuReader;
 
@@ -15,6 +16,7 @@ pub use items::{
     Altitude, CertificationCategory, DataDestination, GnssAccuracy, HorizontalVelocity, OperationalRisk,
     RiskCategories, VerticalVelocity,
 };
+pub use whole_serial::WholeSerial;
 
 record! {
     /// A CAT129 record: the items in the order of [`UAP`]; an absent item is `None`.
@@ -42,7 +44,7 @@ record! {
         /// In the length it was read with.
         may 12 "120" "Operational Risk" operational_risk: OperationalRisk
             = |reader| OperationalRisk::from_reader_with_ctx(reader, (long_risk,));
-        /// [`FusionReport`] is one layout of it.
+        /// [`FusionReport`] and [`WholeSerial`] are layouts of it.
         may 13 "SP" "Special Purpose Field" special_purpose: Explicit as FusionReport;
         may 14 "185" "Horizontal Velocity" horizontal_velocity: HorizontalVelocity;
         may 15 "220" "Vertical Velocity" vertical_velocity: VerticalVelocity;

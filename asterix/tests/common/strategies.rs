@@ -122,8 +122,9 @@ pub fn item_octets(layout: Layout) -> BoxedStrategy<Vec<u8>> {
                 .boxed()
         }
         Layout::Explicit(Contents::Opaque) => anything.boxed(),
-        Layout::Explicit(Contents::Known(_, fields)) => {
-            prop_oneof![anything, field_octets(fields).prop_map(|contents| explicit(&contents))].boxed()
+        Layout::Explicit(Contents::Known(forms)) => {
+            let form = prop::sample::select(forms).prop_flat_map(|form| field_octets(form.fields));
+            prop_oneof![anything, form.prop_map(|contents| explicit(&contents))].boxed()
         }
         Layout::Explicit(Contents::Expansion(subfields)) => {
             prop_oneof![anything, expansion_octets(subfields)].boxed()

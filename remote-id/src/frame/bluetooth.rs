@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::{Advertisement, NotHeard, Transport, at_least_one};
+use super::{Advertisement, Link, NotHeard, Transport, at_least_one};
 
 /// Service data of UUID 0xFFFA (ASTM), application code of Remote ID.
 const SERVICE: [u8; 3] = [0xfa, 0xff, 0x0d];
@@ -12,6 +12,10 @@ const SERVICE_DATA: u8 = 0x16;
 const ADVERTISING: [u8; 4] = [0xd6, 0xbe, 0x89, 0x8e];
 const ADDRESS: usize = 6;
 const CHECKSUM: usize = 3;
+/// Octets of further fields of an extended header.
+const CTE_INFO: usize = 1;
+const ADI: usize = 2;
+const AUX_POINTER: usize = 3;
 
 /// In front of the access address: of the capture program, then of the radio (its flags second).
 const NORDIC_HEADER: usize = 17;
@@ -34,8 +38,48 @@ const RADIO_CODED: u16 = 0x8000;
 const LEGACY: [u8; 4] = [0, 2, 4, 6];
 const EXTENDED: u8 = 7;
 
+/// Advertising data, or a part of them.
+#[derive(Clone, Copy)]
+pub(super) struct Part<'a> {
+    /// Address of the advertiser; a packet that continues others has none.
+    pub(super) address: Option<[u8; ADDRESS]>,
+    /// Identifies the advertising data among those of other advertisers and of other times.
+    pub(super) set: Option<u16>,
+    /// Whether a further packet or report continues the data.
+    pub(super) has_more: bool,
+    /// Whether the data may continue those of a part with the same address.
+    pub(super) may_continue: bool,
+    pub(super) data: &'a [u8],
+}
+
+/// The parts of a frame, and whether it is cut; `None` for a link that is not Bluetooth.
+pub(super) fn parts(link: Link, frame: &[u8]) -> Result<Option<(Vec<Part<'_>>, bool)>, NotHeard> {
+    let one = |part| (vec![part], false);
+    Ok(Some(match link {
+        Link::Radiotap | Link::Ieee80211 => return Ok(None),
+        Link::NordicBle => one(nordic(frame)?),
+        Link::LeLinkLayer => one(link_layer(frame)?),
+        Link::LeRadio => one(radio(frame)?),
+        Link::Hci => hci(frame)?,
+        Link::HciDirection => hci(frame.get(4..).ok_or(NotHeard::Cut)?)?,
+        Link::HciMonitor => monitor(frame)?,
+    }))
+}
+
+/// The advertisements of a frame alone.
+pub(super) fn advertisements(link: Link, frame: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+    let (parts, is_cut) = parts(link, frame)?.ok_or(NotHeard::Other)?;
+    let mut found = Vec::new();
+    for Part { address, data, .. } in parts {
+        if let Some(address) = address {
+            service_data(&mut found, address, data);
+        }
+    }
+    at_least_one(found, is_cut)
+}
+
 /// A packet of the nRF sniffer.
-pub(super) fn nordic(frame: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+fn nordic(frame: &[u8]) -> Result<Part<'_>, NotHeard> {
     let flags = *frame.get(NORDIC_FLAGS).ok_or(NotHeard::Cut)?;
     if flags & NORDIC_CHECKSUM_GOOD == 0 {
         return Err(NotHeard::Damaged);
@@ -45,14 +89,14 @@ pub(super) fn nordic(frame: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
 }
 
 /// A packet from its access address to its checksum.
-pub(super) fn link_layer(frame: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+fn link_layer(frame: &[u8]) -> Result<Part<'_>, NotHeard> {
     let (whole, packet) = advertising(frame, 0, false)?;
     checked(whole)?;
     one(packet)
 }
 
 /// The same behind a header about the radio.
-pub(super) fn radio(frame: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+fn radio(frame: &[u8]) -> Result<Part<'_>, NotHeard> {
     let flags = frame.get(RADIO_FLAGS..RADIO_HEADER).ok_or(NotHeard::Cut)?;
     let flags = u16::from_le_bytes([flags[0], flags[1]]);
     let (whole, packet) = advertising(frame, RADIO_HEADER, flags & RADIO_PHY == RADIO_CODED)?;
@@ -103,47 +147,82 @@ fn checked(packet: &[u8]) -> Result<(), NotHeard> {
     if register == sent { Ok(()) } else { Err(NotHeard::Damaged) }
 }
 
-/// The advertisement of a packet from its header on, without its checksum.
-fn one(packet: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+/// The data of a packet from its header on, without its checksum.
+fn one(packet: &[u8]) -> Result<Part<'_>, NotHeard> {
     let [kind, _, body @ ..] = packet else { return Err(NotHeard::Cut) };
     let kind = kind & 0xf;
-    let (address, data) = if LEGACY.contains(&kind) {
-        body.split_at_checked(ADDRESS).ok_or(NotHeard::Cut)?
-    } else if kind == EXTENDED {
-        let [header_length, rest @ ..] = body else { return Err(NotHeard::Cut) };
-        let length = usize::from(header_length & 0x3f);
-        let (header, data) = rest.split_at_checked(length).ok_or(NotHeard::Cut)?;
-        let [fields, header @ ..] = header else { return Err(NotHeard::Other) };
-        // The advertiser's address, where there is one, stands first.
-        if fields & 1 == 0 {
-            return Err(NotHeard::Other);
-        }
-        (header.get(..ADDRESS).ok_or(NotHeard::Cut)?, data)
-    } else {
+    if LEGACY.contains(&kind) {
+        let (address, data) = body.split_first_chunk().ok_or(NotHeard::Cut)?;
+        let address = Some(backwards(*address));
+        return Ok(Part { address, set: None, has_more: false, may_continue: false, data });
+    }
+    if kind != EXTENDED {
         return Err(NotHeard::Other);
+    }
+    let [header_length, rest @ ..] = body else { return Err(NotHeard::Cut) };
+    let length = usize::from(header_length & 0x3f);
+    let (header, data) = rest.split_at_checked(length).ok_or(NotHeard::Cut)?;
+    let [fields, header @ ..] = header else { return Err(NotHeard::Other) };
+    // The flags say which fields are there; they stand in this order.
+    let mut rest = header;
+    let mut field = |flag: u8, octets: usize| {
+        if fields & flag == 0 {
+            return Ok(None);
+        }
+        let (field, behind) = rest.split_at_checked(octets).ok_or(NotHeard::Cut)?;
+        rest = behind;
+        Ok(Some(field))
     };
-    let mut found = Vec::new();
-    service_data(&mut found, address, data);
-    at_least_one(found, false)
+    let address = field(1, ADDRESS)?.and_then(|address| address.try_into().ok()).map(backwards);
+    field(1 << 1, ADDRESS)?;
+    field(1 << 2, CTE_INFO)?;
+    let set = field(1 << 3, ADI)?.and_then(|adi| adi.try_into().ok()).map(u16::from_le_bytes);
+    let has_more = field(1 << 4, AUX_POINTER)?.is_some();
+    // A packet with neither is of an advertiser that remains unknown.
+    if address.is_none() && set.is_none() {
+        return Err(NotHeard::Other);
+    }
+    Ok(Part { address, set, has_more, may_continue: false, data })
 }
 
-/// Adds the advertisements in advertising data: length, kind, contents each. The address stands backwards. A structure that
-/// goes on in a further packet is taken as far as it is there.
-fn service_data<'a>(found: &mut Vec<Advertisement<'a>>, address: &[u8], mut structures: &'a [u8]) {
-    let mut transmitter = [0; ADDRESS];
-    transmitter.iter_mut().zip(address.iter().rev()).for_each(|(to, from)| *to = *from);
-    while let &[length, ref rest @ ..] = structures
-        && length > 0
-    {
-        let (contents, behind) = rest.split_at(usize::from(length).min(rest.len()));
-        if let [SERVICE_DATA, data @ ..] = contents
-            && let Some([counter, octets @ ..]) = data.strip_prefix(&SERVICE)
+fn backwards(mut address: [u8; ADDRESS]) -> [u8; ADDRESS] {
+    address.reverse();
+    address
+}
+
+/// Adds the advertisements in advertising data. A structure that goes on in a further packet is taken as far as it is there.
+pub(super) fn service_data<'a>(
+    found: &mut Vec<Advertisement<'a>>,
+    transmitter: [u8; ADDRESS],
+    data: &'a [u8],
+) {
+    found.extend(remote_ids(data).map(|(counter, octets)| {
+        let (transport, octets) = (Transport::Bluetooth, Cow::Borrowed(octets));
+        Advertisement { transport, transmitter, counter, octets }
+    }));
+}
+
+/// Counter and octets of the first Remote ID in advertising data.
+pub(super) fn remote_id_of(data: &[u8]) -> Option<(u8, &[u8])> {
+    remote_ids(data).next()
+}
+
+/// Counter and octets of each Remote ID in advertising data: length, kind, contents each.
+fn remote_ids(mut structures: &[u8]) -> impl Iterator<Item = (u8, &[u8])> {
+    std::iter::from_fn(move || {
+        while let &[length, ref rest @ ..] = structures
+            && length > 0
         {
-            let (transport, octets) = (Transport::Bluetooth, Cow::Borrowed(octets));
-            found.push(Advertisement { transport, transmitter, counter: *counter, octets });
+            let (contents, behind) = rest.split_at(usize::from(length).min(rest.len()));
+            structures = behind;
+            if let [SERVICE_DATA, data @ ..] = contents
+                && let Some([counter, octets @ ..]) = data.strip_prefix(&SERVICE)
+            {
+                return Some((*counter, octets));
+            }
         }
-        structures = behind;
-    }
+        None
+    })
 }
 
 /// Indicator of an HCI packet that is an event.
@@ -155,14 +234,19 @@ const LE_META: u8 = 0x3e;
 const REPORT: u8 = 0x02;
 const EXTENDED_REPORT: u8 = 0x0d;
 
+/// In an extended report: bits of its kind that say whether the data are whole, and that they go on; and the place of the set.
+const DATA_STATUS: u8 = 0b110_0000;
+const GOES_ON: u8 = 0b010_0000;
+const SET: usize = 11;
+
 /// A packet of the Linux monitor: adapter, opcode, then as that says.
-pub(super) fn monitor(frame: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+fn monitor(frame: &[u8]) -> Result<(Vec<Part<'_>>, bool), NotHeard> {
     let [_, _, high, low, packet @ ..] = frame else { return Err(NotHeard::Cut) };
     if u16::from_be_bytes([*high, *low]) == MONITOR_EVENT { event(packet) } else { Err(NotHeard::Other) }
 }
 
 /// An HCI packet with its indicator.
-pub(super) fn hci(packet: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+fn hci(packet: &[u8]) -> Result<(Vec<Part<'_>>, bool), NotHeard> {
     match packet {
         [EVENT, event_packet @ ..] => event(event_packet),
         [] => Err(NotHeard::Cut),
@@ -170,8 +254,8 @@ pub(super) fn hci(packet: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
     }
 }
 
-/// The advertisements of an event: code, length, then of an LE event what it is about and the number of its reports.
-fn event(packet: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
+/// The parts of an event, and whether it is cut: code, length, then of an LE event what it is about and the number of its reports.
+fn event(packet: &[u8]) -> Result<(Vec<Part<'_>>, bool), NotHeard> {
     let [code, length, parameters @ ..] = packet else { return Err(NotHeard::Cut) };
     if *code != LE_META {
         return Err(NotHeard::Other);
@@ -196,8 +280,16 @@ fn event(packet: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
             is_cut = true;
             break;
         };
-        service_data(&mut found, &reports[before..before + ADDRESS], data);
+        let address = reports[before..].first_chunk().map(|address| backwards(*address));
+        let is_extended = *about == EXTENDED_REPORT;
+        found.push(Part {
+            address,
+            set: is_extended.then(|| reports[SET].into()),
+            has_more: is_extended && reports[0] & DATA_STATUS == GOES_ON,
+            may_continue: is_extended,
+            data,
+        });
         reports = behind;
     }
-    at_least_one(found, is_cut)
+    Ok((found, is_cut))
 }

@@ -118,3 +118,55 @@ fn height_limit_in_plain_geojson_is_refused() {
     let text = file(&[feature(square(10.0, 50.0, 11.0, 51.0), described)]).to_string();
     assert_eq!(areas(&text, &alert(|_| {})).zones().count(), 1);
 }
+
+/// A zone as Estonia publishes it: ED-269 within the properties of a feature.
+fn estonian(coordinates: Value, applicability: Value) -> Value {
+    let mut zone = feature(
+        coordinates,
+        json!({
+            "identifier": "EE902", "country": "EST", "name": "Sanctuary", "type": "COMMON",
+            "restriction": "PROHIBITED", "reason": "Nature", "extendedProperties": {},
+            "geometry": {
+                "uomDimensions": "FT", "lowerLimit": 0, "lowerVerticalReference": "AGL",
+                "upperLimit": 1000, "upperVerticalReference": "AGL"
+            },
+            "lower": "SFC", "lowerMeters": 0, "upper": "1000 FT AGL", "upperMeters": 305, "hidden": false
+        }),
+    );
+    zone["properties"]["applicability"] = applicability;
+    zone
+}
+
+#[test]
+fn ed269_zone_in_geojson_properties_has_its_limits() {
+    let always = json!([{ "permanent": "YES", "schedule": [] }]);
+    let zone = estonian(square(25.0, 58.8, 25.1, 58.9), always.clone());
+    // The whole Earth but the country: its outer ring goes along the poles.
+    let earth = square(-180.0, -90.0, 180.0, 90.0)[0].clone();
+    let country = square(22.0, 57.5, 28.0, 59.7)[0].clone();
+    let abroad = estonian(json!([earth, country]), always);
+    let ground = |area: &mut AlertArea| area.ground_m = Some(50.0);
+    let alerts = areas(&file(&[zone, abroad]).to_string(), &alert(ground)).alerts();
+    let count = |longitude_deg, latitude_deg, height_m| {
+        alerts.around(visitor(longitude_deg, latitude_deg, Some(height_m)), 0.0).len()
+    };
+    assert_eq!(
+        [count(25.05, 58.85, 300.0), count(25.05, 58.85, 500.0)],
+        [1, 0],
+        "up to 1000 ft above ground"
+    );
+    assert_eq!([count(25.5, 58.85, 300.0), count(10.0, 50.0, 300.0)], [0, 1]);
+    // Limits that are not understood are refused by member.
+    for (change, part) in [
+        (json!({ "permanent": "MAYBE" }), "permanent"),
+        (json!({ "permanent": "NO", "schedule": [] }), "no time is given"),
+    ] {
+        let zone = estonian(square(25.0, 58.8, 25.1, 58.9), json!([change]));
+        let problem = refusal(&file(&[zone]).to_string(), &alert(ground));
+        assert!(problem.contains("zone 1 (\"EE902\")") && problem.contains(part), "{problem}");
+    }
+    let mut layered = estonian(square(25.0, 58.8, 25.1, 58.9), json!([{ "permanent": "YES" }]));
+    layered["properties"]["geometry"]["floor"] = json!(3);
+    let problem = refusal(&file(&[layered]).to_string(), &alert(ground));
+    assert!(problem.contains("floor"), "{problem}");
+}

@@ -188,9 +188,13 @@ fn connections() {
         (with("remote-id", "format = \"http\", topic = \"a\""), "only a connection with format = \"mqtt\""),
         (with("adsb", "format = \"http\""), "belongs to a sensor with kind = \"remote-id\""),
         (mavlink(""), "no drone would be known"),
+        (
+            with("adsb", &format!("format = \"mavlink\", address = \"0.0.0.0:14550\", systems = [{drone}]")),
+            "remove systems",
+        ),
         (mavlink(&format!("{drone}, {drone}")), "the same system_id"),
         (mavlink("{ system_id = 0, serial_number = \"A\" }"), "1 to 255"),
-        (mavlink("{ system_id = 1, serial_number = \"1234567890123\" }"), "1 to 12 printable"),
+        (mavlink("{ system_id = 1, serial_number = \"123456789012345678901\" }"), "1 to 20 printable"),
         (mavlink("{ system_id = 1, serial_number = \"A\", country = \"nl\" }"), "two capital letters"),
     ] {
         let errors = parse(&BASE.replace(kind, &text)).unwrap_err();
@@ -199,9 +203,14 @@ fn connections() {
         assert!(shown.contains("sensors[1].connections") && shown.contains(message), "{text}: {shown}");
     }
     let http = with("remote-id", "format = \"http\"");
-    for text in
-        [adsb("127.0.0.1:30005"), http, mqtt("\"mqtts://[::1]:8884/\", ca = \"a.pem\""), mavlink(drone)]
-    {
+    let heard = with("remote-id", "format = \"mavlink\", address = \"0.0.0.0:14550\"");
+    for text in [
+        adsb("127.0.0.1:30005"),
+        http,
+        mqtt("\"mqtts://[::1]:8884/\", ca = \"a.pem\""),
+        mavlink(drone),
+        heard,
+    ] {
         let config = parse(&BASE.replace(kind, &text)).unwrap();
         let again = parse(&config.to_string()).unwrap();
         assert_eq!(again.sensors, config.sensors, "what is shown reads back");

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use asterix::cat129::fusion_report::Source;
-use asterix::cat129::{Altitude, FusionReport, Record};
+use asterix::cat129::{Altitude, FusionReport, Record, WholeSerial};
 use asterix::{Record as _, blocks};
 use jiff::SignedDuration;
 use jiff::civil::Date;
@@ -78,7 +78,10 @@ fn flags(flags: asterix::cat129::fusion_report::Flags) -> Flags {
 /// as `[output] serial` may have it, or blank, as that of an aircraft without one.
 fn identity(record: &Record, report: &FusionReport) -> Option<String> {
     report.transponder?;
-    let name = serial_text(Identity::new(&record.serial_number?, None)?);
+    let serial_number = record.serial_number?;
+    let whole = record.special_purpose.as_ref().and_then(WholeSerial::read);
+    let serial = whole.as_ref().map_or(&serial_number[..], |whole| whole.octets());
+    let name = serial_text(Identity::new(serial, None)?);
     (name.parse() != Ok(report.track_number)).then_some(name)
 }
 

@@ -24,6 +24,11 @@ const CODE_NS: i64 = 60 * SECOND;
 const FASTEST_M_S: f64 = 514.4;
 /// Distance between two places that needs no speed, metres.
 const SLACK_M: f64 = 1000.0;
+/// Error of the time between two positions, seconds: the ways from several receivers take different times.
+const TIME_ERROR_S: f64 = 1.0;
+/// Longest time for which the frame before, of the same parity, is a copy by another receiver: an aircraft sends one every 0.8 s
+/// at most.
+const COPY_NS: i64 = SECOND / 2;
 /// Farthest that a receiver hears an aircraft, metres: 360 NM.
 const FARTHEST_M: f64 = 666_720.0;
 /// Metres in a foot.
@@ -34,6 +39,8 @@ const KNOT_M_S: f64 = 1852.0 / 3600.0;
 /// Why a position gives no record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Unplaced {
+    /// The frame before, again.
+    Copy,
     /// Neither a frame of the other parity nor a place nearby was there.
     Alone,
     /// Nothing flies like this, or is heard from there.
@@ -120,6 +127,10 @@ impl Aircraft {
     ) -> Result<Place, Unplaced> {
         let ground = usize::from(position.on_ground);
         let (frame, odd) = (position.place, usize::from(position.place.odd));
+        let is_copy = |(before, then): (Compact, Time)| before == frame && apart(at, then) < COPY_NS;
+        if self.frames[ground][odd].is_some_and(is_copy) {
+            return Err(Unplaced::Copy);
+        }
         let partner = self.frames[ground][1 - odd].filter(|(_, then)| apart(at, *then) <= PAIR_NS[ground]);
         self.frames[ground][odd] = Some((frame, at));
         let before = self.placed.filter(|(_, then)| apart(at, *then) <= REFERENCE_NS);
@@ -137,7 +148,7 @@ impl Aircraft {
             return Err(Unplaced::Implausible);
         }
         let fits = |(other, then): (Place, Time)| {
-            let seconds = apart(at, then) as f64 / SECOND as f64;
+            let seconds = apart(at, then) as f64 / SECOND as f64 + TIME_ERROR_S;
             cpr::distance_m(other, place) <= SLACK_M + FASTEST_M_S * seconds
         };
         if !before.is_none_or(fits) {

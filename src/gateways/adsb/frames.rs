@@ -24,8 +24,12 @@ pub enum Message {
     /// The receiver's position (kind `5`).
     ReceiverPlace,
     /// The identity of the receiver that the next frame, or the whole stream, comes from (kinds e3 and e4 of readsb).
-    ReceiverId,
+    ReceiverId(ReceiverId),
 }
+
+/// Identity of a receiver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ReceiverId(pub u128);
 
 /// A frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -171,15 +175,23 @@ impl Deframer {
         }
         self.state = State::Outside;
         let stamp = self.held[..6].iter().fold(0, |stamp, octet| stamp << 8 | u64::from(*octet));
+        // A number, or a UUID in hexadecimal with hyphens.
+        let id = || match kind {
+            0xe3 => self.held[..ID].iter().fold(0, |id, octet| id << 8 | u128::from(*octet)),
+            _ => {
+                let digits = self.held[..UUID].iter().filter_map(|digit| char::from(*digit).to_digit(16));
+                digits.fold(0, |id, digit| id << 4 | u128::from(digit))
+            }
+        };
         let message = match (kind, &self.held[HEADER..LONGEST]) {
             (b'1', _) => Message::ModeAc,
             (b'2', octets) => Message::Short(*octets.first_chunk()?),
             (b'3', octets) => Message::Long(*octets.first_chunk()?),
             (b'4', octets) => Message::Status(*octets.first_chunk()?),
             (b'5', _) => Message::ReceiverPlace,
-            _ => Message::ReceiverId,
+            _ => Message::ReceiverId(ReceiverId(id())),
         };
-        let has_stamp = !matches!(message, Message::ReceiverPlace | Message::ReceiverId);
+        let has_stamp = !matches!(message, Message::ReceiverPlace | Message::ReceiverId(_));
         let stamp = (has_stamp && stamp != 0 && stamp != NO_STAMP).then_some(stamp);
         Some(Piece::Frame(Frame { stamp, message }))
     }
@@ -295,7 +307,9 @@ mod tests {
         let place = [&[ESCAPE, b'5'], &[7_u8; 21][..]].concat();
         let (found, outside) = pieces(Framing::Beast, &[id, uuid, place].concat());
         let piece = |message| Piece::Frame(Frame { stamp: None, message });
-        let expected = [Message::ReceiverId, Message::ReceiverId, Message::ReceiverPlace].map(piece);
+        let number = Message::ReceiverId(ReceiverId(0x0102_031a_0404_0404));
+        let uuid = Message::ReceiverId(ReceiverId(0x3836_6a5c_c54f_4256_bd0a_1557_961f_5ad0));
+        let expected = [number, uuid, Message::ReceiverPlace].map(piece);
         assert_eq!((found, outside), (expected.to_vec(), 0));
     }
 

@@ -27,7 +27,7 @@ use fusion::time::{SECOND, Time};
 use self::aircraft::{Aircraft, Unplaced};
 pub use self::cpr::Place;
 pub(crate) use self::frames::BODY_MOST;
-pub use self::frames::{Deframer, Frame, Framing, Message, Piece, STAMP_HZ};
+pub use self::frames::{Deframer, Frame, Framing, Message, Piece, ReceiverId, STAMP_HZ};
 use self::squitter::{NotAdsb, Says, Squitter};
 use super::Dropped;
 
@@ -53,7 +53,7 @@ pub enum Reason {
     ReceiverId,
     /// `mode_s_reply`: an answer to an interrogator, or what else is no squitter of an aircraft.
     ModeS,
-    /// `copy`: stamp and octets of a frame shortly before.
+    /// `copy`: stamp and octets of a frame shortly before, or a position that another receiver has brought.
     Copy,
     /// `damaged`: its parity does not fit.
     Damaged,
@@ -206,7 +206,7 @@ impl Translator {
         let message = match &frame.message {
             Message::ModeAc => return Err(Reason::ModeAc),
             Message::Status(_) | Message::ReceiverPlace => return Err(Reason::Receiver),
-            Message::ReceiverId => return Err(Reason::ReceiverId),
+            Message::ReceiverId(_) => return Err(Reason::ReceiverId),
             Message::Short(_) => return Err(Reason::ModeS),
             Message::Long(message) => message,
         };
@@ -225,6 +225,7 @@ impl Translator {
             return Ok(Step::Noted);
         };
         let place = aircraft.place(position, received, receiver).map_err(|reason| match reason {
+            Unplaced::Copy => Reason::Copy,
             Unplaced::Alone => Reason::Alone,
             Unplaced::Implausible => Reason::Implausible,
         })?;

@@ -272,3 +272,25 @@ proptest! {
         prop_assert_eq!(of_others(run(true)), expected);
     }
 }
+
+#[test]
+fn positions_of_several_receivers_are_late_and_count_once() {
+    // Two receivers whose ways take 0.1 and 0.9 s: at 250 m/s, positions come out of order.
+    let place = |seconds: f64| [50.0 + 250.0 * seconds / 111_195.0, 8.0];
+    let sent: Vec<f64> = (0..40).map(|count| f64::from(count) * 0.5).collect();
+    let message = |seconds: f64| squitter(0x8d, 7, airborne(place(seconds), (2.0 * seconds) as u64 % 2 == 1));
+    let mut messages: Vec<_> = sent.iter().map(|seconds| (seconds + 0.1, message(*seconds))).collect();
+    messages.extend(sent.iter().map(|seconds| (seconds + 0.3, message(*seconds))));
+    messages.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (_, counts) = translated(Framing::Beast, None, &messages);
+    assert_eq!(counts.dropped.to_string(), "40 copy, 1 no_pair");
+    // Each one hears one parity only, and one of them is late.
+    let late = |seconds: f64| if (2.0 * seconds) as u64 % 2 == 1 { 0.05 } else { 0.95 };
+    let fast = |seconds: f64| [50.0 + 2.0 * 700.0 * (2.0 * seconds % 2.0) / 111_195.0, 8.0];
+    let message = |seconds: f64| squitter(0x8d, 7, airborne(fast(seconds), (2.0 * seconds) as u64 % 2 == 1));
+    let mut messages: Vec<_> =
+        sent.iter().map(|seconds| (seconds + late(*seconds), message(*seconds))).collect();
+    messages.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (_, counts) = translated(Framing::Beast, None, &messages);
+    assert_eq!(counts.dropped.to_string(), "1 no_pair");
+}

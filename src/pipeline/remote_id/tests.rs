@@ -61,6 +61,31 @@ fn a_position_is_whose_its_transmitter_lately_said_it_is() {
 }
 
 #[test]
+fn position_without_time_is_repeated_for_half_a_second() {
+    let mut transmitters = Transmitters::default();
+    let mut hear = |octets: &[u8], tenths: i64| {
+        let now = Time::from_nanos(at(0).nanos() + tenths * SECOND / 10);
+        transmitters.hear(&from("aa", octets), now).remove(0)
+    };
+    let unstamped = location(u16::MAX);
+    let mut elsewhere = unstamped.clone();
+    elsewhere[5] ^= 1;
+    let repeated = Said::Unused(Refusal::Repeated);
+    hear(&basic(IdType::Registration, b"FR1"), 0);
+    let is_position = |said: &Said| matches!(said, Said::Position(..));
+    assert!(is_position(&hear(&unstamped, 0)));
+    assert_eq!(hear(&unstamped, 5), repeated);
+    assert!(is_position(&hear(&unstamped, 10)), "it hovers");
+    assert!(is_position(&hear(&unstamped, 20)));
+    assert!(is_position(&hear(&elsewhere, 30)));
+    assert_eq!(hear(&unstamped, 40), repeated, "a late copy of the place before");
+    // One that says when is the same report.
+    hear(&basic(IdType::Registration, b"FR1"), 45);
+    assert!(is_position(&hear(&location(1), 50)));
+    assert_eq!(hear(&location(1), 60), repeated);
+}
+
+#[test]
 fn a_pack_says_who_it_is_before_or_behind_where_it_is() {
     let mut pack = vec![0xf2, LENGTH as u8, 2];
     pack.extend(location(1));

@@ -89,20 +89,6 @@ fn a_second_is_a_post_with_the_token_that_is_in_the_file_then() {
 }
 
 #[test]
-fn where_a_height_may_be_assumed_nobody_is_left_out() {
-    let receiver = Receiver::start(&[]);
-    let mut site = Site::open(&sink(receiver.port, "assume_height = true"));
-    let frame = without_a_height(3);
-    site.writer.publish(frame.clone());
-    let seen = observations(&receiver.next());
-    assert_eq!(seen.len(), tracks(&frame).len());
-    let unknown = seen.last().unwrap();
-    assert!(unknown["metadata"].get("alt").is_none(), "it is said that the height is not known: {unknown}");
-    assert_eq!(site.counts("f3623:sdsp").left_out, 0);
-    site.close();
-}
-
-#[test]
 fn what_is_refused_fails_or_waits_is_counted_and_the_newest_is_posted_then() {
     let receiver =
         Receiver::start(&[Say::Status(401, ""), Say::Nothing, Say::Status(503, "Retry-After: 1\r\n")]);

@@ -100,6 +100,9 @@ pub fn all() -> Vec<Vec<u8>> {
         ours_with(5, &[0xff; 16]),
         ours_with(5, &[0; 17]),
         ours_with(20, &[254, 0xff]),
+        // With a whole serial number behind it, and one alone.
+        with(13, &[&[42, b'U', b'F', 2], &OURS[4..], &b"1581F4FKD2291000A4  "[..]].concat()),
+        with(13, &[&[24, b'U', b'F', 3][..], b"1581F4FKD2291000A4B2"].concat()),
         // FSPECs that are longer than need be.
         block(&[0x81, 0x00, 25, 7]),
         block(&[0x81, 1, 1, 1, 1, 1, 1, 0, 25, 7]),

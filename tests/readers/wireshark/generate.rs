@@ -28,8 +28,8 @@ fn items() -> String {
             Layout::Fields(fields @ [field]) if field.key.is_empty() => ("value", fields, String::new()),
             Layout::Fields(fields) => ("fields", fields, String::new()),
             Layout::OneOrThree(fields) => ("one_or_three", fields, String::new()),
-            Layout::Explicit(Contents::Known(key, fields)) => {
-                ("explicit", fields, format!(", known = {key:?}, known_title = \"of the fusion service\""))
+            Layout::Explicit(Contents::Known(_)) => {
+                ("explicit", &[][..], ", known_title = \"of the fusion service\"".to_owned())
             }
             other => panic!("the dissector knows no {other:?}"),
         };
@@ -41,7 +41,19 @@ fn items() -> String {
         for field in fields {
             let _ = writeln!(out, "        {{ {} }},", part(item, field));
         }
-        out.push_str("    } },\n");
+        out.push_str("    }");
+        if let Layout::Explicit(Contents::Known(forms)) = item.layout {
+            out.push_str(", forms = {\n");
+            for form in forms {
+                let _ = writeln!(out, "        {{ known = {:?}, parts = {{", form.key);
+                for field in form.fields {
+                    let _ = writeln!(out, "            {{ {} }},", part(item, field));
+                }
+                out.push_str("        } },\n");
+            }
+            out.push_str("    }");
+        }
+        out.push_str(" },\n");
     }
     out + "}\n"
 }
