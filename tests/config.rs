@@ -73,6 +73,7 @@ fn whole_example() -> String {
         "[cluster]",
         "servers = ",
         "credentials = ",
+        "inbox = ",
         "node = ",
         "machine = ",
         "region = ",
@@ -171,6 +172,7 @@ fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
         "sensors.connections.password_env",
         "output.mqtt.password_env",
         "cluster.grid_deg",
+        "cluster.nkey",
     ];
     // The sections, and the keys that the user names.
     let no_keys = [

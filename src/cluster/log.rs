@@ -4,20 +4,21 @@
 //! yet, and look. Nothing that servers know since 2.10 only.
 
 mod checkpoints;
+mod connection;
 mod numbers;
 mod reading;
 
 use std::time::Duration;
 
+use async_nats::Client;
 use async_nats::header::{HeaderMap, NATS_EXPECTED_LAST_SUBJECT_SEQUENCE, NATS_MESSAGE_ID};
 use async_nats::jetstream::Context;
-use async_nats::jetstream::context::{ContextBuilder, PublishErrorKind};
+use async_nats::jetstream::context::PublishErrorKind;
 use async_nats::jetstream::kv::{Operation, Store, UpdateErrorKind};
 use async_nats::jetstream::object_store::{self, ObjectStore};
 use async_nats::jetstream::stream::{
     Config as StreamConfig, DiscardPolicy, LastRawMessageErrorKind, RawMessageErrorKind, StorageType, Stream,
 };
-use async_nats::{Client, ConnectOptions};
 use futures_util::TryStreamExt;
 use serde::{Deserialize, Serialize};
 use tracing::warn;
@@ -29,6 +30,8 @@ use crate::config::Cluster;
 use fusion::slots::Slot;
 
 pub use checkpoints::Checkpoint;
+use connection::connect;
+pub use connection::{check, reach};
 pub use reading::Reading;
 
 /// Nobody waits longer for an answer.
@@ -398,25 +401,6 @@ fn is_gone(kind: &RawMessageErrorKind) -> bool {
 
 fn written(holder: &Holder) -> bytes::Bytes {
     serde_json::to_vec(holder).expect("it can be written").into()
-}
-
-async fn connect(cluster: &Cluster) -> Result<(Client, Context), LogError> {
-    let unusable = |error: &dyn std::fmt::Display| LogError::Unusable(error.to_string());
-    let mut options = ConnectOptions::new()
-        .name(format!("utm-fusion {}", cluster.node))
-        .retry_on_initial_connect()
-        .connection_timeout(PATIENCE)
-        .ping_interval(PATIENCE)
-        .request_timeout(Some(PATIENCE))
-        .reconnect_delay_callback(|tries| Duration::from_millis(50 * tries.clamp(1, 10) as u64));
-    if let Some(file) = &cluster.credentials {
-        let shown = file.display();
-        options =
-            options.credentials_file(file).await.map_err(|error| unusable(&format!("{shown}: {error}")))?;
-    }
-    let client = options.connect(&cluster.servers).await.map_err(|error| unusable(&error))?;
-    let context = ContextBuilder::new().timeout(PATIENCE).ack_timeout(PATIENCE).build(client.clone());
-    Ok((client, context))
 }
 
 /// A stream, made where it is not there.

@@ -42,7 +42,7 @@ pub use engine::{SiteEngine, pictures};
 #[cfg(feature = "cluster")]
 pub use gateway::{Gateway, GatewayCounts, GatewayReport};
 #[cfg(feature = "cluster")]
-pub use log::{Checkpoint, Held, Holder, Log, LogError, Mark, Reading};
+pub use log::{Checkpoint, Held, Holder, Log, LogError, Mark, Reading, check, reach};
 pub use message::{Heard, Input, Logged, Malformed, Output};
 #[cfg(feature = "cluster")]
 pub use node::{CellCounts, Node, NodeReport, Part, run_number};

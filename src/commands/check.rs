@@ -58,6 +58,8 @@ pub fn run(args: &Args) -> CommandResult {
     receivers.warnings().iter().for_each(|warning| warn!("{warning}"));
     let sinks = PictureSinks::open(&config)?;
     sinks.warnings().iter().for_each(|warning| warn!("{warning}"));
+    #[cfg(feature = "cluster")]
+    super::cluster::checked_proofs(&config)?.iter().for_each(|warning| warn!("{warning}"));
     let undulation_m = Normaliser::new(&config, areas.masks()).undulation_m();
     let mut out = io::stdout().lock();
     if args.network {
@@ -180,6 +182,14 @@ fn network(config: &Config, sinks: &PictureSinks, out: &mut impl Write) -> Comma
         match reached {
             Ok(()) => writeln!(out, "output  {name}: ok")?,
             Err(why) => writeln!(out, "output  {name}: FAILED: {why}")?,
+        }
+    }
+    #[cfg(feature = "cluster")]
+    for (server, reached) in super::cluster::reached(config)? {
+        failed |= reached.is_err();
+        match reached {
+            Ok(()) => writeln!(out, "log     {server}: ok")?,
+            Err(why) => writeln!(out, "log     {server}: FAILED: {why}")?,
         }
     }
     Ok(if failed { Outcome::Incomplete } else { Outcome::Done })

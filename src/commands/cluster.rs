@@ -15,8 +15,8 @@ use super::{CommandResult, Outcome, Usage};
 use crate::app::{Failure, Signals, runtime};
 use crate::areas::Areas;
 use crate::cluster::{
-    CellReport, Cells, GatewayReport, Holder, Log, NodeReport, Part, differences, record as recorded,
-    record_region, verify,
+    CellReport, Cells, GatewayReport, Holder, Log, NodeReport, Part, check, differences, reach,
+    record as recorded, record_region, verify,
 };
 use crate::config::{Cluster, Config};
 use crate::live::{ClockDifference, Members, milliseconds, now};
@@ -123,10 +123,43 @@ pub(super) fn cells(config: &Config) -> Result<Vec<String>, Failure> {
 
 /// The log, where it answers in time.
 async fn opened(cluster: &Cluster) -> Result<Log, Failure> {
-    let log = tokio::time::timeout(PATIENCE, Log::open(cluster)).await;
-    let servers = cluster.servers.join(", ");
-    let late = |_| format!("the log does not answer within {} s: {servers}", PATIENCE.as_secs());
-    Ok(log.map_err(late)??)
+    if let Ok(opened) = tokio::time::timeout(PATIENCE, Log::open(cluster)).await {
+        return Ok(opened?);
+    }
+    let mut said = Vec::new();
+    for (server, reached) in reach(cluster).await {
+        said.push(match reached {
+            Ok(()) => format!("{server}: it takes the connection"),
+            Err(why) => format!("{server}: {why}"),
+        });
+    }
+    Err(format!("the log does not answer within {} s: {}", PATIENCE.as_secs(), said.join("; ")).into())
+}
+
+/// Checks certificates, keys and credentials; a warning where a connection beyond this machine has no TLS.
+pub(super) fn checked_proofs(config: &Config) -> Result<Option<String>, Failure> {
+    let Some(cluster) = &config.cluster else { return Ok(None) };
+    check(cluster)?;
+    let is_open = |server: &&String| {
+        let host = server.split_once("://").map_or("", |(_, host)| host);
+        !server.starts_with("tls:") && !["127.", "localhost", "[::1]"].iter().any(|own| host.starts_with(own))
+    };
+    let open = cluster.servers.iter().find(is_open).filter(|_| !cluster.requires_tls());
+    Ok(open.map(|server| {
+        format!(
+            "cluster.servers: the connection to {server} is neither encrypted nor authenticated; set ca, certificate and key \
+             (docs/SCALING.md, Locked down)"
+        )
+    }))
+}
+
+/// Each server, and the reason where the connection failed.
+type Reached = Vec<(String, Result<(), String>)>;
+
+/// Connects once to each server of the log, for `check --network`.
+pub(super) fn reached(config: &Config) -> Result<Reached, Failure> {
+    let Some(cluster) = &config.cluster else { return Ok(Vec::new()) };
+    Ok(runtime(1)?.block_on(reach(cluster)))
 }
 
 /// What is said of a cell.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use tables::kinds::{Kind, any_text, beside, list, named, number, tables, text, whole};
+use tables::kinds::{Kind, any_text, beside, is_plain, list, named, number, parsed, tables, text, whole};
 use tables::reader::Section;
 use tables::section;
 use tables::table::{ByHand, absent, need};
@@ -16,6 +16,33 @@ fn plain_name(rule: &'static str) -> Kind<String> {
     })
 }
 
+/// A server's address, without a name and a password: messages about the server would repeat them.
+fn server() -> Kind<String> {
+    const RULE: &str = "a server is nats://host:port or tls://host:port";
+    parsed(RULE, |url: &str| match url.split_once("://") {
+        Some((_, host)) if host.contains('@') => {
+            Err("the address of a server holds no name, password or token, which messages \
+             would repeat; name files instead: certificate = … and key = …, or credentials = …, or nkey = …")
+        }
+        Some(("nats" | "tls", host)) if !host.is_empty() => Ok(url.to_owned()),
+        _ => Err(RULE),
+    })
+}
+
+/// The file of a seed. The seed itself is refused: messages about the file would repeat it.
+fn seed_file() -> Kind<PathBuf> {
+    Kind::new(beside().values, |item| {
+        let text = item.text()?;
+        let is_seed =
+            text.len() == 58 && text.starts_with('S') && text.bytes().all(|c| c.is_ascii_alphanumeric());
+        if is_seed {
+            item.refuse_secret("this is a seed itself; write it into a file, and the file's path here");
+            return None;
+        }
+        (beside().read)(item)
+    })
+}
+
 /// What a halo is larger by than the hysteresis, metres.
 const HALO_LEAST_M: f64 = 310.0;
 
@@ -23,12 +50,22 @@ section! {
     /// Several machines over NATS JetStream (docs/SCALING.md). Without this table there is one machine, and no log.
     Cluster {
         /// Servers of the log.
-        servers: Vec<String> = need("servers = [ … ], such as [\"nats://127.0.0.1:4222\"]"), list(text(
-            "a server is nats://host:port or tls://host:port",
-            |url| url.split_once("://").is_some_and(|(scheme, host)| matches!(scheme, "nats" | "tls") && !host.is_empty()),
-        ));
-        /// The file with the credentials of this process.
+        servers: Vec<String> = need("servers = [ … ], such as [\"nats://127.0.0.1:4222\"]"), list(server());
+        /// Certificates that those of the servers are issued by, PEM. With it every connection is TLS.
+        ca: Option<PathBuf> = absent("those that this machine trusts"), beside();
+        /// Certificate of this process, PEM, for servers that ask for one; with `key`. With it every connection is TLS.
+        certificate: Option<PathBuf> = absent("none"), beside();
+        /// Its key, PEM, not encrypted.
+        key: Option<PathBuf> = absent("none"), beside();
+        /// The file with the credentials of this process: JWT and seed.
         credentials: Option<PathBuf> = absent("none"), beside();
+        /// The file with the seed of this process's NKEY, in place of `credentials`.
+        nkey: Option<PathBuf> = absent("none"), seed_file();
+        /// Prefix of the subjects on which this process receives answers; locked servers allow each role its own.
+        inbox: Option<String> = absent("`_INBOX.` and the role; of several roles `_INBOX`"), text(
+            "an inbox is words of letters, digits, _ and - with dots between them",
+            |inbox| inbox.split('.').all(|word| !word.is_empty() && is_plain(word)),
+        );
         /// What this process is called; no other one of the region is called so.
         node: String = need("node = …, what no other process of the region is called"),
             plain_name("a node is called by 1 to 32 of a-z, 0-9 and -");
@@ -120,6 +157,20 @@ impl Cluster {
         self.owns.iter().any(|own| own == "*" || own == cell)
     }
 
+    /// Whether connections without TLS are refused, whatever the servers' addresses say.
+    pub fn requires_tls(&self) -> bool {
+        self.ca.is_some() || self.certificate.is_some()
+    }
+
+    /// Prefix of the subjects on which this process receives answers.
+    pub fn inbox(&self) -> String {
+        match (&self.inbox, &self.roles[..]) {
+            (Some(inbox), _) => inbox.clone(),
+            (None, [role]) => format!("_INBOX.{}", role.name()),
+            (None, _) => "_INBOX".to_owned(),
+        }
+    }
+
     /// The machine that this process runs on.
     pub fn machine(&self) -> &str {
         self.machine.as_deref().unwrap_or(&self.node)
@@ -132,6 +183,15 @@ impl ByHand for Cluster {
             if is_empty {
                 section.contradict(&[name], "at least one is needed");
             }
+        }
+        if self.certificate.is_some() != self.key.is_some() {
+            section.contradict(
+                &["certificate", "key"],
+                "certificate and key belong together; give both or none",
+            );
+        }
+        if self.credentials.is_some() && self.nkey.is_some() {
+            section.contradict(&["nkey"], "credentials hold a seed, too; give one of the two");
         }
         if self.grid_deg.is_some() && !self.cells.is_empty() {
             section.contradict(&["grid_deg", "cells"], "cells are squares, or polygons");

@@ -56,18 +56,7 @@ impl Dial {
             Some(file) => from_file(file)?,
             None => trusted()?,
         };
-        let config = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
-            .with_safe_default_protocol_versions()
-            .map_err(|error| error.to_string())?
-            .with_root_certificates(roots);
-        let config = match proofs.own {
-            None => config.with_no_client_auth(),
-            Some((certificate, key)) => config
-                .with_client_auth_cert(certificates(certificate)?, private_key(key)?)
-                .map_err(|error| {
-                    format!("{}: cannot be used with {}: {error}", certificate.display(), key.display())
-                })?,
-        };
+        let config = client_config(roots, proofs.own)?;
         let name = proofs.server_name.unwrap_or(&plain.host);
         let name = ServerName::try_from(name.to_owned())
             .map_err(|_| format!("{name} is no name that a certificate can have"))?;
@@ -83,6 +72,26 @@ impl Dial {
             Some((connector, name)) => Box::new(connector.connect(name.clone(), stream).await?),
         })
     }
+}
+
+impl Proofs<'_> {
+    /// Whether the files can be read, are what they should be, and key and certificate belong together.
+    #[cfg(feature = "cluster")]
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let roots = self.ca.map_or_else(|| Ok(RootCertStore::empty()), from_file)?;
+        client_config(roots, self.own).map(drop)
+    }
+}
+
+fn client_config(roots: RootCertStore, own: Option<(&Path, &Path)>) -> Result<ClientConfig, String> {
+    let config = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
+        .with_safe_default_protocol_versions()
+        .map_err(|error| error.to_string())?
+        .with_root_certificates(roots);
+    let Some((certificate, key)) = own else { return Ok(config.with_no_client_auth()) };
+    config
+        .with_client_auth_cert(certificates(certificate)?, private_key(key)?)
+        .map_err(|error| format!("{}: cannot be used with {}: {error}", certificate.display(), key.display()))
 }
 
 fn certificates(file: &Path) -> Result<Vec<CertificateDer<'static>>, String> {

@@ -144,6 +144,11 @@ impl<'a> Item<'a> {
         self.faults.add(&self.node.place, &self.key, self.node.value.shown(), message);
     }
 
+    /// Finds fault with the value without repeating it: it may be a secret.
+    pub fn refuse_secret(&self, message: impl Display) {
+        self.faults.add(&self.node.place, &self.key, None, message);
+    }
+
     fn expected(&self, what: &str) {
         self.refuse(format!("expected {what}, found {}", self.node.value.kind()));
     }

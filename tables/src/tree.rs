@@ -123,7 +123,8 @@ impl Value {
         }
     }
 
-    /// As TOML where that is short; a table never is.
+    /// As TOML where that is short; a table never is. A text with an `@` is not shown: an address may have a
+    /// password before it.
     pub fn shown(&self) -> Option<String> {
         const LONGEST: usize = 60;
         let shown = match self {
@@ -132,6 +133,7 @@ impl Value {
                 let parts: Option<Vec<_>> = list.iter().map(|node| node.value.shown()).collect();
                 format!("[{}]", parts?.join(", "))
             }
+            Self::Text(text) if text.contains('@') => return None,
             Self::Text(text) => quoted(text),
             Self::Whole(whole) => whole.to_string(),
             Self::Number(number) => format!("{number:?}"),

@@ -12,6 +12,7 @@ mod browser;
 mod cells;
 mod clocks;
 mod contract;
+mod locked;
 mod outages;
 mod overload;
 #[path = "../shared/program.rs"]

@@ -86,17 +86,41 @@ struct Server {
     process: Option<Process>,
 }
 
+/// Configuration and certificates of locked servers.
+#[derive(Clone)]
+pub struct Lock {
+    /// The configuration: TLS and permissions.
+    pub configuration: PathBuf,
+    /// Where its certificates are.
+    pub certificates: PathBuf,
+}
+
 /// One server, or a cluster of several, each with JetStream and a directory.
 pub struct Servers {
     binary: PathBuf,
     version: (u32, u32),
     directory: PathBuf,
     servers: Vec<Server>,
+    lock: Option<Lock>,
 }
 
 impl Servers {
     /// Starts that many servers with their files in the directory, and waits until they keep streams.
     pub async fn start(binary: &Path, directory: &Path, count: usize) -> Self {
+        let mut started = Self::new(binary, directory, count, None);
+        started.start_all(Store::Empty).await;
+        started
+    }
+
+    /// Starts locked ones, and waits until they accept connections. A client without a role cannot ask whether they keep streams.
+    pub fn start_locked(binary: &Path, directory: &Path, count: usize, lock: Lock) -> Self {
+        let mut started = Self::new(binary, directory, count, Some(lock));
+        (0..count).for_each(|index| started.spawn(index, Store::Empty));
+        (0..count).for_each(|index| started.answers(index));
+        started
+    }
+
+    fn new(binary: &Path, directory: &Path, count: usize, lock: Option<Lock>) -> Self {
         let version = version(binary).expect("it said its version before");
         let ports = free_ports(2 * count);
         let cluster = random();
@@ -109,10 +133,7 @@ impl Servers {
                 process: None,
             })
             .collect();
-        let mut started =
-            Self { binary: binary.to_owned(), version, directory: directory.to_owned(), servers };
-        started.start_all(Store::Empty).await;
-        started
+        Self { binary: binary.to_owned(), version, directory: directory.to_owned(), servers, lock }
     }
 
     /// Major and minor version.
@@ -321,13 +342,40 @@ impl Servers {
         text
     }
 
+    /// Arguments of a locked server beside the common configuration.
+    fn arguments(&self, index: usize) -> Vec<String> {
+        let Server { name, ports: [clients, own], .. } = &self.servers[index];
+        let store = self.file(index, "store").display().to_string();
+        let mut arguments: Vec<String> =
+            ["-n", name, "-a", "127.0.0.1", "-p", &clients.to_string(), "-sd", &store]
+                .map(str::to_owned)
+                .into();
+        if self.count() > 1 {
+            let route = |server: &Server| format!("nats://127.0.0.1:{}", server.ports[1]);
+            let routes: Vec<String> = self.servers.iter().map(route).collect();
+            let own = format!("nats://127.0.0.1:{own}");
+            arguments.extend(["--cluster", &own, "--routes", &routes.join(",")].map(str::to_owned));
+        }
+        arguments
+    }
+
     fn spawn(&mut self, index: usize, store: Store) {
         assert!(self.servers[index].process.is_none(), "server {index} runs");
         if store == Store::Empty {
             let _ = fs::remove_dir_all(self.file(index, "store"));
         }
-        let configuration = self.file(index, "conf");
-        fs::write(&configuration, self.configuration(index)).unwrap();
+        let mut command = Command::new(&self.binary);
+        match &self.lock {
+            None => {
+                let configuration = self.file(index, "conf");
+                fs::write(&configuration, self.configuration(index)).unwrap();
+                command.arg("--config").arg(configuration);
+            }
+            Some(lock) => {
+                command.arg("--config").arg(&lock.configuration).args(self.arguments(index));
+                command.current_dir(&lock.certificates);
+            }
+        }
         let log = fs::File::options().create(true).append(true).open(self.file(index, "log")).unwrap();
         // Its read ends when this process does, however it does. Started first: without it no server is.
         let mut guard = Command::new("sh")
@@ -337,14 +385,8 @@ impl Servers {
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        let server = Command::new(&self.binary)
-            .arg("--config")
-            .arg(configuration)
-            .stdin(Stdio::null())
-            .stdout(log.try_clone().unwrap())
-            .stderr(log)
-            .spawn()
-            .unwrap();
+        let server =
+            command.stdin(Stdio::null()).stdout(log.try_clone().unwrap()).stderr(log).spawn().unwrap();
         let line = format!("{}\n", server.id());
         let written = guard.stdin.as_mut().expect("it is piped").write_all(line.as_bytes());
         self.servers[index].process = Some(Process { server, guard });

@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, TcpStream};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
@@ -87,6 +87,8 @@ pub struct Setup {
     pub shifted: Option<(&'static str, PathBuf)>,
     /// Whether so many fly that a node has something to do.
     pub is_crowded: bool,
+    /// Where the certificates of the roles are, if the servers are locked.
+    pub certificates: Option<PathBuf>,
 }
 
 impl Default for Setup {
@@ -99,6 +101,7 @@ impl Default for Setup {
             through: Vec::new(),
             shifted: None,
             is_crowded: false,
+            certificates: None,
         }
     }
 }
@@ -126,6 +129,7 @@ pub struct Site {
     pub config: Arc<Config>,
     pub servers: Servers,
     shifted: Option<(&'static str, PathBuf)>,
+    certificates: Option<PathBuf>,
     scratch: Scratch,
 }
 
@@ -155,7 +159,12 @@ impl Site {
             simulate(&Scenario::parse(&scenario, "trial.toml").unwrap(), 1, Some(start)).unwrap();
         let cluster = Cluster {
             servers: servers.urls(),
+            ca: None,
+            certificate: None,
+            key: None,
             credentials: None,
+            nkey: None,
+            inbox: None,
             node: "watcher".to_owned(),
             machine: None,
             region: "trial".to_owned(),
@@ -173,7 +182,8 @@ impl Site {
         };
         let mut config = on_own_ports(simulation.config.clone());
         config.cluster = Some(cluster.clone());
-        let log = Log::open(&cluster).await.unwrap();
+        // Only a node may create the streams.
+        let log = Log::open(&proven(&cluster, setup.certificates.as_deref(), "node")).await.unwrap();
         let mut site = Self {
             running: Vec::new(),
             feed: None,
@@ -182,6 +192,7 @@ impl Site {
             config: Arc::new(config),
             servers,
             shifted: setup.shifted,
+            certificates: setup.certificates,
             scratch,
         };
         site.scratch.script("chronyc", "#!/bin/sh\ncat \"$TRIAL_CLOCK\"\n");
@@ -250,7 +261,8 @@ impl Site {
 
     fn configure(&self, name: &str, roles: Vec<Role>, through: Option<String>) {
         let mut config = Config::clone(&self.config);
-        let mut cluster = Cluster { node: name.to_owned(), roles, ..self.cluster.clone() };
+        let cluster = proven(&self.cluster, self.certificates.as_deref(), roles[0].name());
+        let mut cluster = Cluster { node: name.to_owned(), roles, inbox: None, ..cluster };
         cluster.servers = through.map_or(cluster.servers, |url| vec![url]);
         config.cluster = Some(cluster);
         config.state.dir = self.scratch.path(format!("{name}.state"));
@@ -499,6 +511,18 @@ impl Drop for Site {
                 println!("--- {name}\n{}", lines[lines.len().saturating_sub(25)..].join("\n"));
             }
         }
+    }
+}
+
+/// The same for who has the certificate of that role, where servers are locked.
+pub fn proven(cluster: &Cluster, certificates: Option<&Path>, role: &str) -> Cluster {
+    let Some(own) = certificates.map(|certificates| certificates.join(role)) else { return cluster.clone() };
+    Cluster {
+        ca: Some(own.join("ca.pem")),
+        certificate: Some(own.join("certificate.pem")),
+        key: Some(own.join("key.pem")),
+        inbox: Some(format!("_INBOX.{role}")),
+        ..cluster.clone()
     }
 }
 

@@ -1,5 +1,6 @@
 //! Every rule with the line, the key and the message of its violation.
 
+mod cluster;
 mod fusion;
 mod outputs;
 mod sensors;
