@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::ask::{Answer, JSON, json};
 use super::problem::ProblemJson;
-use super::route::{Parameter, Route, Values};
+use super::route::{Parameter, Route, Typed, Values};
 
 /// The document of these routes.
 pub fn document(routes: &[Route], needs_token: bool) -> Answer {
@@ -207,8 +207,6 @@ fn operation(
     }
     operation
 }
-
-type Typed = (&'static str, fn(&mut SchemaGenerator) -> Schema);
 
 /// Schemas of a body, by media type.
 fn bodies(usual: Typed, others: &[Typed], generator: &mut SchemaGenerator) -> Value {

@@ -14,6 +14,9 @@ use super::ask::{Answer, Ask, GEO_JSON, JSON, json};
 use super::problem::Problem;
 use super::tokens::Scope;
 
+/// A media type, and the schema of what it holds.
+pub type Typed = (&'static str, fn(&mut SchemaGenerator) -> Schema);
+
 /// A path and what is done there.
 #[derive(Debug)]
 pub struct Route {
@@ -28,7 +31,7 @@ pub struct Route {
     /// What the body is, where one is read.
     pub body_type: &'static str,
     /// Other media types that the body may have, each with the type of what it holds.
-    pub other_bodies: Vec<(&'static str, fn(&mut SchemaGenerator) -> Schema)>,
+    pub other_bodies: Vec<Typed>,
     /// The only parameters that a query may have; `None`: the query is ignored.
     pub parameters: Option<&'static [Parameter]>,
     /// What a token needs; `None`: open to everybody.
@@ -139,7 +142,7 @@ pub(super) struct Reply {
     pub(super) status: StatusCode,
     pub(super) content_type: &'static str,
     /// Other media types that the body may have, each with the type of what it holds.
-    pub(super) others: Vec<(&'static str, fn(&mut SchemaGenerator) -> Schema)>,
+    pub(super) others: Vec<Typed>,
     /// Of the body.
     pub(super) schema: fn(&mut SchemaGenerator) -> Schema,
     pub(super) answer: Answering,

@@ -1,6 +1,7 @@
 //! `replay --to-inputs`: a recording becomes the input of a live service on this machine.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
@@ -267,7 +268,7 @@ impl Lines {
         let to = SocketAddrV4::new(to, input.port);
         let name = format!("{to} ({id})");
         let socket = (interface, input.source.unwrap_or(own));
-        if !self.sockets.contains_key(&socket) {
+        if let Entry::Vacant(entry) = self.sockets.entry(socket) {
             let problem = |error: io::Error| match input.source {
                 Some(source) => format!(
                     "sensor {id}: its input {to} takes datagrams from {source} alone, and this machine cannot send \
@@ -275,7 +276,7 @@ impl Lines {
                 ),
                 None => format!("sensor {id}: nothing can be sent to its input {to}: {error}"),
             };
-            self.sockets.insert(socket, local_socket(socket.0, socket.1).map_err(problem)?);
+            entry.insert(local_socket(socket.0, socket.1).map_err(problem)?);
         }
         self.lines.push(InputLine { sensor, name, input, to, socket });
         Ok(())
