@@ -25,6 +25,21 @@ fn name(text: String) -> &'static str {
     }
 }
 
+/// The names that the values of a type have in the configuration.
+pub fn configured<T: tables::named::Named>() -> Vec<&'static str> {
+    T::NAMES.iter().map(|&(name, _)| name).collect()
+}
+
+/// These names without one of them.
+pub fn without(names: &[&'static str], one: &str) -> Vec<&'static str> {
+    names.iter().copied().filter(|name| *name != one).collect()
+}
+
+/// These names and one more behind them.
+pub fn with(names: &[&'static str], one: &'static str) -> Vec<&'static str> {
+    names.iter().copied().chain([one]).collect()
+}
+
 /// `1 track`, `2 tracks`.
 pub fn counted(count: u64, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })

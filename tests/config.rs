@@ -248,6 +248,20 @@ fn the_effective_configuration_reads_back_to_the_same() {
     }
 }
 
+/// The first site that a reader of the README meets is in the default profile; tests of `reference` have the same site in that one.
+#[test]
+fn demonstration_site_has_the_default_profile() {
+    let mut demo = parse(include_str!("../config/demo.toml"), &[]).unwrap();
+    let reference = parse(include_str!("../testdata/demo/site.toml"), &[]).unwrap();
+    assert_eq!(
+        demo.fusion.profile,
+        Config::parse(SMALL, "small.toml", std::iter::empty()).unwrap().fusion.profile
+    );
+    assert_ne!(demo.fusion.profile, reference.fusion.profile);
+    demo.fusion = demo.fusion.with_profile(reference.fusion.profile).unwrap();
+    assert_eq!(demo, reference);
+}
+
 #[test]
 fn the_effective_configuration_says_what_is_taken_for_an_absent_key() {
     let shown = parse(SMALL, &[]).unwrap().to_string();

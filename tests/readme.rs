@@ -52,6 +52,19 @@ fn its_commands_run_as_printed() {
     assert!(fs::read_to_string(clone.path("fused.csv")).unwrap().lines().count() > 500);
 }
 
+/// Each site file in the README's commands is one of the default profile.
+#[test]
+fn its_sites_have_the_default_profile() {
+    let names = README.split([' ', '\n']).filter(|word| word.ends_with(".toml"));
+    let files: Vec<_> = names.map(|name| root().join(name)).filter(|path| path.exists()).collect();
+    assert!(files.len() >= 2, "{files:?}");
+    for file in files {
+        let check = Command::new(env!("CARGO_BIN_EXE_utm-fusion")).arg("check").arg(&file).output().unwrap();
+        let shown = String::from_utf8_lossy(&check.stdout).into_owned();
+        assert!(shown.contains("profile = \"operational\""), "{}\n{shown}", file.display());
+    }
+}
+
 /// With the table of what is where, and room for the engine's example of 40 lines.
 #[test]
 fn it_is_short() {

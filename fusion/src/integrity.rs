@@ -32,20 +32,14 @@ pub enum State {
     Failed,
 }
 
+crate::interface_names!(State {
+    Unverified = "unverified",
+    Verified = "verified",
+    Suspect = "suspect",
+    Failed = "failed",
+});
+
 impl State {
-    /// All states.
-    pub const ALL: [Self; 4] = [Self::Unverified, Self::Verified, Self::Suspect, Self::Failed];
-
-    /// Name on every interface.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Unverified => "unverified",
-            Self::Verified => "verified",
-            Self::Suspect => "suspect",
-            Self::Failed => "failed",
-        }
-    }
-
     /// Whether it is suspect or failed.
     pub const fn is_flagged(self) -> bool {
         matches!(self, Self::Suspect | Self::Failed)
@@ -73,33 +67,16 @@ pub enum Reason {
     Time,
 }
 
-impl Reason {
-    /// All reasons.
-    pub const ALL: [Self; 8] = [
-        Self::Radar,
-        Self::Jump,
-        Self::Frozen,
-        Self::Replay,
-        Self::Duplicate,
-        Self::Swapped,
-        Self::Velocity,
-        Self::Time,
-    ];
-
-    /// Name on every interface.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Radar => "radar",
-            Self::Jump => "jump",
-            Self::Frozen => "frozen",
-            Self::Replay => "replay",
-            Self::Duplicate => "duplicate",
-            Self::Swapped => "swapped",
-            Self::Velocity => "velocity",
-            Self::Time => "time",
-        }
-    }
-}
+crate::interface_names!(Reason {
+    Radar = "radar",
+    Jump = "jump",
+    Frozen = "frozen",
+    Replay = "replay",
+    Duplicate = "duplicate",
+    Swapped = "swapped",
+    Velocity = "velocity",
+    Time = "time",
+});
 
 /// A set of reasons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -231,19 +208,9 @@ pub enum Trust {
     Automatic,
 }
 
+crate::interface_names!(Trust { Trusted = "trusted", Distrusted = "distrusted", Automatic = "automatic" });
+
 impl Trust {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Trusted, Self::Distrusted, Self::Automatic];
-
-    /// Name on every interface.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Trusted => "trusted",
-            Self::Distrusted => "distrusted",
-            Self::Automatic => "automatic",
-        }
-    }
-
     /// The one of that name.
     pub fn of_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|trust| trust.name() == name)

@@ -40,6 +40,7 @@ pub mod integrity;
 pub mod interpolation;
 pub mod learning;
 pub mod measurement;
+mod names;
 pub mod numbering;
 pub mod operational;
 pub mod point;

@@ -1,6 +1,6 @@
 //! The tiles of the base map, for the page.
 
-use axum::http::StatusCode;
+use axum::http::{StatusCode, header};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -10,6 +10,8 @@ use crate::basemap::Basemap;
 
 /// A vector tile.
 pub const TILE: &str = "application/vnd.mapbox-vector-tile";
+/// The same for clients that know no type of tiles: they ask for it by `Accept`.
+pub const OCTETS: &str = "application/octet-stream";
 
 /// Kept by browsers for an hour: a site changes its map rarely, and restarts the service when it does.
 const KEPT: &str = "private, max-age=3600";
@@ -48,5 +50,7 @@ pub fn tile(ask: &Ask) -> Answer {
     let tile = map.tile(zoom, x, y).map_err(|error| {
         Problem::new(StatusCode::SERVICE_UNAVAILABLE, format!("the base map cannot be read: {error}"))
     })?;
-    Ok(with_type(TILE, KEPT, tile.unwrap_or_default()))
+    let accept = ask.headers.get(header::ACCEPT).and_then(|accept| accept.to_str().ok()).unwrap_or("");
+    let kind = if accept.contains(OCTETS) && !accept.contains(TILE) { OCTETS } else { TILE };
+    Ok(with_type(kind, KEPT, tile.unwrap_or_default()))
 }

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::ask::Ask;
 use super::problem::Problem;
 use crate::config::Profile;
-use crate::conflicts::{ConflictJson, Outlook, VolumeJson};
+use crate::conflicts::{ConflictJson, NO_LEVEL, Outlook, VolumeJson};
 use crate::live::Lateness;
 use crate::picture::Rfc3339;
 use fusion::conflicts::Level;
@@ -41,7 +41,7 @@ pub struct Conflicts {
 pub fn conflicts(ask: &Ask) -> Result<Conflicts, Problem> {
     let level = |name: &str| Level::ALL.into_iter().find(|level| level.name() == name);
     let least = match ask.query.text("level") {
-        None | Some("none") => None,
+        None | Some(NO_LEVEL) => None,
         Some(name) => Some(level(name).ok_or_else(|| Problem::parameter("level", LEVEL))?),
     };
     // Ids are made of letters, digits, `-`, `.` and `_`; one that nobody has is that of a track that has ended.

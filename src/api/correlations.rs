@@ -12,6 +12,7 @@ use super::problem::Problem;
 use super::route::Later;
 use crate::config::{Profile, SensorKind};
 use crate::live::{Denied, Named, Player, Wish};
+use crate::names::without;
 use crate::picture::{Rfc3339, TransponderId};
 use fusion::operational::{Correlation, HeldCorrelation, NotCorrelated, Verdict};
 use fusion::slots::SlotGrid;
@@ -33,7 +34,7 @@ struct CorrelationJson {
     sensor: String,
     track_number: u16,
     uas_id: TransponderId,
-    #[schemars(extend("enum" = ["correlated", "decorrelated"]))]
+    #[schemars(extend("enum" = without(&Verdict::NAMES, Verdict::Automatic.name())))]
     verdict: &'static str,
     /// Of the first slot that it applies to.
     since: Rfc3339,

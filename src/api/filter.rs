@@ -21,7 +21,9 @@ const ACCURACY: &str = "a radius in metres, 1 to 10000";
 /// Rule of `after`.
 const AFTER: &str = "the next of the page before";
 /// In `integrity`: tracks without a transponder, or without one that is judged.
-const NOT_JUDGED: &str = "none";
+pub const NOT_JUDGED: &str = "none";
+/// In `include`: the competitors of a track's parts.
+pub const COMPETITORS: &str = "competitors";
 /// Most tracks in one answer.
 const MOST: usize = 10_000;
 
@@ -96,8 +98,8 @@ impl Filter {
         let altitude = |name| query.value(name, ALTITUDE, |alt: &f64| (-1_000.0..=100_000.0).contains(alt));
         let within_m = |metres: &f64| (1.0..=10_000.0).contains(metres);
         let limit = query.value("limit", "a whole number, 1 to 10000", |limit| (1..=MOST).contains(limit))?;
-        let extra = |name: &str| (name == "competitors").then_some(());
-        let include = query.list("include", extra, || "competitors, or nothing".to_owned())?;
+        let extra = |name: &str| (name == COMPETITORS).then_some(());
+        let include = query.list("include", extra, || format!("{COMPETITORS}, or nothing"))?;
         let id = |id: &str| (!id.is_empty()).then(|| id.to_owned());
         let ids = query.list("ids", id, || "ids of tracks, separated by commas".to_owned())?;
         Ok(Self {

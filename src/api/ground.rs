@@ -7,27 +7,16 @@ use serde::Serialize;
 
 use super::geometry::{Collection, Feature, Geometry, Position, Unnamed};
 use crate::areas::{Areas, Format, Part, ZoneKind, on_map, severity};
-use crate::config::{Area, AreaKind, Sensor, SensorKind};
+use crate::config::{Area, AreaKind, AreaSeverity, Sensor, SensorKind};
 use crate::json::rounded;
+use crate::names::configured;
 use crate::picture::Rfc3339;
 use fusion::time::Time;
-use tables::named::Named;
 
 /// Corners of a circle.
 const CORNERS: usize = 72;
 /// Mean radius of the Earth, metres: to draw circles, not to measure.
 const EARTH_M: f64 = 6_371_008.8;
-
-/// What kinds of sensors there are.
-pub const SENSOR_KINDS: [&str; SensorKind::NAMES.len()] = {
-    let mut names = [""; SensorKind::NAMES.len()];
-    let mut index = 0;
-    while index < names.len() {
-        names[index] = SensorKind::NAMES[index].0;
-        index += 1;
-    }
-    names
-};
 
 /// What kind of sensor it is.
 pub fn kind(sensor: &Sensor) -> &'static str {
@@ -37,14 +26,23 @@ pub fn kind(sensor: &Sensor) -> &'static str {
 /// Where the sensors see.
 pub type Coverage = Collection<Feature<'static, Option<Geometry>, CoverageProperties>>;
 
+/// Where a sensor's polygon comes from.
+#[derive(Clone, Copy)]
+enum Shape {
+    Area,
+    Circle,
+}
+
+fusion::interface_names!(Shape { Area = "area", Circle = "circle" });
+
 #[derive(Serialize, JsonSchema)]
 pub struct CoverageProperties {
     /// Its configured id.
     sensor: String,
-    #[schemars(extend("enum" = SENSOR_KINDS))]
+    #[schemars(extend("enum" = configured::<SensorKind>()))]
     kind: &'static str,
     /// Area: as configured; circle: of the radar's range.
-    #[schemars(extend("enum" = ["area", "circle"]))]
+    #[schemars(extend("enum" = Shape::NAMES))]
     shape: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     max_range_m: Option<f64>,
@@ -61,13 +59,17 @@ pub fn coverage(sensors: &[Sensor], areas: &Areas) -> Coverage {
         let polygons: geo::MultiPolygon = its.collect();
         let (shape, geometry) = if polygons.0.is_empty() {
             let (radar, range_m) = radar.zip(max_range_m)?;
-            ("circle", circle(radar.longitude_deg, radar.latitude_deg, range_m))
+            (Shape::Circle, circle(radar.longitude_deg, radar.latitude_deg, range_m))
         } else {
-            ("area", Some((&polygons).into()))
+            (Shape::Area, Some((&polygons).into()))
         };
         let sensor_id = sensor.id.clone();
-        let properties =
-            CoverageProperties { sensor: sensor_id.clone(), kind: kind(sensor), shape, max_range_m };
+        let properties = CoverageProperties {
+            sensor: sensor_id.clone(),
+            kind: kind(sensor),
+            shape: shape.name(),
+            max_range_m,
+        };
         Some(Feature::new(sensor_id, geometry, properties))
     };
     sensors.iter().filter_map(feature).collect()
@@ -78,7 +80,7 @@ pub type AreaCollection = Collection<Unnamed<Geometry, AreaProperties>>;
 
 #[derive(Serialize, JsonSchema)]
 pub struct AreaProperties {
-    #[schemars(extend("enum" = ["mask", "coverage", "alert"]))]
+    #[schemars(extend("enum" = configured::<AreaKind>()))]
     kind: &'static str,
     name: String,
     /// Whose coverage it is.
@@ -89,7 +91,7 @@ pub struct AreaProperties {
     identifier: Option<String>,
     /// What holds in a UAS zone.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("enum" = ZoneKind::ALL.map(ZoneKind::name)))]
+    #[schemars(extend("enum" = ZoneKind::NAMES))]
     r#type: Option<&'static str>,
     /// What of a UAS zone is in force under which conditions, in its authority's words.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -109,10 +111,10 @@ pub struct AreaProperties {
     hours: String,
     /// How bad it is to be inside; left out where it raises no alert.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("enum" = ["warning", "critical"]))]
+    #[schemars(extend("enum" = configured::<AreaSeverity>()))]
     severity: Option<&'static str>,
     /// What its file is.
-    #[schemars(extend("enum" = Format::ALL.map(Format::name)))]
+    #[schemars(extend("enum" = Format::NAMES))]
     format: &'static str,
 }
 

@@ -14,7 +14,7 @@ use super::problem::Problem;
 use super::trails::PLACES_OF_A_REQUEST;
 use crate::history::{SavedTrack, Store};
 use crate::json::rounded;
-use crate::picture::Rfc3339;
+use crate::picture::{Rfc3339, TrackSource};
 use crate::xml;
 use fusion::time::Time;
 
@@ -37,17 +37,37 @@ fn span(ask: &Ask) -> Result<(Time, Time), Problem> {
     Ok((ask.query.time("since")?.unwrap_or(until + -TRAIL), until))
 }
 
+/// Media types of a trail that is no GeoJSON.
+pub const GPX: &str = "application/gpx+xml";
+pub const KML: &str = "application/vnd.google-earth.kml+xml";
+pub const CSV: &str = "text/csv; charset=utf-8";
+
+/// Format of a trail.
+#[derive(Clone, Copy)]
+pub enum TrailFormat {
+    GeoJson,
+    Gpx,
+    Kml,
+    Csv,
+}
+
+fusion::interface_names!(TrailFormat { GeoJson = "geojson", Gpx = "gpx", Kml = "kml", Csv = "csv" });
+
 /// `/api/v1/tracks/{id}/trail`.
 pub fn trail(ask: &Ask) -> Answer {
     let (since, until) = span(ask)?;
-    let format = ask.query.text("format").unwrap_or("geojson");
+    let format = ask.query.text("format").unwrap_or(TrailFormat::GeoJson.name());
+    let format = TrailFormat::ALL.into_iter().find(|known| known.name() == format);
     type Write = fn(&str, &[(Time, SavedTrack)]) -> String;
     let written: Option<(&'static str, Write)> = match format {
-        "geojson" => None,
-        "gpx" => Some(("application/gpx+xml", gpx)),
-        "kml" => Some(("application/vnd.google-earth.kml+xml", kml)),
-        "csv" => Some(("text/csv; charset=utf-8", csv)),
-        _ => return Err(Problem::parameter("format", "it is geojson, gpx, kml or csv")),
+        Some(TrailFormat::GeoJson) => None,
+        Some(TrailFormat::Gpx) => Some((GPX, gpx)),
+        Some(TrailFormat::Kml) => Some((KML, kml)),
+        Some(TrailFormat::Csv) => Some((CSV, csv)),
+        None => {
+            let rule = format!("one of {}", TrailFormat::NAMES.join(", "));
+            return Err(Problem::parameter("format", &rule));
+        }
     };
     let places = store(ask)?.trail(&ask.id, since, until, PLACES).map_err(|error| failed(&error))?;
     if places.is_empty() {
@@ -77,7 +97,7 @@ pub struct Snapshot {
 #[derive(Serialize, JsonSchema)]
 struct PastProperties {
     id: String,
-    #[schemars(extend("enum" = ["fused", "radar", "transponder"]))]
+    #[schemars(extend("enum" = TrackSource::NAMES))]
     source: &'static str,
     track_number: u32,
     time: Rfc3339,
@@ -151,6 +171,7 @@ pub struct TrailProperties<'a> {
     /// Of each place.
     times: Vec<Rfc3339>,
     /// Of each place.
+    #[schemars(extend("items" = { "type": "string", "enum": TrackSource::NAMES }))]
     sources: Vec<&'static str>,
     /// Of each place, metres above mean sea level; null where no height was measured.
     alt_msl: Vec<Option<f64>>,

@@ -14,6 +14,7 @@ use super::route::Later;
 use super::shown::Shown;
 use crate::json::rounded;
 use crate::live::{Denied, Hub, Integrities, Named, Saying};
+use crate::names::without;
 use crate::picture::{PictureTrack, ReasonName, Rfc3339, StateName, TransponderId, serial_text};
 use fusion::Identity;
 use fusion::integrity::{Assessment, Evidence, Trust};
@@ -66,7 +67,7 @@ pub struct IdentityJson {
     silent: bool,
     /// What an operator says of it; left out where nobody has said anything.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("enum" = [Trust::Trusted.name(), Trust::Distrusted.name()]))]
+    #[schemars(extend("enum" = without(&Trust::NAMES, Trust::Automatic.name())))]
     verdict: Option<&'static str>,
     /// Of the first slot that the verdict applies to.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -90,6 +91,14 @@ struct OffsetJson {
 }
 
 /// What a radar track says of a transponder.
+/// How a radar track bears on what a transponder reports.
+enum EvidenceKind {
+    Near,
+    Far,
+}
+
+fusion::interface_names!(EvidenceKind { Near = "near", Far = "far" });
+
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "IntegrityEvidence")]
 struct EvidenceJson {
@@ -97,7 +106,7 @@ struct EvidenceJson {
     sensor: String,
     track_number: u16,
     /// Near: it was where the transponder says; far: it flies alike elsewhere.
-    #[schemars(extend("enum" = ["near", "far"]))]
+    #[schemars(extend("enum" = EvidenceKind::NAMES))]
     kind: &'static str,
     /// The first second that counted.
     from: Rfc3339,
@@ -113,7 +122,7 @@ struct EvidenceJson {
 #[schemars(rename = "IntegrityVerdict")]
 pub struct Body {
     /// It is what it says; it is not; or as the evidence has it.
-    #[schemars(extend("enum" = Trust::ALL.map(Trust::name)))]
+    #[schemars(extend("enum" = Trust::NAMES))]
     verdict: String,
 }
 
@@ -222,7 +231,7 @@ impl EvidenceJson {
         Self {
             sensor: hub.maker.sensor(track.sensor).to_owned(),
             track_number: track.number,
-            kind: if is_near { "near" } else { "far" },
+            kind: if is_near { EvidenceKind::Near } else { EvidenceKind::Far }.name(),
             from: from.into(),
             seconds,
             gain: rounded(gain, 2),

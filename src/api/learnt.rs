@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::json::rounded;
-use crate::live::{in_words, make_and_model, type_in_words, velocity_errors, verdict_name};
+use crate::live::{VelocityUse, in_words, make_and_model, type_in_words, velocity_errors};
 use fusion::learning::{LearntAxis, LearntRadar, LearntType, LearntValue};
 use fusion::report::TransponderType;
 
@@ -49,7 +49,7 @@ struct LearntNumber {
 /// Whether a radar's velocities (I048/200) are of use.
 #[derive(Serialize, JsonSchema)]
 struct LearntVelocity {
-    #[schemars(extend("enum" = ["unknown", "used", "ignored"]))]
+    #[schemars(extend("enum" = VelocityUse::NAMES))]
     verdict: &'static str,
     /// How far they are off, each axis, once that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -137,7 +137,7 @@ impl From<&LearntRadar> for Learnt {
             range_m: errors(&learnt.range_m, 1.0),
             azimuth_deg: errors(&learnt.azimuth, 1_f64.to_degrees()),
             height_m: errors(&learnt.height_m, 1.0),
-            velocity: LearntVelocity { verdict: verdict_name(&learnt.velocity), error_m_s },
+            velocity: LearntVelocity { verdict: VelocityUse::from(&learnt.velocity).name(), error_m_s },
         }
     }
 }

@@ -2,23 +2,25 @@
 
 use axum::http::StatusCode;
 use schemars::generate::SchemaSettings;
-use schemars::transform::transform_subschemas;
+use schemars::transform::{RecursiveTransform, transform_subschemas};
 use schemars::{Schema, SchemaGenerator};
 use serde_json::{Map, Value, json};
 
 use super::ask::{Answer, JSON, json};
 use super::problem::ProblemJson;
-use super::route::{Parameter, Route};
+use super::route::{Parameter, Route, Typed, Values};
 
 /// The document of these routes.
 pub fn document(routes: &[Route], needs_token: bool) -> Answer {
-    let mut generator = generator();
+    let (mut generator, mut requests) = (generator(), generator_of_requests());
     let mut paths = Map::new();
     for route in routes {
         let method = if route.post { "post" } else { "get" };
         let path = paths.entry(route.path).or_insert_with(|| json!({}));
-        path[method] = operation(route, needs_token, &mut generator);
+        path[method] = operation(route, needs_token, &mut generator, &mut requests);
     }
+    let mut schemas = generator.take_definitions(true);
+    schemas.extend(requests.take_definitions(true));
     let token = if needs_token { "This service asks for a bearer token." } else { UNITS };
     let document = json!({
         "openapi": "3.1.0",
@@ -31,16 +33,27 @@ pub fn document(routes: &[Route], needs_token: bool) -> Answer {
         "servers": [{ "url": "/" }],
         "paths": paths,
         "components": {
-            "schemas": generator.take_definitions(true),
+            "schemas": schemas,
             "securitySchemes": { "token": { "type": "http", "scheme": "bearer" } },
         },
     });
     json(JSON, &document)
 }
 
-/// Makes the schemas of a document.
+/// Makes the schemas of what is sent.
 pub(super) fn generator() -> SchemaGenerator {
-    let mut settings = SchemaSettings::draft2020_12().for_serialize().with_transform(exact);
+    with_definitions(SchemaSettings::draft2020_12().for_serialize().with_transform(exact))
+}
+
+/// Makes the schemas of what is received, where other properties are optional.
+fn generator_of_requests() -> SchemaGenerator {
+    let complete_all = RecursiveTransform(|schema: &mut Schema| {
+        schema.as_object_mut().into_iter().for_each(complete);
+    });
+    with_definitions(SchemaSettings::draft2020_12().for_deserialize().with_transform(complete_all))
+}
+
+fn with_definitions(mut settings: SchemaSettings) -> SchemaGenerator {
     settings.definitions_path = "/components/schemas".into();
     settings.meta_schema = None;
     settings.into_generator()
@@ -134,7 +147,12 @@ fn operation_id(route: &Route) -> String {
     id
 }
 
-fn operation(route: &Route, needs_token: bool, generator: &mut SchemaGenerator) -> Value {
+fn operation(
+    route: &Route,
+    needs_token: bool,
+    generator: &mut SchemaGenerator,
+    requests: &mut SchemaGenerator,
+) -> Value {
     let mut parameters: Vec<Value> = Vec::new();
     if let Some((name, _)) = route.path.split_once('{').and_then(|(_, rest)| rest.split_once('}')) {
         let schema = json!({ "type": "string" });
@@ -150,10 +168,11 @@ fn operation(route: &Route, needs_token: bool, generator: &mut SchemaGenerator) 
         }));
     }
     let mut responses = Map::new();
-    let schema = (route.reply.schema)(generator);
+    let reply = &route.reply;
+    let content = bodies((reply.content_type, reply.schema), &reply.others, generator);
     responses.insert(
-        route.reply.status.as_str().to_owned(),
-        json!({ "description": route.summary, "content": { route.reply.content_type: { "schema": schema } } }),
+        reply.status.as_str().to_owned(),
+        json!({ "description": route.summary, "content": content }),
     );
     let guarded: &[u16] = if route.scope.is_some() { &[401, 403] } else { &[] };
     // Host and, of a POST, Origin and Content-Type are looked at for every route.
@@ -177,9 +196,8 @@ fn operation(route: &Route, needs_token: bool, generator: &mut SchemaGenerator) 
         "security": [],
     });
     if let Some(body) = route.body {
-        let schema = body(generator);
-        operation["requestBody"] =
-            json!({ "required": true, "content": { route.body_type: { "schema": schema } } });
+        let content = bodies((route.body_type, body), &route.other_bodies, requests);
+        operation["requestBody"] = json!({ "required": true, "content": content });
     }
     if let Some(scope) = route.scope {
         if needs_token {
@@ -188,6 +206,13 @@ fn operation(route: &Route, needs_token: bool, generator: &mut SchemaGenerator) 
         operation["description"] = json!(format!("With tokens in force: scope {}.", scope.name()));
     }
     operation
+}
+
+/// Schemas of a body, by media type.
+fn bodies(usual: Typed, others: &[Typed], generator: &mut SchemaGenerator) -> Value {
+    let typed =
+        |(media_type, schema): &Typed| ((*media_type).to_owned(), json!({ "schema": schema(generator) }));
+    [usual].iter().chain(others).map(typed).collect::<Map<_, _>>().into()
 }
 
 /// Of a parameter.
@@ -201,6 +226,15 @@ pub(super) fn schema(parameter: &Parameter) -> Value {
         let bound = |value: f64| if value.fract() == 0.0 { json!(value as i64) } else { json!(value) };
         schema["minimum"] = bound(least);
         schema["maximum"] = bound(greatest);
+    }
+    if let Some(Values { names, is_list }) = parameter.values {
+        if is_list {
+            // A list is one text: generators of clients would give the parameter several times.
+            let one = names().join("|");
+            schema["pattern"] = json!(format!("^({one})(,({one}))*$"));
+        } else {
+            schema["enum"] = json!(names());
+        }
     }
     schema
 }

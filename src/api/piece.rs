@@ -5,11 +5,11 @@ use std::sync::{Arc, OnceLock};
 use axum::body::Bytes;
 
 use crate::json::rounded;
-use crate::picture::{PictureMaker, PictureTrack, TrackClass};
+use crate::picture::{PictureMaker, PictureTrack, TrackClass, TrackSource};
 use fusion::integrity::State;
 
 /// Where a track can come from.
-pub const SOURCES: [&str; 3] = ["fused", "radar", "transponder"];
+pub const SOURCES: [&str; 3] = TrackSource::NAMES;
 
 /// A track of a slot, and what filters ask of it.
 #[derive(Clone, Debug)]

@@ -56,10 +56,14 @@ impl Problem {
     }
 }
 
+/// Type of a problem that its status tells alone.
+const UNTYPED: &str = "about:blank";
+
 /// RFC 9457.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Problem")]
 pub struct ProblemJson<'a> {
+    #[schemars(extend("const" = UNTYPED))]
     r#type: &'static str,
     title: &'static str,
     status: u16,
@@ -70,7 +74,7 @@ pub struct ProblemJson<'a> {
 impl IntoResponse for Problem {
     fn into_response(self) -> Response {
         let title = self.status.canonical_reason().unwrap_or("Error");
-        let json = ProblemJson { r#type: "about:blank", title, status: self.status.as_u16(), problem: &self };
+        let json = ProblemJson { r#type: UNTYPED, title, status: self.status.as_u16(), problem: &self };
         // Texts and numbers only: there is nothing that could not be written.
         let mut response = Response::new(Body::from(serde_json::to_vec(&json).unwrap_or_default()));
         *response.status_mut() = self.status;

@@ -10,8 +10,7 @@ use super::piece::Piece;
 use super::problem::Problem;
 use super::shown::Shown;
 use crate::json::rounded;
-use crate::picture::TrackClass;
-use crate::picture::serial_text;
+use crate::picture::{TrackClass, TrackSource, serial_text};
 use fusion::point::TransponderPart;
 use fusion::report::Space;
 
@@ -30,6 +29,50 @@ pub struct Picture {
     aircraft: Vec<Aircraft>,
 }
 
+/// ICAO type designator of a drone.
+const DESIGNATOR: &str = "UHEL";
+/// Description of a drone.
+const DESCRIPTION: &str = "Drone";
+/// Source of a track of radar alone.
+const RADAR: &str = TrackSource::Radar.name();
+/// Emitter category of an unmanned aircraft.
+const UNMANNED: (u8, &str) = (13, "B6");
+/// Emitter categories of ADS-B, set and number, by their value of I021/020.
+const CATEGORIES: [(u8, &str); 18] = [
+    (1, "A1"),
+    (2, "A2"),
+    (3, "A3"),
+    (4, "A4"),
+    (5, "A5"),
+    (6, "A6"),
+    (10, "A7"),
+    (11, "B1"),
+    (12, "B2"),
+    (16, "B3"),
+    (15, "B4"),
+    UNMANNED,
+    (14, "B7"),
+    (20, "C1"),
+    (21, "C2"),
+    (22, "C3"),
+    (23, "C4"),
+    (24, "C5"),
+];
+
+/// Where readsb's position of an aircraft comes from.
+#[derive(Clone, Copy)]
+enum PositionType {
+    AdsbIcao,
+    TisbTrackfile,
+    Other,
+}
+
+fusion::interface_names!(PositionType {
+    AdsbIcao = "adsb_icao",
+    TisbTrackfile = "tisb_trackfile",
+    Other = "other",
+});
+
 /// A track as readsb describes an aircraft. Only an aircraft that is heard by ADS-B has an ICAO address. Barometric heights are
 /// not known and left out.
 #[derive(Serialize, JsonSchema)]
@@ -37,7 +80,7 @@ struct Aircraft {
     /// ICAO address, six digits; of a track without one `~` and a hash of its id.
     hex: String,
     /// `tisb_trackfile`: radar alone.
-    #[schemars(extend("enum" = ["adsb_icao", "tisb_trackfile", "other"]))]
+    #[schemars(extend("enum" = PositionType::NAMES))]
     r#type: &'static str,
     lat: f64,
     lon: f64,
@@ -48,17 +91,15 @@ struct Aircraft {
     /// Emitter category of ADS-B, by which displays choose an icon: the one that the aircraft states, else B6 (unmanned) of a
     /// drone. Absent where neither is known.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("enum" = [
-        "A1", "A2", "A3", "A4", "A5", "A6", "A7", "B1", "B2", "B3", "B4", "B6", "B7", "C1", "C2", "C3", "C4", "C5"
-    ]))]
+    #[schemars(extend("enum" = CATEGORIES.map(|(_, category)| category)))]
     category: Option<&'static str>,
     /// ICAO type designator of a drone. tar1090 draws B6 alone as an aeroplane; for UHEL it takes the icon with rotors.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("enum" = ["UHEL"]))]
+    #[schemars(extend("enum" = [DESIGNATOR]))]
     t: Option<&'static str>,
     /// Description of the type, shown beside `t`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("enum" = ["Drone"]))]
+    #[schemars(extend("enum" = [DESCRIPTION]))]
     desc: Option<&'static str>,
     /// Serial number of the transponder, else the track's id.
     flight: String,
@@ -108,19 +149,20 @@ fn entry(piece: &Piece, shown: &Shown, taken: &mut BTreeSet<u32>) -> Aircraft {
             |icao24| serial_text(icao24).to_lowercase(),
         ),
         r#type: match (icao24, piece.source) {
-            (Some(_), _) => "adsb_icao",
-            (None, "radar") => "tisb_trackfile",
-            (None, _) => "other",
-        },
+            (Some(_), _) => PositionType::AdsbIcao,
+            (None, RADAR) => PositionType::TisbTrackfile,
+            (None, _) => PositionType::Other,
+        }
+        .name(),
         lat: rounded(piece.lat, 6),
         lon: rounded(piece.lng, 6),
         seen: age_s,
         seen_pos: age_s,
         mlat: [],
         tisb: [],
-        category: stated.or(is_drone.then_some("B6")),
-        t: is_drone.then_some("UHEL"),
-        desc: is_drone.then_some("Drone"),
+        category: stated.or(is_drone.then_some(UNMANNED.1)),
+        t: is_drone.then_some(DESIGNATOR),
+        desc: is_drone.then_some(DESCRIPTION),
         flight: transponder.map_or(piece.id.to_string(), called),
         alt_geom: piece.height_m.map(feet),
         gs: motion.map(|motion| rounded(motion.speed() * KNOTS, 1)),
@@ -140,27 +182,7 @@ fn called(part: &TransponderPart) -> String {
 
 /// The category of ADS-B (set and number) for a value of I021/020; `None` of one that says nothing.
 fn emitter_category(code: u8) -> Option<&'static str> {
-    Some(match code {
-        1 => "A1",
-        2 => "A2",
-        3 => "A3",
-        4 => "A4",
-        5 => "A5",
-        6 => "A6",
-        10 => "A7",
-        11 => "B1",
-        12 => "B2",
-        13 => "B6",
-        14 => "B7",
-        15 => "B4",
-        16 => "B3",
-        20 => "C1",
-        21 => "C2",
-        22 => "C3",
-        23 => "C4",
-        24 => "C5",
-        _ => return None,
-    })
+    CATEGORIES.into_iter().find(|(known, _)| *known == code).map(|(_, category)| category)
 }
 
 /// A number of 24 bits from the id: the same as long as no other track of the picture has it.

@@ -1,5 +1,6 @@
 //! What a route is: a path, who may ask, and what answers.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::future::{Future, ready};
 use std::pin::Pin;
@@ -12,6 +13,9 @@ use serde::Serialize;
 use super::ask::{Answer, Ask, GEO_JSON, JSON, json};
 use super::problem::Problem;
 use super::tokens::Scope;
+
+/// A media type, and the schema of what it holds.
+pub type Typed = (&'static str, fn(&mut SchemaGenerator) -> Schema);
 
 /// A path and what is done there.
 #[derive(Debug)]
@@ -26,6 +30,8 @@ pub struct Route {
     pub body: Option<fn(&mut SchemaGenerator) -> Schema>,
     /// What the body is, where one is read.
     pub body_type: &'static str,
+    /// Other media types that the body may have, each with the type of what it holds.
+    pub other_bodies: Vec<Typed>,
     /// The only parameters that a query may have; `None`: the query is ignored.
     pub parameters: Option<&'static [Parameter]>,
     /// What a token needs; `None`: open to everybody.
@@ -52,6 +58,7 @@ impl Route {
             summary,
             body,
             body_type,
+            other_bodies: Vec::new(),
             parameters,
             scope,
             problems,
@@ -76,9 +83,15 @@ impl Route {
         Self { body: Some(SchemaGenerator::subschema_for::<T>), ..self }
     }
 
-    /// With text of this type in its body.
-    pub(super) fn reads_text(self, body_type: &'static str) -> Self {
-        Self { body: Some(SchemaGenerator::subschema_for::<String>), body_type, ..self }
+    /// With octets of this type in its body.
+    pub(super) fn reads_octets(self, body_type: &'static str) -> Self {
+        Self { body: Some(SchemaGenerator::subschema_for::<Binary>), body_type, ..self }
+    }
+
+    /// With a `T` in its body as well, as JSON.
+    pub(super) fn or_reads<T: JsonSchema>(mut self) -> Self {
+        self.other_bodies.push((JSON, SchemaGenerator::subschema_for::<T>));
+        self
     }
 
     /// Which ignores its query.
@@ -128,6 +141,8 @@ pub(super) struct Reply {
     /// Where all is well.
     pub(super) status: StatusCode,
     pub(super) content_type: &'static str,
+    /// Other media types that the body may have, each with the type of what it holds.
+    pub(super) others: Vec<Typed>,
     /// Of the body.
     pub(super) schema: fn(&mut SchemaGenerator) -> Schema,
     pub(super) answer: Answering,
@@ -140,7 +155,14 @@ pub(super) type Later<T> = Pin<Box<dyn Future<Output = Result<T, Problem>> + Sen
 
 impl Reply {
     fn of<T: JsonSchema>(content_type: &'static str, answer: Answering) -> Self {
-        Self { status: StatusCode::OK, content_type, schema: SchemaGenerator::subschema_for::<T>, answer }
+        let schema = SchemaGenerator::subschema_for::<T>;
+        Self { status: StatusCode::OK, content_type, others: Vec::new(), schema, answer }
+    }
+
+    /// Or a `T` of this media type.
+    pub(super) fn or<T: JsonSchema>(mut self, content_type: &'static str) -> Self {
+        self.others.push((content_type, SchemaGenerator::subschema_for::<T>));
+        self
     }
 
     /// A value as JSON.
@@ -183,6 +205,32 @@ impl fmt::Debug for Reply {
     }
 }
 
+/// The values of a text.
+#[derive(Clone, Copy, Debug)]
+pub struct Values {
+    /// All of them.
+    pub names: fn() -> Vec<&'static str>,
+    /// Whether several may be given, separated by commas.
+    pub is_list: bool,
+}
+
+/// Octets that are no text.
+pub(super) struct Binary;
+
+impl JsonSchema for Binary {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        "Binary".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        schemars::json_schema!({ "type": "string", "format": "binary" })
+    }
+}
+
 /// A parameter of a query.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
@@ -192,6 +240,8 @@ pub struct Parameter {
     pub kind: &'static str,
     /// Least and greatest value of a number.
     pub range: Option<(f64, f64)>,
+    /// The only values that a text may have.
+    pub values: Option<Values>,
     /// Whether it has to be given.
     pub required: bool,
     /// What it does.
@@ -200,11 +250,21 @@ pub struct Parameter {
 
 impl Parameter {
     pub(super) const fn new(name: &'static str, kind: &'static str, description: &'static str) -> Self {
-        Self { name, kind, range: None, required: false, description }
+        Self { name, kind, range: None, values: None, required: false, description }
     }
 
     pub(super) const fn within(self, least: f64, greatest: f64) -> Self {
         Self { range: Some((least, greatest)), ..self }
+    }
+
+    /// One of these values.
+    pub(super) const fn one_of(self, names: fn() -> Vec<&'static str>) -> Self {
+        Self { values: Some(Values { names, is_list: false }), ..self }
+    }
+
+    /// Some of these values, separated by commas.
+    pub(super) const fn some_of(self, names: fn() -> Vec<&'static str>) -> Self {
+        Self { values: Some(Values { names, is_list: true }), ..self }
     }
 
     pub(super) const fn needed(self) -> Self {

@@ -6,9 +6,10 @@ use serde_json::{Map, Value};
 
 use super::ask::{Answer, Ask, GEO_JSON, JSON};
 use super::auth::open_ticket;
+use super::filter::{COMPETITORS, NOT_JUDGED};
 use super::ground::{AreaCollection, Coverage};
-use super::history::Trail;
-use super::route::Reply;
+use super::history::{Trail, TrailFormat};
+use super::route::{Binary, Reply};
 pub use super::route::{Parameter, Route};
 use super::shown::{TrackFeature, Tracks};
 use super::tokens::Scope;
@@ -16,7 +17,14 @@ use super::{
     alerts, asyncapi, basemap, cluster, conflicts, correlations, events, history, integrity, metrics,
     openapi, page, raw, readsb, remote_id, replay, service, sites, stream, tracks, uss, websocket,
 };
+use crate::config::{AlertKind, PictureKind};
+use crate::conflicts::levels;
+use crate::gateways::remote_id::RemoteIdLine;
+use crate::names::{configured, with};
 use crate::net::listen::POSTED_TO;
+use crate::picture::{TrackClass, TrackSource};
+use fusion::integrity::State;
+use fusion::operational::Verdict;
 
 const FILTER: [Parameter; 13] = [
     Parameter::new(
@@ -24,19 +32,22 @@ const FILTER: [Parameter; 13] = [
         "string",
         "lon_min,lat_min,lon_max,lat_max, degrees; lon_min above lon_max spans the antimeridian",
     ),
-    Parameter::new("source", "string", "of fused, radar, transponder, separated by commas"),
+    Parameter::new("source", "string", "of fused, radar, transponder, separated by commas")
+        .some_of(|| TrackSource::NAMES.to_vec()),
     Parameter::new(
         "class",
         "string",
         "of drone (with a transponder, or the radar says so), crewed (conflicts.crewed names its transponder, or it is heard by \
          ADS-B), vehicle (on the ground of an aerodrome; left out unless it is named), other (the radar holds it for something \
          else), unknown (the radar does not say), separated by commas",
-    ),
+    )
+    .some_of(|| TrackClass::NAMES.to_vec()),
     Parameter::new(
         "integrity",
         "string",
         "of unverified, verified, suspect, failed, none (without a transponder that is judged), separated by commas",
-    ),
+    )
+    .some_of(|| with(&State::NAMES, NOT_JUDGED)),
     Parameter::new("sensor", "string", "ids of sensors that took part, separated by commas"),
     Parameter::new(
         "alt_min",
@@ -70,12 +81,14 @@ const FILTER: [Parameter; 13] = [
         "include",
         "string",
         "competitors: who else could be each part of a track; default: left out",
-    ),
+    )
+    .some_of(|| vec![COMPETITORS]),
     Parameter::new(
         "at",
         "string",
         "lagged (default): the slot as it is published; now: where aircraft are predicted to be by then",
-    ),
+    )
+    .one_of(configured::<PictureKind>),
 ];
 
 /// A page of the picture.
@@ -125,7 +138,8 @@ const VIEW: [Parameter; 2] = [
 const ALERTS: [Parameter; 4] = [
     Parameter::new("since", "time", "of those that ended, those that lasted at this time or began after it"),
     Parameter::new("until", "time", "of those that ended, those that began by this time"),
-    Parameter::new("kind", "string", "those of these kinds, separated by commas"),
+    Parameter::new("kind", "string", "those of these kinds, separated by commas")
+        .some_of(configured::<AlertKind>),
     Parameter::new(
         "limit",
         "integer",
@@ -139,14 +153,16 @@ const CONFLICTS: [Parameter; 2] = [
         "level",
         "string",
         "those of this level or a worse one: none (default), advisory, warning, violation",
-    ),
+    )
+    .one_of(levels),
     Parameter::new("id", "string", "those of this track"),
 ];
 
 const TRAIL: [Parameter; 3] = [
     Parameter::new("since", "time", "default: 10 minutes before until"),
     Parameter::new("until", "time", "default: now"),
-    Parameter::new("format", "string", "geojson (default), gpx, kml or csv"),
+    Parameter::new("format", "string", "geojson (default), gpx, kml or csv")
+        .one_of(|| TrailFormat::NAMES.to_vec()),
 ];
 
 const TIME: [Parameter; 1] = [Parameter::new("time", "time", "of the picture").needed()];
@@ -189,6 +205,7 @@ const PAIR: [Parameter; 5] = [
         "string",
         "correlated, decorrelated, or automatic: as if nothing had been said",
     )
+    .one_of(|| Verdict::NAMES.to_vec())
     .needed(),
 ];
 
@@ -218,7 +235,10 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         Route::get(
             "/api/v1/tracks/{id}/trail",
             "Where a track was, one position per second",
-            Reply::octets::<Trail<'_>>(GEO_JSON, history::trail),
+            Reply::octets::<Trail<'_>>(GEO_JSON, history::trail)
+                .or::<String>(history::GPX)
+                .or::<String>(history::KML)
+                .or::<String>(history::CSV),
         )
         .with(&TRAIL)
         .or(&[404, 503])
@@ -265,7 +285,8 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
             Scope::Input,
             Reply::json(remote_id::post),
         )
-        .reads_text(remote_id::LINES)
+        .reads_octets(remote_id::LINES)
+        .or_reads::<RemoteIdLine>()
         .or(&[404, 408, 409, 503]),
         Route::post("/api/v1/replay/play", "The replay goes on", Scope::Control, Reply::json(replay::play))
             .or(&[409, 413]),
@@ -331,7 +352,7 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         Route::get(
             "/api/v1/basemap",
             "A vector tile (MVT) of the base map, Web Mercator; empty where the map has none",
-            Reply::octets::<String>(basemap::TILE, basemap::tile),
+            Reply::octets::<Binary>(basemap::TILE, basemap::tile).or::<Binary>(basemap::OCTETS),
         )
         .with(&TILE)
         .or(&[404, 503]),

@@ -11,30 +11,49 @@ use super::basemap;
 use super::problem::Problem;
 use super::replay::{self, Replay};
 use super::tokens::Scope;
-use crate::config::Config;
+use crate::config::{Auth, Config, Motion, Profile};
 use crate::json::rounded;
 use crate::live::{Level, Status};
+use crate::names::{configured, without};
 use crate::picture::Rfc3339;
 use crate::state::StateHealth;
 use fusion::SensorIndex;
 
+/// Answer to a probe.
+#[derive(Clone, Copy)]
+enum ProbeState {
+    Ok,
+    Ready,
+}
+
+fusion::interface_names!(ProbeState { Ok = "ok", Ready = "ready" });
+
+/// Where the picture comes from.
+#[derive(Clone, Copy)]
+enum Mode {
+    Live,
+    Replay,
+}
+
+fusion::interface_names!(Mode { Live = "live", Replay = "replay" });
+
 /// That it is alive, or ready.
 #[derive(Serialize, JsonSchema)]
 pub struct Health {
-    #[schemars(extend("enum" = ["ok", "ready"]))]
+    #[schemars(extend("enum" = ProbeState::NAMES))]
     status: &'static str,
 }
 
 /// Alive.
 pub fn health(_: &Ask) -> Result<Health, Problem> {
-    Ok(Health { status: "ok" })
+    Ok(Health { status: ProbeState::Ok.name() })
 }
 
 /// Lines are joined and the picture is of now, or 503 with what is wrong.
 pub fn ready(ask: &Ask) -> Result<Health, Problem> {
     let condition = ask.state.condition();
     if condition.level() < Level::NotReady {
-        return Ok(Health { status: "ready" });
+        return Ok(Health { status: ProbeState::Ready.name() });
     }
     let reasons = condition.reasons(Level::NotReady).into_iter().map(str::to_owned).collect();
     Err(Problem::unavailable("the service is not ready", reasons).retry_after_s(1))
@@ -44,7 +63,7 @@ pub fn ready(ask: &Ask) -> Result<Health, Problem> {
 #[derive(Serialize, JsonSchema)]
 pub struct ServiceStatus {
     time: Rfc3339,
-    #[schemars(extend("enum" = ["ok", "degraded"]))]
+    #[schemars(extend("enum" = without(&Level::NAMES, Level::NotReady.name())))]
     state: &'static str,
     /// Whether the picture can be used.
     ready: bool,
@@ -206,14 +225,19 @@ impl Tally {
     }
 }
 
+/// Name of the service.
+const NAME: &str = "utm-fusion";
+
 /// Version, site and the settings that a reader of the picture should know.
 #[derive(Serialize, JsonSchema)]
 pub struct Info {
+    #[schemars(extend("const" = NAME))]
     name: &'static str,
     version: &'static str,
     site: Site,
     /// Geoid above ellipsoid at the site, metres.
     geoid_separation: f64,
+    #[schemars(extend("enum" = configured::<Profile>()))]
     profile: &'static str,
     slot_s: f64,
     /// From the opening of a slot until it is due, seconds.
@@ -223,9 +247,9 @@ pub struct Info {
     /// Whether the picture is made by several machines (`/api/v1/cluster`).
     cluster: bool,
     started: Rfc3339,
-    #[schemars(extend("enum" = ["live", "replay"]))]
+    #[schemars(extend("enum" = Mode::NAMES))]
     mode: &'static str,
-    #[schemars(extend("enum" = ["tokens", "none"]))]
+    #[schemars(extend("enum" = configured::<Auth>()))]
     auth: &'static str,
     /// Whether the token in use has the scope `control`.
     control: bool,
@@ -253,6 +277,7 @@ struct Site {
 /// As configured in `[fusion]`.
 #[derive(Serialize, JsonSchema)]
 struct Settings {
+    #[schemars(extend("enum" = configured::<Motion>()))]
     motion: &'static str,
     window_s: f64,
     max_future_s: f64,
@@ -280,7 +305,7 @@ pub fn info(ask: &Ask) -> Result<Info, Problem> {
     let replay = replay::state(ask.state.options.player.as_ref());
     let tiles = config.http.tiles.as_ref();
     Ok(Info {
-        name: "utm-fusion",
+        name: NAME,
         version: env!("CARGO_PKG_VERSION"),
         site: Site { name: config.site.name.clone(), sac: config.site.sac, sic: config.site.sic },
         geoid_separation: rounded(hub.maker.geoid_undulation_m(), 3),
@@ -290,7 +315,7 @@ pub fn info(ask: &Ask) -> Result<Info, Problem> {
         now: fusion.now,
         cluster: hub.config.cluster.is_some(),
         started: hub.started.into(),
-        mode: if replay.is_some() { "replay" } else { "live" },
+        mode: if replay.is_some() { Mode::Replay } else { Mode::Live }.name(),
         auth: if ask.state.needs_token() { "tokens" } else { "none" },
         control: ask.state.terms().may(ask.pass, Scope::Control),
         settings: Settings {

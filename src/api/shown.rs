@@ -55,7 +55,7 @@ pub struct Tracks<'a> {
     r#type: CollectionType,
     /// `now`: the picture of the deadline itself, predicted; left out where it is the slot's own.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("enum" = ["now"]))]
+    #[schemars(extend("enum" = [PictureKind::Now.name()]))]
     at: Option<&'static str>,
     /// Of the tracks: the centre of the slot.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -7,13 +7,15 @@ use serde::Serialize;
 
 use super::ask::{Answer, Ask, GEO_JSON, live};
 use super::geometry::{CollectionType, Feature, Point};
-use super::ground::{AreaCollection, SENSOR_KINDS, area_collection, kind};
+use super::ground::{AreaCollection, area_collection, kind};
 use super::learnt::{Learnt, LearntTypeJson};
 use super::problem::Problem;
-use crate::config::Sensor;
+use crate::config::{self, Sensor, SensorKind};
 use crate::json::rounded;
-use crate::live::{Contested, LineStatus, RegistrationStatus, SensorStatus, Unknown, values};
+use crate::live::{Contested, LineStatus, RegistrationStatus, SensorState, SensorStatus, Unknown, values};
+use crate::names::configured;
 use crate::picture::{Rfc3339, serial_text};
+use crate::pipeline::ContestReason;
 use fusion::registration::{BiasValue, Misalignment};
 
 /// GeoJSON, RFC 7946.
@@ -51,7 +53,7 @@ impl From<&Unknown> for UnknownSource {
 pub struct SensorProperties {
     /// As configured.
     id: String,
-    #[schemars(extend("enum" = SENSOR_KINDS))]
+    #[schemars(extend("enum" = configured::<SensorKind>()))]
     kind: &'static str,
     #[serde(flatten)]
     status: Option<Known>,
@@ -62,7 +64,7 @@ pub struct SensorProperties {
 struct Known {
     sac: u8,
     sic: u8,
-    #[schemars(extend("enum" = ["operational", "degraded", "outage"]))]
+    #[schemars(extend("enum" = SensorState::NAMES))]
     state: &'static str,
     /// Why it is not operational.
     reasons: Vec<String>,
@@ -144,7 +146,7 @@ struct ContestedJson {
     refused: String,
     /// `other_sender`: the one that counts was heard first. `foreign_source`: it is not a host that the sensor's inputs name as
     /// `source`.
-    #[schemars(extend("enum" = ["other_sender", "foreign_source"]))]
+    #[schemars(extend("enum" = ContestReason::NAMES))]
     reason: &'static str,
     /// Serial numbers of the transponders that both report.
     transponders: Vec<String>,
@@ -161,7 +163,7 @@ impl From<&Contested> for ContestedJson {
 /// Misalignment of a radar, estimated from its tracks; operational profile only, and without values where it is off.
 #[derive(Serialize, JsonSchema)]
 struct Registration {
-    #[schemars(extend("enum" = ["off", "propose", "apply"]))]
+    #[schemars(extend("enum" = configured::<config::Registration>()))]
     mode: &'static str,
     /// Whether plots are corrected by any of it.
     applied: bool,

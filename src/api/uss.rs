@@ -17,8 +17,9 @@ use super::problem::Problem;
 use super::shown::Shown;
 use super::trails::{PLACES_OF_A_REQUEST, Trail};
 use crate::json::rounded;
+use crate::names::with;
 use crate::picture::remote_id_json::{self, HeightJson};
-use crate::picture::{PictureTrack, TrackClass, serial_text};
+use crate::picture::{HORIZONTAL, PictureTrack, SPEED, TrackClass, VERTICAL, class_names, serial_text};
 use fusion::Identity;
 use fusion::declaration::OperatorPlace;
 use fusion::point::TransponderPart;
@@ -43,17 +44,27 @@ pub struct Flights {
     flights: Vec<Flight>,
 }
 
+/// Classes of accuracies that are not known.
+const NO_HORIZONTAL_CLASS: &str = "HAUnknown";
+const NO_VERTICAL_CLASS: &str = "VAUnknown";
+const NO_SPEED_CLASS: &str = "SAUnknown";
+/// Format of times.
+const RFC3339: &str = "RFC3339";
+/// Datum and unit of heights.
+const DATUM: &str = "W84";
+const METRES: &str = "M";
+
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RIDTime")]
 struct Timestamp {
     value: String,
-    #[schemars(extend("const" = "RFC3339"))]
+    #[schemars(extend("const" = RFC3339))]
     format: &'static str,
 }
 
 impl Timestamp {
     fn new(value: &impl ToString) -> Self {
-        Self { value: value.to_string(), format: "RFC3339" }
+        Self { value: value.to_string(), format: RFC3339 }
     }
 }
 
@@ -82,6 +93,7 @@ struct AircraftState {
     track: f64,
     /// Metres per second; 255: unknown.
     speed: f64,
+    #[schemars(extend("enum" = with(&class_names(&SPEED), NO_SPEED_CLASS)))]
     speed_accuracy: &'static str,
     /// Metres per second; 63: unknown.
     vertical_speed: f64,
@@ -97,7 +109,9 @@ struct FlightPosition {
     lng: f64,
     /// Metres above the ellipsoid; -1000: unknown.
     alt: f64,
+    #[schemars(extend("enum" = with(&class_names(&HORIZONTAL), NO_HORIZONTAL_CLASS)))]
     accuracy_h: &'static str,
+    #[schemars(extend("enum" = with(&class_names(&VERTICAL), NO_VERTICAL_CLASS)))]
     accuracy_v: &'static str,
     extrapolated: bool,
 }
@@ -214,13 +228,13 @@ fn flight(piece: &Piece, track: &PictureTrack, part: &TransponderPart, accuracy_
                 lat: rounded(piece.lat, 7),
                 lng: rounded(piece.lng, 7),
                 alt: piece.height_m.map_or(no_alt, |metres| rounded(metres, 1)),
-                accuracy_h: motion.map_or("HAUnknown", |motion| motion.class_h().name),
-                accuracy_v: vertical.map_or("VAUnknown", |motion| motion.class_v().name),
+                accuracy_h: motion.map_or(NO_HORIZONTAL_CLASS, |motion| motion.class_h().name),
+                accuracy_v: vertical.map_or(NO_VERTICAL_CLASS, |motion| motion.class_v().name),
                 extrapolated: track.is_extrapolated(),
             },
             track: direction.map_or(no_track, |degrees| rounded(degrees, 1) % 360.0),
             speed: motion.map_or(no_speed, |motion| rounded(motion.speed().min(FASTEST), 2)),
-            speed_accuracy: motion.map_or("SAUnknown", |motion| motion.class_speed().name),
+            speed_accuracy: motion.map_or(NO_SPEED_CLASS, |motion| motion.class_speed().name),
             vertical_speed: vertical
                 .map_or(no_vertical_speed, |motion| rounded(motion.climb().clamp(-STEEPEST, STEEPEST), 2)),
             height: declared.height.map(HeightJson::from),
@@ -266,9 +280,9 @@ struct LatLngPoint {
 struct OperatorAltitude {
     /// Metres above the WGS-84 ellipsoid.
     value: f64,
-    #[schemars(extend("const" = "W84"))]
+    #[schemars(extend("const" = DATUM))]
     reference: &'static str,
-    #[schemars(extend("const" = "M"))]
+    #[schemars(extend("const" = METRES))]
     units: &'static str,
 }
 
@@ -278,7 +292,7 @@ impl From<&OperatorPlace> for OperatorLocation {
         let altitude = remote_id_json::metres(operator);
         Self {
             position: LatLngPoint { lat, lng },
-            altitude: altitude.map(|value| OperatorAltitude { value, reference: "W84", units: "M" }),
+            altitude: altitude.map(|value| OperatorAltitude { value, reference: DATUM, units: METRES }),
             altitude_type: remote_id_json::place_type(operator),
         }
     }

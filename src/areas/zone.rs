@@ -75,22 +75,15 @@ pub enum ZoneKind {
     NoRestriction,
 }
 
+fusion::interface_names!(ZoneKind {
+    Prohibited = "prohibited",
+    Authorisation = "authorisation",
+    Conditional = "conditional",
+    USpace = "u-space",
+    NoRestriction = "no-restriction",
+});
+
 impl ZoneKind {
-    /// All of them.
-    pub const ALL: [Self; 5] =
-        [Self::Prohibited, Self::Authorisation, Self::Conditional, Self::USpace, Self::NoRestriction];
-
-    /// Its name on the interfaces.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Prohibited => "prohibited",
-            Self::Authorisation => "authorisation",
-            Self::Conditional => "conditional",
-            Self::USpace => "u-space",
-            Self::NoRestriction => "no-restriction",
-        }
-    }
-
     /// As authorities write it.
     pub(super) fn of(text: &str) -> Option<Self> {
         match text {
@@ -120,19 +113,7 @@ pub enum Format {
     Ed269,
 }
 
-impl Format {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::GeoJson, Self::Ed318, Self::Ed269];
-
-    /// Its name on the interfaces.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::GeoJson => "geojson",
-            Self::Ed318 => "ed-318",
-            Self::Ed269 => "ed-269",
-        }
-    }
-}
+fusion::interface_names!(Format { GeoJson = "geojson", Ed318 = "ed-318", Ed269 = "ed-269" });
 
 /// What the configuration says beside a file.
 pub(super) struct Reading<'a> {

@@ -40,6 +40,7 @@ pub enum ReceptionKind {
 pub struct Merged {
     inputs: Vec<Input>,
     editions: Editions,
+    destination: Option<SocketAddr>,
 }
 
 /// Which edition of CAT021 a sender follows, where that is known.
@@ -49,8 +50,8 @@ struct Input {
     capture: Capture,
     clock: RawClock,
     day_clock: DayClock,
-    /// Read ahead: the records of one data block, at most.
-    ahead: VecDeque<Reception>,
+    /// Read ahead: the records of one data block, at most; each with its destination, where known.
+    ahead: VecDeque<(Reception, Option<SocketAddr>)>,
 }
 
 impl Merged {
@@ -62,7 +63,11 @@ impl Merged {
             day_clock: DayClock::starting_on(date),
             ahead: VecDeque::new(),
         };
-        Self { inputs: captures.into_iter().map(input).collect(), editions: Editions::new() }
+        Self {
+            inputs: captures.into_iter().map(input).collect(),
+            editions: Editions::new(),
+            destination: None,
+        }
     }
 
     /// The same where these senders follow these editions of CAT021; all others the usual one.
@@ -74,6 +79,11 @@ impl Merged {
     pub fn captures(&self) -> impl Iterator<Item = &Capture> {
         self.inputs.iter().map(|input| &input.capture)
     }
+
+    /// Address that the latest reception was sent to, where known.
+    pub fn destination(&self) -> Option<SocketAddr> {
+        self.destination
+    }
 }
 
 impl Iterator for Merged {
@@ -81,7 +91,7 @@ impl Iterator for Merged {
 
     /// An error ends its own input only.
     fn next(&mut self) -> Option<Self::Item> {
-        let Self { inputs, editions } = self;
+        let Self { inputs, editions, .. } = self;
         for (index, input) in inputs.iter_mut().enumerate() {
             if let Err(error) = input.fill(index, editions) {
                 return Some(Err(error));
@@ -91,8 +101,10 @@ impl Iterator for Merged {
             .inputs
             .iter_mut()
             .filter(|input| !input.ahead.is_empty())
-            .min_by_key(|input| input.ahead.front().and_then(|reception| reception.received))?;
-        earliest.ahead.pop_front().map(Ok)
+            .min_by_key(|input| input.ahead.front().and_then(|(reception, _)| reception.received))?;
+        let (reception, destination) = earliest.ahead.pop_front()?;
+        self.destination = destination;
+        Some(Ok(reception))
     }
 }
 
@@ -193,13 +205,14 @@ impl Input {
         offset: usize,
         payload: Vec<u8>,
     ) {
-        self.ahead.push_back(Reception {
+        let reception = Reception {
             received: self.clock.running(),
             input: index,
             from: datagram.endpoints.map(|endpoints| endpoints.source),
             kind,
             origin: datagram.origin + offset as u64,
             payload,
-        });
+        };
+        self.ahead.push_back((reception, datagram.endpoints.map(|endpoints| endpoints.destination)));
     }
 }

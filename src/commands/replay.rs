@@ -1,7 +1,9 @@
 //! `replay`: captured files through the engine.
 
 pub mod args;
+mod redate;
 mod serve;
+mod to_inputs;
 
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -41,6 +43,9 @@ pub fn run(args: &Args) -> CommandResult {
         .into());
     }
     let mut config = Config::load(&args.config)?;
+    if args.to_inputs {
+        return to_inputs::send(args, &config);
+    }
     if let Some(name) = &args.profile {
         let profile = name.parse::<Profile>();
         let profile = profile.map_err(|error| Usage(format!("--profile {name}: {error}")))?;

@@ -91,6 +91,8 @@ impl Default for AlertKind {
     }
 }
 
+const _: () = assert!(AlertKind::ALL.len() == <AlertKind as tables::named::Named>::NAMES.len());
+
 impl AlertKind {
     /// All kinds.
     pub const ALL: [Self; 11] = [

@@ -9,6 +9,14 @@ use crate::picture::{Rfc3339, StateName};
 use fusion::conflicts::{Level, Relative, Volume};
 use fusion::frames::Geodetic;
 
+/// Level of a conflict that has none.
+pub const NO_LEVEL: &str = "none";
+
+/// The names of all levels.
+pub fn levels() -> Vec<&'static str> {
+    [NO_LEVEL].into_iter().chain(Level::NAMES).collect()
+}
+
 /// Two aircraft that may come near each other, and one of the volumes.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 #[schemars(rename = "Conflict")]
@@ -27,7 +35,7 @@ pub struct ConflictJson {
     b: String,
     /// Name of the volume.
     volume: String,
-    #[schemars(extend("enum" = ["none", "advisory", "warning", "violation"]))]
+    #[schemars(extend("enum" = levels()))]
     level: &'static str,
     /// Since when the level holds.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -94,7 +102,7 @@ impl From<&Conflict> for ConflictJson {
             a: a.clone(),
             b: b.clone(),
             volume: volume.clone(),
-            level: conflict.level().map_or("none", Level::name),
+            level: conflict.level().map_or(NO_LEVEL, Level::name),
             since: found.level.map(|(_, since)| since.into()),
             t_cpa_s: rounded(approach.t_cpa_s, 2),
             d_cpa_h_m: rounded(approach.horizontal_m(), 2),

@@ -14,7 +14,7 @@ use fusion::integrity::State;
 use fusion::time::{SECOND, Time};
 use fusion::{Enu, Identity};
 
-pub use json::{ConflictJson, ConflictLine, VolumeJson};
+pub use json::{ConflictJson, ConflictLine, NO_LEVEL, VolumeJson, levels};
 
 /// Looks at every second's picture.
 #[derive(Debug)]

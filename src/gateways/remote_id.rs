@@ -14,6 +14,7 @@ use std::fmt::Write;
 use fusion::time::{SECOND, Time};
 use jiff::Timestamp;
 use remote_id::{Advertisement, French, Link, Listener, NotHeard, Transport};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Dropped;
@@ -67,39 +68,45 @@ pub enum Refusal {
     Receiver,
 }
 
-/// Why lines are refused, as counters name it.
-pub const REFUSALS: [&str; 6] = [
-    "line_not_an_object",
-    "line_not_hexadecimal",
-    "line_name",
-    "line_time",
-    "line_too_long",
-    "line_receiver",
-];
+fusion::interface_names!(Refusal {
+    NotAnObject = "line_not_an_object",
+    NotHexadecimal = "line_not_hexadecimal",
+    Name = "line_name",
+    Time = "line_time",
+    TooLong = "line_too_long",
+    Receiver = "line_receiver",
+});
 
-impl Refusal {
-    /// As counters name it.
-    pub const fn name(self) -> &'static str {
-        REFUSALS[self as usize]
-    }
-}
+/// Reasons that lines are refused for, as counters name them.
+pub const REFUSALS: [&str; 6] = Refusal::NAMES;
 
-/// The members of a line; what else it may hold is nobody's business.
-#[derive(Deserialize)]
-struct Members<'a> {
+/// A broadcast of Remote ID that a gateway received. Other members are ignored.
+#[derive(Deserialize, JsonSchema)]
+#[schemars(rename = "RemoteIdLine")]
+pub struct RemoteIdLine<'a> {
+    /// Time of reception; without it, the time at which the line arrives.
+    #[serde(borrow)]
     time: Option<Stamp<'a>>,
+    /// Address of the transmitter, or another name of it; at most 64 octets.
     #[serde(borrow)]
     transmitter: Cow<'a, str>,
+    /// Strength of the signal, dBm.
     rssi: Option<f64>,
+    /// Id of the sensor that received it.
     receiver: Option<String>,
+    /// The message or the pack, hexadecimal.
     #[serde(borrow)]
     message: Cow<'a, str>,
 }
 
-#[derive(Deserialize)]
+/// A time.
+#[derive(Deserialize, JsonSchema)]
+#[schemars(inline, rename = "RemoteIdTime")]
 #[serde(untagged)]
 enum Stamp<'a> {
+    /// Seconds since 1970.
     Seconds(f64),
+    /// RFC 3339.
     #[serde(borrow)]
     Text(Cow<'a, str>),
 }
@@ -117,7 +124,7 @@ impl Line {
         if text.trim_ascii_start().first() != Some(&b'{') {
             return Err(Refusal::NotAnObject);
         }
-        let Members { time, transmitter, rssi, receiver, message } =
+        let RemoteIdLine { time, transmitter, rssi, receiver, message } =
             serde_json::from_slice(text).map_err(|_| Refusal::NotAnObject)?;
         let is_name = |name: &str| (1..=NAME_MAX).contains(&name.len());
         if !is_name(&transmitter) || !receiver.as_deref().is_none_or(is_name) {

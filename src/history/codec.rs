@@ -1,7 +1,6 @@
 //! Saved tracks as octets: what a trail and a past picture show, and no more.
 
-use crate::picture::{PictureMaker, PictureTrack};
-use fusion::Source;
+use crate::picture::{PictureMaker, PictureTrack, TrackSource};
 
 /// A track of the past.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +19,7 @@ pub struct SavedTrack {
     pub altitude_amsl_m: Option<f64>,
 }
 
-const SOURCES: [&str; 3] = ["fused", "radar", "transponder"];
+const SOURCES: [&str; 3] = TrackSource::NAMES;
 /// The height of a track that has none.
 const NO_HEIGHT: i32 = i32::MIN;
 /// Octets of a place.
@@ -29,14 +28,9 @@ const PLACE: usize = 17;
 impl SavedTrack {
     /// Of a track of `maker`.
     pub fn of(track: &PictureTrack, maker: &PictureMaker) -> Self {
-        let source = match track.point.source {
-            Source::Fused(..) => SOURCES[0],
-            Source::Radar(_) => SOURCES[1],
-            Source::Transponder(_) => SOURCES[2],
-        };
         Self {
             id: maker.track_id(track),
-            source,
+            source: track.source_name(),
             number: track.point.number,
             latitude_deg: track.position.latitude_deg(),
             longitude_deg: track.position.longitude_deg(),

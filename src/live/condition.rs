@@ -155,16 +155,7 @@ pub enum Level {
     NotReady,
 }
 
-impl Level {
-    /// Its name on the interfaces.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Ok => "ok",
-            Self::Degraded => "degraded",
-            Self::NotReady => "not_ready",
-        }
-    }
-}
+fusion::interface_names!(Level { Ok = "ok", Degraded = "degraded", NotReady = "not_ready" });
 
 /// Something that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -52,16 +52,11 @@ pub enum SensorState {
     Outage,
 }
 
-impl SensorState {
-    /// Its name on the interfaces.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Operational => "operational",
-            Self::Degraded => "degraded",
-            Self::Outage => "outage",
-        }
-    }
-}
+fusion::interface_names!(SensorState {
+    Operational = "operational",
+    Degraded = "degraded",
+    Outage = "outage",
+});
 
 /// Status of a sensor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

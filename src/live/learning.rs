@@ -7,12 +7,26 @@ use fusion::report::TransponderType;
 /// Before so many independent samples a radar's errors are those of its data sheet, more or less.
 const TELLING_TRACKS: f64 = 8.0;
 
-/// The verdict's name.
-pub fn verdict_name(verdict: &VelocityVerdict) -> &'static str {
-    match verdict {
-        VelocityVerdict::Unknown => "unknown",
-        VelocityVerdict::Used(_) => "used",
-        VelocityVerdict::Ignored(_) => "ignored",
+/// Use of a radar's velocities.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VelocityUse {
+    /// Their use is undecided: too few samples.
+    Unknown,
+    /// They are used.
+    Used,
+    /// They are ignored.
+    Ignored,
+}
+
+fusion::interface_names!(VelocityUse { Unknown = "unknown", Used = "used", Ignored = "ignored" });
+
+impl From<&VelocityVerdict> for VelocityUse {
+    fn from(verdict: &VelocityVerdict) -> Self {
+        match verdict {
+            VelocityVerdict::Unknown => Self::Unknown,
+            VelocityVerdict::Used(_) => Self::Used,
+            VelocityVerdict::Ignored(_) => Self::Ignored,
+        }
     }
 }
 

@@ -55,6 +55,21 @@ pub struct CellState {
     pub corners: Vec<[f64; 2]>,
 }
 
+/// Part of a node in its cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NodePart {
+    /// It owns one.
+    Owner,
+    /// It stands by for one.
+    Standby,
+    /// Neither.
+    None,
+    /// It gives its cells away, and takes no others.
+    Drained,
+}
+
+fusion::interface_names!(NodePart { Owner = "owner", Standby = "standby", None = "none", Drained = "drained" });
+
 /// A node.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct NodeState {
@@ -63,7 +78,7 @@ pub struct NodeState {
     /// The machine that it runs on.
     pub machine: String,
     /// What it is: for one cell at least, where there are several.
-    #[schemars(extend("enum" = ["owner", "standby", "none", "drained"]))]
+    #[schemars(extend("enum" = NodePart::NAMES))]
     pub part: &'static str,
     /// Cells that it owns.
     pub owns: Vec<String>,

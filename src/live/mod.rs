@@ -52,13 +52,15 @@ pub use hub::{Hub, HubWriter};
 pub use inputs::Inputs;
 pub use integrity::{Integrities, IntegrityDesk, IntegrityRequests, Saying};
 pub use learning::{
-    in_words, make_and_model, of_data_sheet, type_in_words, type_name, velocity_errors, verdict_name,
+    VelocityUse, in_words, make_and_model, of_data_sheet, type_in_words, type_name, velocity_errors,
 };
 pub(crate) use lines::{Listening, listen};
 pub(crate) use losses::Losses;
 #[cfg(feature = "cluster")]
 pub(crate) use members::milliseconds;
-pub use members::{CellState, ClockDifference, ClockSource, ClockStanding, GatewayState, Members, NodeState};
+pub use members::{
+    CellState, ClockDifference, ClockSource, ClockStanding, GatewayState, Members, NodePart, NodeState,
+};
 pub use observer::observe;
 pub use outlooks::{OutlookWriter, Outlooks};
 pub use player::{OpenCaptures, Order, Player, PlayerState};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use tracing::info;
 
-use super::learning::{velocity_errors, verdict_name};
+use super::learning::{VelocityUse, velocity_errors};
 use crate::config::{Config, Profile, Registration as Mode, SensorKind};
 use fusion::Engine;
 use fusion::learning::LearntRadar;
@@ -140,7 +140,7 @@ impl Registrar {
             status.estimate = Some(registered.estimate);
             status.learnt = registered.learnt;
             if let (Some(learnt), Some(id)) = (&registered.learnt, self.ids.get(index)) {
-                let verdict = verdict_name(&learnt.velocity);
+                let verdict = VelocityUse::from(&learnt.velocity).name();
                 if self.verdicts.insert(index, verdict).unwrap_or("unknown") != verdict {
                     let off_m_s = velocity_errors(&learnt.velocity).map(|errors| errors.sigma_m_s);
                     info!(radar = %id, verdict, off_m_s, "velocities of a radar are judged anew");

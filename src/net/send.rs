@@ -119,3 +119,20 @@ pub fn socket(interface: Option<Ipv4Addr>, ttl: u8) -> io::Result<UdpSocket> {
     socket.bind(&SocketAddrV4::new(from, 0).into())?;
     Ok(socket.into())
 }
+
+/// A socket whose datagrams stay on this machine: multicast from `interface`, or unicast where that is `None`. `from` is its own
+/// address. Sending waits.
+///
+/// # Errors
+/// No socket, no such interface, or `from` is no address of this machine.
+pub fn local_socket(interface: Option<Ipv4Addr>, from: Ipv4Addr) -> io::Result<UdpSocket> {
+    let socket = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP))?;
+    if let Some(interface) = interface {
+        socket.set_multicast_if_v4(&interface)?;
+        // The system loops it back, and sends it on no network.
+        socket.set_multicast_ttl_v4(0)?;
+        socket.set_multicast_loop_v4(true)?;
+    }
+    socket.bind(&SocketAddrV4::new(from, 0).into())?;
+    Ok(socket.into())
+}

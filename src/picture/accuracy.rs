@@ -138,6 +138,11 @@ pub const SPEED: [Class; 5] = [
     class(f64::INFINITY, "SA10mpsPlus", 0),
 ];
 
+/// The names of these classes.
+pub fn class_names<const N: usize>(classes: &[Class; N]) -> [&'static str; N] {
+    classes.map(|class| class.name)
+}
+
 /// The class of a 95 % accuracy.
 pub fn class_of<const N: usize>(classes: &'static [Class; N], accuracy: f64) -> Class {
     classes.iter().find(|class| accuracy < class.below).copied().unwrap_or(classes[N - 1])

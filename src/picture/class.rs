@@ -26,21 +26,15 @@ pub enum TrackClass {
     Unknown,
 }
 
+fusion::interface_names!(TrackClass {
+    Drone = "drone",
+    Crewed = "crewed",
+    Vehicle = "vehicle",
+    Other = "other",
+    Unknown = "unknown",
+});
+
 impl TrackClass {
-    /// All classes.
-    pub const ALL: [Self; 5] = [Self::Drone, Self::Crewed, Self::Vehicle, Self::Other, Self::Unknown];
-
-    /// Its name on the interfaces.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Drone => "drone",
-            Self::Crewed => "crewed",
-            Self::Vehicle => "vehicle",
-            Self::Other => "other",
-            Self::Unknown => "unknown",
-        }
-    }
-
     /// Of what a track is made of; `crewed`: serial numbers of transponders.
     pub(crate) fn of(source: &Source, crewed: &BTreeSet<String>) -> Self {
         if let Some(part) = source.transponder() {

@@ -38,7 +38,7 @@ pub(super) struct TrackIntegrity<'a> {
 /// A state by its name.
 #[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 #[serde(transparent)]
-#[schemars(inline, extend("enum" = State::ALL.map(State::name)))]
+#[schemars(inline, extend("enum" = State::NAMES))]
 pub struct StateName(&'static str);
 
 impl From<State> for StateName {
@@ -50,7 +50,7 @@ impl From<State> for StateName {
 /// What speaks against a transponder, by its name.
 #[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 #[serde(transparent)]
-#[schemars(inline, extend("enum" = Reason::ALL.map(Reason::name)))]
+#[schemars(inline, extend("enum" = Reason::NAMES))]
 pub struct ReasonName(&'static str);
 
 impl ReasonName {
@@ -60,19 +60,22 @@ impl ReasonName {
     }
 }
 
+/// Relation of two tracks of which only one is where the aircraft is.
+const DISPUTED: &str = "disputed";
+
 /// Another track that has to do with it.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 struct Link<'a> {
     /// Its id.
     id: &'a str,
     /// Disputed: only one of both is where the aircraft is.
-    #[schemars(extend("enum" = ["disputed"]))]
+    #[schemars(extend("enum" = [DISPUTED]))]
     relation: &'static str,
 }
 
 impl<'a> TrackIntegrity<'a> {
     pub(super) fn new(track: &'a PictureTrack) -> Self {
-        let linked = track.disputed.iter().map(|id| Link { id, relation: "disputed" }).collect();
+        let linked = track.disputed.iter().map(|id| Link { id, relation: DISPUTED }).collect();
         let known = Self { linked, uncooperative: track.is_uncooperative, ..Self::default() };
         let Some(PointIntegrity { state, index, protection_level_m, offset_m, reasons }) =
             track.point.integrity

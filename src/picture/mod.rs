@@ -3,6 +3,7 @@
 mod accuracy;
 mod class;
 mod integrity_json;
+mod kinds;
 mod motion;
 pub mod remote_id_json;
 mod rfc3339;
@@ -22,9 +23,10 @@ use fusion::time::{SECOND, Time};
 use fusion::{Emission, Enu, Identity, Point, SensorIndex, Source};
 use serde::{Deserialize, Serialize};
 
-pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL};
+pub use accuracy::{Class, HORIZONTAL, SPEED, VERTICAL, class_names};
 pub use class::TrackClass;
 pub use integrity_json::{ReasonName, StateName};
+pub use kinds::TrackSource;
 pub use motion::{Ellipse, Motion};
 pub use rfc3339::Rfc3339;
 pub use track_json::{TrackJson, TransponderId, serial_text, text};
@@ -182,11 +184,7 @@ impl PictureTrack {
 
     /// `fused`, `radar` or `transponder`.
     pub fn source_name(&self) -> &'static str {
-        match self.point.source {
-            Source::Fused(..) => "fused",
-            Source::Radar(_) => "radar",
-            Source::Transponder(_) => "transponder",
-        }
+        TrackSource::from(&self.point.source).name()
     }
 }
 

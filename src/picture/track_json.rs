@@ -6,8 +6,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::integrity_json::TrackIntegrity;
+use super::kinds::{ContributorKind, TrackState};
 use super::remote_id_json::RemoteIdJson;
-use super::{Ellipse, HORIZONTAL, PictureMaker, PictureTrack, Rfc3339, TrackClass, VERTICAL};
+use super::{
+    Ellipse, HORIZONTAL, PictureMaker, PictureTrack, Rfc3339, TrackClass, TrackSource, VERTICAL, class_names,
+};
 use crate::json::rounded;
 use fusion::operational::{ASSOCIATE_LLR, DISSOCIATE_LLR};
 use fusion::point::{Because, CameraPart, Competitor, Point, RadarPart, Rival, TransponderPart};
@@ -20,11 +23,11 @@ use fusion::{Identity, Source};
 pub struct TrackJson<'a> {
     /// Operational: one per aircraft, U-…; reference: F-…, R-…, T-…, which change with its sources.
     id: String,
-    #[schemars(extend("enum" = ["fused", "radar", "transponder"]))]
+    #[schemars(extend("enum" = TrackSource::NAMES))]
     source: &'static str,
     track_number: u32,
     /// Coasting: nothing has been measured since; the position is extrapolated.
-    #[schemars(extend("enum" = ["active", "coasting"]))]
+    #[schemars(extend("enum" = TrackState::NAMES))]
     state: &'static str,
     /// Of the position.
     time: Rfc3339,
@@ -61,11 +64,11 @@ pub struct TrackJson<'a> {
     accuracy_v_m: Option<f64>,
     /// Class of `accuracy_h_m` in ASTM F3411.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("enum" = HORIZONTAL.map(|class| class.name)))]
+    #[schemars(extend("enum" = class_names(&HORIZONTAL)))]
     accuracy_h: Option<&'static str>,
     /// Class of `accuracy_v_m` in ASTM F3411.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("enum" = VERTICAL.map(|class| class.name)))]
+    #[schemars(extend("enum" = class_names(&VERTICAL)))]
     accuracy_v: Option<&'static str>,
     /// Of a predicted position (at=now): holds 95 % of the horizontal error.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -79,7 +82,7 @@ pub struct TrackJson<'a> {
     #[schemars(range(min = 0, max = 1))]
     uav_probability: Option<f64>,
     /// What it is taken for.
-    #[schemars(extend("enum" = TrackClass::ALL.map(TrackClass::name)))]
+    #[schemars(extend("enum" = TrackClass::NAMES))]
     aircraft_type: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     uas_id: Option<UasId<'a>>,
@@ -156,7 +159,7 @@ struct AircraftJson<'a> {
 /// A sensor's part in a track and, of a fused track's radar, why it was associated.
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 struct Contributor<'a> {
-    #[schemars(extend("enum" = ["radar", "transponder", "camera"]))]
+    #[schemars(extend("enum" = ContributorKind::NAMES))]
     kind: &'static str,
     /// Its configured id.
     sensor: &'a str,
@@ -266,7 +269,7 @@ impl<'a> TrackJson<'a> {
             id: maker.track_id(track),
             source: track.source_name(),
             track_number: track.point.number,
-            state: if track.is_coasting() { "coasting" } else { "active" },
+            state: if track.is_coasting() { TrackState::Coasting } else { TrackState::Active }.name(),
             time: track.time.into(),
             lat: rounded(track.position.latitude_deg(), 9),
             lng: rounded(track.position.longitude_deg(), 9),
@@ -362,7 +365,7 @@ fn contributors<'a>(
         competitors.iter().filter(is_of).map(|rival| competitor(rival, maker)).collect()
     };
     let radar = |part: &RadarPart, weight| Contributor {
-        kind: "radar",
+        kind: ContributorKind::Radar.name(),
         sensor: maker.sensor(part.track.sensor),
         track_number: part.track.number.into(),
         time: Some(part.time.into()),
@@ -372,7 +375,7 @@ fn contributors<'a>(
         ..Contributor::default()
     };
     let transponder = |part: &TransponderPart, weight| Contributor {
-        kind: "transponder",
+        kind: ContributorKind::Transponder.name(),
         sensor: maker.sensor(part.sensor),
         track_number: part.number,
         time: part.time.map(Rfc3339),
@@ -381,7 +384,7 @@ fn contributors<'a>(
         ..Contributor::default()
     };
     let camera = |part: &CameraPart| Contributor {
-        kind: "camera",
+        kind: ContributorKind::Camera.name(),
         sensor: maker.sensor(part.track.sensor),
         track_number: part.track.number.into(),
         time: Some(part.time.into()),

@@ -72,15 +72,7 @@ pub enum ContestReason {
     ForeignSource,
 }
 
-impl ContestReason {
-    /// The refusal's name on the interfaces.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::OtherSender => "other_sender",
-            Self::ForeignSource => "foreign_source",
-        }
-    }
-}
+fusion::interface_names!(ContestReason { OtherSender = "other_sender", ForeignSource = "foreign_source" });
 
 /// Two senders under one SAC/SIC, of which one is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

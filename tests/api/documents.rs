@@ -276,6 +276,41 @@ async fn documents_satisfy_client_generators() {
     }
 }
 
+/// Generators leave out what has no media type that they know, openapi-python-client those that are none of these.
+#[tokio::test]
+async fn each_body_has_a_media_type_that_generators_know() {
+    let document = Site::plain().get("/openapi.json").await.json();
+    let is_json = |kind: &str| kind == "application/json" || kind.ends_with("+json");
+    let is_known = |kind: &str| is_json(kind) || kind == "application/octet-stream";
+    for (path, operations) in document["paths"].as_object().unwrap() {
+        for operation in operations.as_object().unwrap().values() {
+            if let Some(sent) = operation["requestBody"]["content"].as_object() {
+                assert!(sent.keys().any(|kind| is_known(kind)), "{path}: {sent:?}");
+            }
+            for (status, response) in operation["responses"].as_object().unwrap() {
+                let Some(content) = response["content"].as_object() else { continue };
+                let is_known = |kind: &String| is_known(kind) || kind.starts_with("text/");
+                assert!(content.keys().any(is_known), "{path}: {status}: {content:?}");
+            }
+        }
+    }
+}
+
+/// Schemas of requests require what the service insists on, and nothing else.
+#[tokio::test]
+async fn bodies_require_what_the_service_requires() {
+    let document = Site::plain().get("/openapi.json").await.json();
+    for (schema, required) in [
+        ("AlertWord", json!(null)),
+        ("AlertShelf", json!(["minutes"])),
+        ("IntegrityVerdict", json!(["verdict"])),
+        ("RemoteIdLine", json!(["transmitter", "message"])),
+    ] {
+        let schema = &document["components"]["schemas"][schema];
+        assert_eq!(schema["required"], required, "{schema}");
+    }
+}
+
 #[tokio::test]
 async fn operations_have_ids_and_the_security_in_force() {
     for (site, needs_token) in [(Site::plain(), false), (guarded(), true)] {

@@ -4,6 +4,7 @@
 
 mod alerts;
 mod auth;
+mod closed_sets;
 mod common;
 mod conflicts;
 mod correlations;

@@ -4,6 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![expect(clippy::disallowed_methods, reason = "it looks at the project's files")]
 
+mod commands;
 mod pages;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]

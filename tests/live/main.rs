@@ -21,6 +21,7 @@ mod program;
 mod proxy;
 mod recorder;
 mod registration;
+mod rehearsed;
 mod reload;
 mod replayed;
 mod sapient;

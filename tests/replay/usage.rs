@@ -75,7 +75,7 @@ fn wrong_usage_is_told_with_code_2() {
         ),
         (&["replay", capture, "--config", site, "--end", "+5"], "write a duration with its unit"),
         (&["record", "--config", site, "--dir", unknown, "--duration=-5s"], "at least 0 and at most a year"),
-        (&["replay", capture, "--config", site, "--loop"], "--loop needs --udp or --serve"),
+        (&["replay", capture, "--config", site, "--loop"], "--loop needs --udp, --to-inputs or --serve"),
         (
             &["replay", capture, "--config", site, "--loop", "--udp", "-o", unknown],
             "--loop and -o exclude each other",

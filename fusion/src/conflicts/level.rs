@@ -21,19 +21,7 @@ pub enum Level {
     Violation,
 }
 
-impl Level {
-    /// All of them, the least first.
-    pub const ALL: [Self; 3] = [Self::Advisory, Self::Warning, Self::Violation];
-
-    /// Name on every interface.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Advisory => "advisory",
-            Self::Warning => "warning",
-            Self::Violation => "violation",
-        }
-    }
-}
+crate::interface_names!(Level { Advisory = "advisory", Warning = "warning", Violation = "violation" });
 
 /// What an evaluation says of a level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

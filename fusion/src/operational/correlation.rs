@@ -28,19 +28,13 @@ pub enum Verdict {
     Automatic,
 }
 
+crate::interface_names!(Verdict {
+    Correlated = "correlated",
+    Decorrelated = "decorrelated",
+    Automatic = "automatic",
+});
+
 impl Verdict {
-    /// All verdicts.
-    pub const ALL: [Self; 3] = [Self::Correlated, Self::Decorrelated, Self::Automatic];
-
-    /// Name on every interface.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Correlated => "correlated",
-            Self::Decorrelated => "decorrelated",
-            Self::Automatic => "automatic",
-        }
-    }
-
     /// The verdict of that name.
     pub fn of_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|verdict| verdict.name() == name)

@@ -89,10 +89,17 @@ function route(path, method, operation) {
     section.append(table(`Parameters of ${method.toUpperCase()} ${path}`, ["Parameter", "Type", "Given", "What"], rows));
   }
   const sent = operation.requestBody?.content;
-  if (sent) section.append(make("p", {}, "Its body: ", words(Object.values(sent)[0].schema), "."));
-  const rows = Object.entries(operation.responses).map(([status, response]) => {
-    const [type, content] = Object.entries(response.content ?? {})[0] ?? ["", undefined];
-    return [code(status), response.description, code(type), content ? words(content.schema) : "nothing"];
+  for (const [type, { schema }] of Object.entries(sent ?? {})) {
+    section.append(make("p", {}, "Its body as ", code(type), ": ", words(schema), "."));
+  }
+  const rows = Object.entries(operation.responses).flatMap(([status, response]) => {
+    const bodies = Object.entries(response.content ?? { "": undefined });
+    return bodies.map(([type, content]) => [
+      code(status),
+      response.description,
+      code(type),
+      content ? words(content.schema) : "nothing",
+    ]);
   });
   section.append(table(`Answers of ${method.toUpperCase()} ${path}`, ["Status", "When", "Media type", "Body"], rows));
   if (method === "get") section.append(make("pre", { tabindex: "0", "aria-label": "as a command" }, `curl '${location.origin}${path}'`));

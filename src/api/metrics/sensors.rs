@@ -2,8 +2,8 @@
 
 use super::text::Metrics;
 use crate::live::{
-    LineStatus, RegistrationStatus, SensorState, SensorStatus, of_data_sheet, type_name, values,
-    velocity_errors, verdict_name,
+    LineStatus, RegistrationStatus, SensorState, SensorStatus, VelocityUse, of_data_sheet, type_name, values,
+    velocity_errors,
 };
 use fusion::learning::{LearntType, LearntValue};
 use fusion::registration::Misalignment;
@@ -95,7 +95,9 @@ impl Metrics {
         }
         let tracks = known.iter().map(|(id, learnt)| (id, learnt.azimuth.tracks));
         self.by("learnt_tracks", "Independent samples that it rests upon", "sensor", tracks);
-        let used = known.iter().map(|(id, learnt)| (id, u8::from(verdict_name(&learnt.velocity) == "used")));
+        let used = known
+            .iter()
+            .map(|(id, learnt)| (id, u8::from(VelocityUse::from(&learnt.velocity) == VelocityUse::Used)));
         self.by("learnt_velocity_used", "Whether a radar's velocities are used", "sensor", used);
         let off =
             known.iter().filter_map(|(id, learnt)| Some((id, velocity_errors(&learnt.velocity)?.sigma_m_s)));

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::cluster::log::{Holder, Log, LogError};
-use crate::live::NodeState;
+use crate::live::{NodePart, NodeState};
 
 /// What a node is for a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -21,10 +21,11 @@ impl Part {
     /// As it is shown.
     pub const fn name(self) -> &'static str {
         match self {
-            Self::None => "none",
-            Self::Standby => "standby",
-            Self::Owner => "owner",
+            Self::None => NodePart::None,
+            Self::Standby => NodePart::Standby,
+            Self::Owner => NodePart::Owner,
         }
+        .name()
     }
 }
 
@@ -92,7 +93,7 @@ impl NodeReport {
     /// What it is: of several cells the most that it is for one.
     pub fn part(&self) -> &'static str {
         let most = self.cells.iter().map(|(_, counts)| counts.part).max();
-        if self.is_draining { "drained" } else { most.unwrap_or_default().name() }
+        if self.is_draining { NodePart::Drained.name() } else { most.unwrap_or_default().name() }
     }
 
     /// What it counts of all cells together; its part and what belongs to that are of none.

@@ -48,7 +48,7 @@ pub struct Args {
     /// The engine's profile, instead of the configuration's.
     #[arg(long, value_name = "PROFILE")]
     pub profile: Option<String>,
-    /// How many times faster than it happened; `max`: as fast as it goes. By default max, with --udp or --serve 1.
+    /// How many times faster than it happened; `max`: as fast as it goes. By default max, with --udp, --to-inputs or --serve 1.
     #[arg(long, value_name = "N|max")]
     pub speed: Option<Speed>,
     /// No output before this time of the flight: 2026-11-20T10:00:00Z, 10:00:00 or +90s.
@@ -75,8 +75,12 @@ pub struct Args {
     /// times in it are those of the recording.
     #[arg(long)]
     pub udp: bool,
-    /// Begins again at the end, with --udp or --serve, until Ctrl-C. The times are those of the recording each time: they
-    /// step back where it begins again.
+    /// Sends the recording itself to the UDP inputs of the site, for `utm-fusion run` on this machine: with its timing, and with
+    /// the times in its messages moved to now. Nothing leaves this machine. What the site has no input for is counted.
+    #[arg(long, conflicts_with_all = ["output", "output_format", "udp", "serve", "alerts", "conflicts", "stats", "state", "profile"])]
+    pub to_inputs: bool,
+    /// Begins again at the end, with --udp, --to-inputs or --serve, until Ctrl-C. The times are those of the recording each time: they
+    /// step back where it begins again. With --to-inputs they go on.
     #[arg(long = "loop")]
     pub again: bool,
     /// Serves the API and the map of it, until Ctrl-C; it can be paused, sped up, and taken to another time.
@@ -144,8 +148,8 @@ impl Args {
     /// What makes no sense together.
     pub(super) fn check(&self) -> Result<(), Usage> {
         let refuse = |text: &str| Err(Usage(text.to_owned()));
-        if self.again && !self.udp && !self.serve {
-            return refuse("--loop needs --udp or --serve: anything else would never end");
+        if self.again && !self.udp && !self.to_inputs && !self.serve {
+            return refuse("--loop needs --udp, --to-inputs or --serve: anything else would never end");
         }
         if self.again && self.output.is_some() {
             return refuse("--loop and -o exclude each other: the file would grow without end");

@@ -6,7 +6,9 @@ use serde::Serialize;
 use super::details::AreaName;
 use super::{Acknowledged, Alert, AlertKind, Details, Shelved};
 use crate::areas::ZoneKind;
+use crate::config::Severity;
 use crate::json::rounded;
+use crate::names::configured;
 use crate::picture::{ReasonName, Rfc3339, StateName, serial_text};
 use fusion::Identity;
 
@@ -15,9 +17,9 @@ use fusion::Identity;
 #[schemars(rename = "Alert")]
 pub struct AlertJson {
     id: String,
-    #[schemars(extend("enum" = AlertKind::ALL.map(|kind| kind.name())))]
+    #[schemars(extend("enum" = configured::<AlertKind>()))]
     kind: &'static str,
-    #[schemars(extend("enum" = ["warning", "critical"]))]
+    #[schemars(extend("enum" = configured::<Severity>()))]
     severity: &'static str,
     since: Rfc3339,
     /// In words.
@@ -144,7 +146,7 @@ struct AreaJson {
     #[serde(skip_serializing_if = "Option::is_none")]
     identifier: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("enum" = ZoneKind::ALL.map(ZoneKind::name)))]
+    #[schemars(extend("enum" = ZoneKind::NAMES))]
     r#type: Option<&'static str>,
 }
 
@@ -155,10 +157,13 @@ impl From<&AreaName> for AreaJson {
     }
 }
 
+/// Type of a GeoJSON geometry.
+const POLYGON: &str = "Polygon";
+
 /// GeoJSON, RFC 7946.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 struct Hull {
-    #[schemars(extend("const" = "Polygon"))]
+    #[schemars(extend("const" = POLYGON))]
     r#type: &'static str,
     coordinates: [Vec<(f64, f64)>; 1],
 }
@@ -203,7 +208,7 @@ impl From<&Details> for About {
             },
             Details::Jamming { identities, hull } => Self {
                 identities: identities.iter().map(serial).collect(),
-                hull: Some(Hull { r#type: "Polygon", coordinates: [hull.clone()] }),
+                hull: Some(Hull { r#type: POLYGON, coordinates: [hull.clone()] }),
                 ..Self::default()
             },
             Details::Silent { identity, track_id } | Details::Emergency { identity, track_id } => {

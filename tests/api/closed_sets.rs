@@ -1,0 +1,129 @@
+//! Values of the API that come from a fixed set: schemas take the set from the type that has the values.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use super::common::Site;
+
+/// Texts of a program that are no closed set, by field.
+const FREE: [(&str, &str); 9] = [
+    ("Conflicts", "reason"),   // words for people
+    ("CellState", "left_out"), // words for people
+    ("ProblemJson", "title"),  // reason phrases of HTTP
+    ("Receiver", "version"),   // of the program
+    ("Info", "version"),       // of the program
+    ("Fault", "reason"),       // names of counters: releases add some
+    ("Refused", "reason"),     // names of counters
+    ("Known", "refused"),      // names of counters
+    ("Line", "untranslated"),  // names of counters
+];
+
+fn files(directory: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(directory).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// Each type that has a schema: its name and its lines.
+fn described(code: &str) -> Vec<(String, Vec<&str>)> {
+    let lines: Vec<&str> = code.lines().collect();
+    let derives = |line: &&str| line.trim_start().starts_with("#[derive(") && line.contains("JsonSchema");
+    let begins = (0..lines.len()).filter(|&index| derives(&lines[index]));
+    let whole = |begin: usize| {
+        let head = lines[begin..]
+            .iter()
+            .position(|line| line.contains("struct ") || line.contains("enum "))
+            .unwrap();
+        let mut words = lines[begin + head].split(|c: char| !c.is_alphanumeric() && c != '_');
+        let name = words.by_ref().skip_while(|word| !matches!(*word, "struct" | "enum")).nth(1).unwrap();
+        let rest = &lines[begin + head..];
+        let end = rest.iter().position(|line| line.ends_with(';') || *line == "}").unwrap_or(rest.len());
+        (name.to_owned(), lines[begin..=begin + head + end.min(rest.len() - 1)].to_vec())
+    };
+    begins.map(whole).collect()
+}
+
+/// What is wrong with a type that has a schema.
+fn complaints(name: &str, lines: &[&str]) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut attributes = String::new();
+    for line in lines.iter().map(|line| line.trim()) {
+        if line.starts_with("///") {
+            continue;
+        }
+        if line.starts_with("#[") || (!attributes.is_empty() && !attributes.ends_with(")]")) {
+            attributes.push_str(line);
+            continue;
+        }
+        let has_set = ["\"enum\"", "\"const\""].into_iter().find_map(|key| attributes.split_once(key));
+        if has_set.is_some_and(|(_, rest)| rest.contains('"')) {
+            found.push(format!("{name}: a set written by hand: {attributes}"));
+        }
+        let field = line.trim_start_matches("pub ").split(':').next().unwrap_or_default();
+        let is_free = FREE.contains(&(name, field));
+        if line.contains("&'static str") && has_set.is_none() && !is_free {
+            found.push(format!("{name}: `{line}` has no set of values"));
+        }
+        attributes.clear();
+    }
+    found
+}
+
+#[test]
+fn schemas_take_closed_sets_from_types() {
+    let mut paths = Vec::new();
+    files(Path::new("src"), &mut paths);
+    let codes: Vec<String> = paths.iter().map(|path| std::fs::read_to_string(path).unwrap()).collect();
+    let all: Vec<_> = codes.iter().flat_map(|code| described(code)).collect();
+    assert!(all.len() > 80, "only {} types with a schema are found", all.len());
+    let found: Vec<String> = all.iter().flat_map(|(name, lines)| complaints(name, lines)).collect();
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn sets_written_by_hand_are_found() {
+    let code = "#[derive(Serialize, JsonSchema)]\nstruct A {\n    #[schemars(extend(\"enum\" = [\"x\"]))]\n    a: u8,\n    /// b\n    b: Option<&'static str>,\n}\n";
+    let [(name, lines)] = &described(code)[..] else { panic!() };
+    assert_eq!(name, "A");
+    assert_eq!(complaints(name, lines).len(), 2, "{:?}", complaints(name, lines));
+}
+
+/// Parameters whose values are a fixed set list it, and their description names each value.
+#[tokio::test]
+async fn parameters_list_their_values() {
+    let document = Site::plain().get("/openapi.json").await.json();
+    let paths = document["paths"].as_object().unwrap();
+    let operations = paths.values().flat_map(|path| path.as_object().unwrap().values());
+    let parameters: Vec<&Value> =
+        operations.flat_map(|operation| operation["parameters"].as_array().unwrap()).collect();
+    let with = |name: &str| {
+        let found = parameters.iter().find(|parameter| parameter["name"] == name);
+        found.unwrap_or_else(|| panic!("no parameter {name}"))
+    };
+    for (name, values) in [
+        ("source", "fused|radar|transponder"),
+        ("class", "drone|crewed|vehicle|other|unknown"),
+        ("integrity", "unverified|verified|suspect|failed|none"),
+        ("include", "competitors"),
+    ] {
+        let parameter = with(name);
+        assert_eq!(parameter["schema"]["pattern"], format!("^({values})(,({values}))*$"), "{name}");
+        let description = parameter["description"].as_str().unwrap();
+        values.split('|').for_each(|value| assert!(description.contains(value), "{name}: {value}"));
+    }
+    for name in ["at", "level", "format", "verdict"] {
+        let parameter = with(name);
+        let description = parameter["description"].as_str().unwrap();
+        let values = parameter["schema"]["enum"].as_array().unwrap_or_else(|| panic!("{name}: no enum"));
+        for value in values {
+            assert!(description.contains(value.as_str().unwrap()), "{name}: {value}");
+        }
+    }
+    assert!(with("kind")["schema"]["pattern"].as_str().unwrap().contains("|emergency"));
+}
