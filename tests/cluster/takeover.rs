@@ -120,13 +120,14 @@ async fn an_owner_is_drained_and_nobody_notices_and_what_differs_is_noticed() {
         site.signal(owner, "-CONT");
         until("the standby notices, and keeps its state", async || {
             let report = site.report(standby).await?;
-            (report.cells[0].1.foreign > 0 && report.cells[0].1.diverged == 0).then_some(())
+            (!report.skipped.is_empty() && report.cells[0].1.diverged == 0).then_some(())
         })
         .await;
     };
     let ((code, verdict), ()) = tokio::join!(verifying, forging);
     println!("{verdict}");
-    assert!(verdict["foreign"] != 0 && verdict["doubled"] != 0 && code == Some(5), "{code:?} {verdict}");
+    // What was written there holds no picture of its slot; the owner published that slot under another name.
+    assert!(verdict["skipped"] != 0 && verdict["missing"] == 0 && code == Some(5), "{code:?} {verdict}");
     // And it is over: whoever differed stands by again with the state of whoever owns the cell.
     let [owner, _] = site.pair().await;
     println!("{lease:?} before, {owner} owns");
