@@ -267,6 +267,24 @@ impl Engine {
         self.numbers.remember(given)
     }
 
+    /// The track numbers that aircraft with a transponder keep while they are remembered, each with the slot in which it was given.
+    /// Of the `reference` profile none: there they follow from the transponder's number.
+    pub fn track_numbers(&self) -> Vec<(Identity, u32, Slot)> {
+        match &self.rules {
+            Rules::Reference(_) => Vec::new(),
+            Rules::Operational(operational, _) => operational.track_numbers().collect(),
+        }
+    }
+
+    /// Takes over track numbers of before a restart: an aircraft that only a radar saw first keeps the number of then.
+    pub fn remember_track_numbers(&mut self, numbers: Vec<(Identity, u32, Slot)>) {
+        if let Rules::Operational(operational, _) = &mut self.rules {
+            for (identity, number, since) in numbers {
+                operational.remember_track_number(identity, number, since);
+            }
+        }
+    }
+
     /// An operator's word; it counts from the next slot on, until the radar's track number ends.
     ///
     /// # Errors

@@ -19,7 +19,7 @@ use crate::net::send::Sinks;
 
 pub use live::{Live, LiveBuilder};
 #[cfg(feature = "cluster")]
-pub use parts::Parts;
+pub use parts::{Parts, Refused};
 pub use served::Served;
 pub use signals::{Signals, Stop};
 

@@ -3,17 +3,25 @@
 use std::io;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
 
 use tokio::runtime::Handle;
 use tokio::sync::mpsc::Sender;
-use tracing::info;
+use tracing::{info, warn};
 
 use super::{Failure, Signals};
 use crate::areas::Areas;
-use crate::cluster::{Cells, Gateway, Holder, Log, Node, Window, run_number};
+use crate::cluster::{
+    Cells, Different, Gateway, GatewayReport, Holder, Log, LogError, Node, NodeReport, SharedConfiguration,
+    Window, run_number,
+};
 use crate::config::{Cluster, Config, Role};
 use crate::live::{Decision, Seen, decisions};
 use crate::territory::CellName;
+use fusion::slots::SlotGrid;
+
+/// Pause before the log is asked again.
+const AGAIN: Duration = Duration::from_millis(250);
 
 /// The running parts.
 pub struct Parts {
@@ -39,10 +47,27 @@ impl Parts {
         if let Some(none) = unknown(&cells, cluster) {
             return Err(none.into());
         }
-        let log = tokio::select! {
+        let mut log = tokio::select! {
             log = Log::open(cluster) => log?,
             () = signals.stop() => return Ok(None),
         };
+        let shared = SharedConfiguration::of(config, areas)?;
+        (log.config, log.grid) = (shared.hash(), SlotGrid::new(config.fusion.slot));
+        let mut is_told = false;
+        let different = loop {
+            let joined = tokio::select! {
+                joined = joined(&log, &shared) => joined,
+                () = signals.stop() => return Ok(None),
+            };
+            match joined {
+                Ok(different) => break different,
+                Err(error) if !std::mem::replace(&mut is_told, true) => warn!(%error, "waits for the log"),
+                Err(_) => tokio::time::sleep(AGAIN).await,
+            }
+        };
+        if let Some(different) = different {
+            return Err(Box::new(Refused(different)));
+        }
         info!(region = cluster.region, cells = cells.names().len(), "joined the log");
         let gateway =
             || -> io::Result<Gateway> { Gateway::start(config, cluster, log.clone(), &Handle::current()) };
@@ -51,6 +76,7 @@ impl Parts {
                 node: cluster.node.clone(),
                 machine: cluster.machine().to_owned(),
                 run: run_number(),
+                config: shared.hash(),
             };
             Node::start(config, cluster, areas, &cells, &me, &log)
         };
@@ -58,7 +84,10 @@ impl Parts {
             .does(Role::Picture)
             .then(|| {
                 let ((sender, seen), (decided, decisions)) = (channel(), decisions());
-                (Window::open(&log, config, cluster, &cells, (sender, decisions)), (seen, decided))
+                (
+                    Window::open(&log, config, cluster, &cells, shared.clone(), (sender, decisions)),
+                    (seen, decided),
+                )
             })
             .unzip();
         Ok(Some(Self {
@@ -87,6 +116,21 @@ impl Parts {
         drop(window);
     }
 }
+
+/// The members that have another configuration; `None`: there are none, and this one is kept for others to compare.
+async fn joined(log: &Log, shared: &SharedConfiguration) -> Result<Option<String>, LogError> {
+    let (nodes, gateways) = (NodeReport::all(log).await?, GatewayReport::all(log).await?);
+    let different = shared.different(log, &nodes, &gateways).await?;
+    if let Some(Different { member, text }) = different.first() {
+        return Ok(Some(format!("{member} has another configuration: {text}")));
+    }
+    log.keep_configuration(shared).await.map(|()| None)
+}
+
+/// This process differs from those that are there, and does not join them.
+#[derive(Debug, thiserror::Error)]
+#[error("this region's members need the same site, sensors, fusion settings and cells, and {0}")]
+pub struct Refused(String);
 
 /// What is wrong with the names of the cells that a node may have.
 fn unknown(cells: &Cells, cluster: &Cluster) -> Option<String> {

@@ -1,5 +1,7 @@
 //! A cell on one node: it follows the owner's output, or owns it.
 
+mod outputs;
+
 use std::collections::VecDeque;
 
 use fusion::slots::{Slot, SlotGrid};
@@ -54,6 +56,16 @@ struct Made {
     letters: Vec<Letter>,
 }
 
+/// A slot that was made to compare it with what the owner published.
+#[derive(Clone, Debug)]
+struct Unmatched {
+    slot: Slot,
+    picture: Vec<u8>,
+    letters: Vec<Letter>,
+    /// Whether an output of this slot was left out.
+    has_other: bool,
+}
+
 /// Why a node has to begin this cell anew, from a checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Lost {
@@ -73,9 +85,9 @@ pub enum Lost {
 pub enum Wish {
     /// Create the lease, which nobody holds: [`Cell::leased`].
     Lease,
-    /// The last output of the cell: [`Cell::last`].
-    Last,
-    /// Append, if the last output has this sequence (0: there is none): [`Cell::appended`].
+    /// What is behind this sequence in the cell's outputs: [`Cell::last`].
+    Last(u64),
+    /// Append, if the last message of the cell's outputs has this sequence (0: there is none): [`Cell::appended`].
     Append {
         /// The sequence.
         expected: u64,
@@ -93,6 +105,19 @@ pub enum Appended {
     Refused,
     /// Nobody answered in time.
     Unknown,
+}
+
+/// What the log holds of a cell's outputs behind a sequence, as whoever leads the stream knows it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tail {
+    /// Outputs with their sequences, in order. Messages that are no outputs are left out.
+    pub outputs: Vec<(u64, Output)>,
+    /// The sequence of the last message that was looked at, whatever it holds; 0: there is none.
+    pub last: u64,
+    /// Whether there is nothing behind it.
+    pub is_whole: bool,
+    /// Whether this node certainly holds the lease, so that nobody can have one of a greater number.
+    pub is_mine: bool,
 }
 
 /// What a node is for a cell.
@@ -126,6 +151,22 @@ pub struct Cell<E> {
     outputs: VecDeque<(u64, Output)>,
     /// Sequence of the last output that this node has made, too, or published.
     published: u64,
+    /// Sequence of the last message among the outputs that is known, whatever it holds.
+    told: u64,
+    /// A slot that this node made to compare it, where the outputs read so far hold another picture or an earlier slot.
+    unmatched: Option<Unmatched>,
+    /// The last slot that is published.
+    slot: Option<Slot>,
+    /// An output stood behind an input before the last one that was handled, and was left out.
+    is_past: bool,
+    /// Outputs that were left out because no owner can have made them.
+    foreign: u64,
+    /// Of an owner: the number of the lease under which its last output was stored.
+    stored_epoch: Option<u64>,
+    /// Somebody publishes under this number, which is greater than its own, and it is to be found out whether the lease is theirs.
+    rival: Option<u64>,
+    /// Somebody else's name stands in the lease: nothing is published until it is known whether they are the owner.
+    is_held_back: bool,
     /// Own slots that are not in the log yet.
     made: VecDeque<Made>,
     /// Letters that are to be sent.
@@ -158,6 +199,14 @@ impl<E: Fusing> Cell<E> {
             watermarks: Watermarks::default(),
             outputs: VecDeque::new(),
             published,
+            told: published,
+            unmatched: None,
+            slot: None,
+            is_past: false,
+            foreign: 0,
+            stored_epoch: None,
+            rival: None,
+            is_held_back: false,
             made: VecDeque::new(),
             post: VecDeque::new(),
             silent_until: None,
@@ -200,7 +249,17 @@ impl<E: Fusing> Cell<E> {
 
     /// Sequences of the last input handled and the last output made, where the engine's state is that of just these.
     pub fn rests_at(&self) -> Option<(u64, u64)> {
-        self.made.is_empty().then_some((self.handled, self.published))
+        (self.made.is_empty() && self.unmatched.is_none()).then_some((self.handled, self.published))
+    }
+
+    /// Whether the last slot that was made here is another one than what is published of it so far.
+    pub fn differs(&self) -> bool {
+        self.unmatched.as_ref().is_some_and(|unmatched| unmatched.has_other)
+    }
+
+    /// Outputs that were left out because no owner can have made them.
+    pub const fn foreign(&self) -> u64 {
+        self.foreign
     }
 
     /// What is left out, because the owner cannot keep up.
@@ -253,24 +312,6 @@ impl<E: Fusing> Cell<E> {
         self.post.pop_front()
     }
 
-    /// An output of the cell, likewise.
-    ///
-    /// # Errors
-    /// Somebody else publishes.
-    pub fn output(&mut self, sequence: u64, output: Output) -> Result<(), Lost> {
-        match self.role {
-            Role::Owns { epoch } if output.epoch > epoch => return Err(Lost::Fenced),
-            Role::Owns { .. } => {}
-            Role::Follows | Role::Claims { .. } => {
-                let newest = self.outputs.back().map_or(self.published, |(newest, _)| *newest);
-                if sequence > newest {
-                    self.outputs.push_back((sequence, output));
-                }
-            }
-        }
-        Ok(())
-    }
-
     /// Whether anybody holds the lease.
     pub const fn lease(&mut self, is_held: bool) {
         self.is_lease_free = !is_held;
@@ -287,9 +328,11 @@ impl<E: Fusing> Cell<E> {
             self.follow()?;
         }
         if let Role::Claims { epoch, until: Some(until) } = self.role
-            && self.published >= until
+            && self.outputs.is_empty()
+            && self.told >= until
         {
             self.role = Role::Owns { epoch };
+            self.own(epoch);
             // Whether who owned it before has sent them is not known.
             self.post.extend(self.engine.recent_letters());
         }
@@ -311,12 +354,13 @@ impl<E: Fusing> Cell<E> {
         }
         let wish = match self.role {
             Role::Follows => self.is_lease_free.then_some(Wish::Lease),
-            Role::Claims { until: None, .. } => Some(Wish::Last),
+            Role::Claims { until: None, .. } => Some(Wish::Last(self.told)),
             Role::Claims { .. } => None,
-            Role::Owns { .. } if self.is_in_doubt => Some(Wish::Last),
+            Role::Owns { .. } if self.is_in_doubt => Some(Wish::Last(self.told)),
+            Role::Owns { .. } if self.is_held_back => None,
             Role::Owns { .. } => {
                 let output = self.made.front().map(|made| made.output.clone());
-                output.map(|output| Wish::Append { expected: self.published, output })
+                output.map(|output| Wish::Append { expected: self.told, output })
             }
         };
         self.is_asking = wish.is_some();
@@ -339,74 +383,15 @@ impl<E: Fusing> Cell<E> {
         }
     }
 
-    /// The last output that the log has, as asked for: its sequence, slot and epoch. `Err`: nobody answered.
-    ///
-    /// # Errors
-    /// Somebody else has published.
-    pub fn last(&mut self, last: Result<Option<(u64, Slot, u64)>, ()>) -> Result<(), Lost> {
-        self.is_asking = false;
-        let Ok(last) = last else { return Ok(()) };
-        let sequence = last.map_or(0, |last| last.0);
-        match &mut self.role {
-            Role::Follows => {}
-            // The lease has come late: it was given to somebody else since.
-            Role::Claims { epoch, .. } if last.is_some_and(|(_, _, by)| by > *epoch) => {
-                return Err(Lost::Fenced);
-            }
-            Role::Claims { until, .. } => *until = Some(sequence),
-            Role::Owns { .. } => {
-                let is_own = |output: &Output| {
-                    last.is_some_and(|(_, slot, by)| (slot, by) == (output.slot, output.epoch))
-                };
-                match self.made.front() {
-                    Some(made) if is_own(&made.output) => self.stored(sequence),
-                    _ if sequence == self.published => self.is_in_doubt = false,
-                    _ => return Err(Lost::Fenced),
-                }
-            }
-        }
-        Ok(())
-    }
-
     /// What has become of the output that was to be appended.
     pub fn appended(&mut self, appended: Appended) {
         self.is_asking = false;
         match appended {
+            // It may have been read before it was acknowledged.
+            Appended::Stored(sequence) if sequence <= self.published => {}
             Appended::Stored(sequence) => self.stored(sequence),
             Appended::Refused | Appended::Unknown => self.is_in_doubt = true,
         }
-    }
-
-    fn stored(&mut self, sequence: u64) {
-        self.post.extend(self.made.pop_front().into_iter().flat_map(|made| made.letters));
-        self.published = sequence;
-        self.is_in_doubt = false;
-    }
-
-    /// Makes what the owner has published, each slot behind the same input.
-    fn follow(&mut self) -> Result<(), Lost> {
-        while let Some((_, output)) = self.outputs.front() {
-            if output.behind < self.handled {
-                return Err(Lost::Behind);
-            }
-            if output.behind > self.read {
-                break;
-            }
-            let (sequence, output) = self.outputs.pop_front().expect("it is there");
-            while self.inputs.front().is_some_and(|(sequence, _)| *sequence <= output.behind) {
-                self.handle();
-            }
-            let due = self.engine.next_due().ok_or(Lost::Behind)?;
-            match self.make(due) {
-                Some((slot, picture)) if (slot, &picture) == (output.slot, &output.picture) => {}
-                _ => return Err(Lost::Diverged),
-            }
-            self.published = sequence;
-            self.step = output.step;
-            self.relief.follow(output.step);
-            self.engine.relieve(output.step);
-        }
-        Ok(())
     }
 
     /// Handles what is there, and makes each slot once every sensor has been heard until it is due, or was waited for.

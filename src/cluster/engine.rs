@@ -143,6 +143,7 @@ impl SiteEngine {
         let engine = before.pipeline().engine();
         let mut numbers = engine.numbers().given().collect();
         self.driver.remember(&mut numbers);
+        self.driver.engine_mut().remember_track_numbers(engine.track_numbers());
         Registrations::of(&self.config, engine).restore(&self.config, Some(now), self.driver.engine_mut());
         self.driver.engine_mut().resume(engine.kept());
         self.driver

@@ -35,6 +35,8 @@ const AGAIN: Duration = Duration::from_millis(100);
 const LOOK_UP: Duration = Duration::from_millis(100);
 /// How often it says how it is.
 const SAYS: Duration = Duration::from_secs(1);
+/// And every so often of these times that it is to be missed where it says nothing.
+const EXPECTED: u64 = 60;
 
 /// What a gateway counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -66,6 +68,25 @@ pub struct GatewayReport {
     pub clock: GatewayClock,
     /// Some of the latest datagrams: hash, and when it heard them, nanoseconds since 1970.
     pub heard: Vec<(u64, i64)>,
+    /// Hash of its shared configuration; 0: not stated.
+    pub config: u64,
+}
+
+impl GatewayReport {
+    /// What all gateways say.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn all(log: &Log) -> Result<Vec<Self>, LogError> {
+        let read = |(name, said): (String, Vec<u8>)| {
+            let report = postcard::from_bytes(&said).ok().filter(|report: &Self| report.node == name);
+            if report.is_none() {
+                log.skips.unreadable("gateway", &said);
+            }
+            report
+        };
+        Ok(log.all_said("gateway.").await?.into_iter().filter_map(read).collect())
+    }
 }
 
 impl GatewayReport {
@@ -117,6 +138,8 @@ pub struct Gateway {
     thread: JoinHandle<()>,
     tasks: [tokio::task::JoinHandle<()>; 2],
     waiting: Arc<Waiting>,
+    log: Log,
+    name: String,
 }
 
 impl Gateway {
@@ -141,8 +164,9 @@ impl Gateway {
             readers.stop();
         })?;
         let writing = runtime.spawn(write(log.clone(), waiting.clone()));
-        let saying = runtime.spawn(say(log, cluster.clone(), lines, waiting.clone(), Keeper::start()?));
-        Ok(Self { stop, thread, tasks: [writing, saying], waiting })
+        let saying =
+            runtime.spawn(say(log.clone(), cluster.clone(), lines, waiting.clone(), Keeper::start()?));
+        Ok(Self { stop, thread, tasks: [writing, saying], waiting, log, name: cluster.node.clone() })
     }
 
     /// Whether one of its threads has ended by itself, which is a bug.
@@ -153,7 +177,7 @@ impl Gateway {
     /// Stops to listen, and waits until what was heard is in the log, for at most a second.
     pub async fn stop(self) {
         self.stop.store(true, Ordering::Relaxed);
-        let Self { thread, tasks, waiting, .. } = self;
+        let Self { thread, tasks, waiting, log, name, .. } = self;
         drop(tokio::task::spawn_blocking(move || thread.join()).await);
         let written = async {
             while waiting.counts().waiting > 0 {
@@ -162,6 +186,8 @@ impl Gateway {
         };
         drop(tokio::time::timeout(Duration::from_secs(1), written).await);
         tasks.iter().for_each(tokio::task::JoinHandle::abort);
+        // Nobody is to miss it.
+        _ = log.forget_gateway(&name).await;
     }
 }
 
@@ -284,7 +310,7 @@ async fn say(
     let node = &cluster.node;
     let mut seconds = tokio::time::interval(SAYS);
     let began = tokio::time::Instant::now();
-    let (mut dropped, mut was_away) = (0, false);
+    let (mut dropped, mut was_away, mut is_unexpected) = (0, false, true);
     let (mut rule, mut told) = (ClockRule::default(), None);
     for said in 0.. {
         seconds.tick().await;
@@ -306,7 +332,11 @@ async fn say(
             dropped = counts.dropped;
         }
         let heard = waiting.heard();
-        let report = GatewayReport { node: node.clone(), counts, lines, said, clock, heard };
+        let config = log.config;
+        let report = GatewayReport { node: node.clone(), counts, lines, said, clock, heard, config };
+        if is_unexpected || said % EXPECTED == 0 {
+            is_unexpected = log.expect_gateway(node).await.is_err();
+        }
         if asked.is_some() {
             tell(&report, told.replace(clock));
         }
@@ -328,14 +358,8 @@ async fn say(
 
 /// What the other gateways say.
 async fn others(log: &Log, node: &str) -> Result<Vec<GatewayReport>, LogError> {
-    let mut others = Vec::new();
-    for key in log.keys().await? {
-        if key.strip_prefix("gateway.").is_some_and(|other| other != node) {
-            let said = log.said(&key).await?;
-            others.extend(said.and_then(|said| postcard::from_bytes::<GatewayReport>(&said).ok()));
-        }
-    }
-    Ok(others)
+    let all = GatewayReport::all(log).await?;
+    Ok(all.into_iter().filter(|other| other.node != node).collect())
 }
 
 /// A line of the log where the clock is worth another thing than before, or for that reason something else is done.

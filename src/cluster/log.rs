@@ -5,34 +5,39 @@
 
 mod checkpoints;
 mod connection;
+mod holding;
+mod kept;
 mod numbers;
+mod outputs;
 mod reading;
+mod skips;
 
 use std::time::Duration;
 
 use async_nats::Client;
-use async_nats::header::{HeaderMap, NATS_EXPECTED_LAST_SUBJECT_SEQUENCE, NATS_MESSAGE_ID};
+use async_nats::header::{HeaderMap, NATS_MESSAGE_ID};
 use async_nats::jetstream::Context;
-use async_nats::jetstream::context::PublishErrorKind;
-use async_nats::jetstream::kv::{Operation, Store, UpdateErrorKind};
+use async_nats::jetstream::kv::Store;
 use async_nats::jetstream::object_store::{self, ObjectStore};
 use async_nats::jetstream::stream::{
-    Config as StreamConfig, DiscardPolicy, LastRawMessageErrorKind, RawMessageErrorKind, StorageType, Stream,
+    Config as StreamConfig, DiscardPolicy, RawMessageErrorKind, StorageType, Stream,
 };
 use futures_util::TryStreamExt;
 use serde::{Deserialize, Serialize};
 use tracing::warn;
 
-use super::cell::Appended;
-use super::message::{Input, Output};
+use super::message::Input;
 use super::region::Letter;
 use crate::config::Cluster;
-use fusion::slots::Slot;
+use fusion::slots::SlotGrid;
+use outputs::Bounds;
 
 pub use checkpoints::Checkpoint;
 use connection::connect;
 pub use connection::{check, reach};
+pub use holding::{Held, Holder, Place, Renewed};
 pub use reading::Reading;
+pub use skips::{Skipped, Skips};
 
 /// Nobody waits longer for an answer.
 pub(super) const PATIENCE: Duration = Duration::from_secs(1);
@@ -75,37 +80,6 @@ impl LogError {
     }
 }
 
-/// Who holds something until it is no longer renewed.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Holder {
-    /// The node.
-    pub node: String,
-    /// Its machine.
-    pub machine: String,
-    /// A number of this run of its process.
-    pub run: u64,
-}
-
-/// What a name of the log stands for now.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Held {
-    /// By whom.
-    pub by: Holder,
-    /// Its number: greater than of whoever held it before.
-    pub revision: u64,
-}
-
-/// What became of an attempt to go on holding something.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Renewed {
-    /// It goes on, under this number.
-    Until(u64),
-    /// Somebody else has it, or it ended.
-    Lost,
-    /// Nobody answered.
-    Unknown,
-}
-
 /// When messages were written, nanoseconds since 1970. Streams that were lost and are there again have others at the same place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Mark {
@@ -128,6 +102,19 @@ pub struct Log {
     numbers: Store,
     numbers_stream: Stream,
     checkpoints: ObjectStore,
+    bounds: Bounds,
+    /// What this process has skipped.
+    pub skips: Skips,
+    /// Hash of this process's shared configuration; 0: none is stated.
+    pub config: u64,
+    /// The slots of its outputs.
+    pub grid: SlotGrid,
+}
+
+impl std::fmt::Debug for Log {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Log").field("region", &self.region).finish_non_exhaustive()
+    }
 }
 
 impl Log {
@@ -139,7 +126,7 @@ impl Log {
         let (client, context) = connect(cluster).await?;
         let mut is_told = false;
         loop {
-            match Self::of(cluster, client.clone(), context.clone()).await {
+            match Self::of(cluster, client.clone(), context.clone(), Skips::default()).await {
                 Err(error @ LogError::Unanswered(_)) => {
                     if !std::mem::replace(&mut is_told, true) {
                         warn!(%error, "waits for the log");
@@ -151,7 +138,7 @@ impl Log {
         }
     }
 
-    async fn of(cluster: &Cluster, client: Client, context: Context) -> Result<Self, LogError> {
+    async fn of(cluster: &Cluster, client: Client, context: Context, skips: Skips) -> Result<Self, LogError> {
         let Cluster { region, replicas, lease_s, .. } = cluster;
         let replicas = *replicas as usize;
         let stream = |name: &str, subjects: String, max_age, duplicate_window| StreamConfig {
@@ -204,6 +191,10 @@ impl Log {
             region: region.clone(),
             client,
             context,
+            bounds: Bounds::default(),
+            skips,
+            config: 0,
+            grid: SlotGrid::default(),
         })
     }
 
@@ -231,7 +222,8 @@ impl Log {
     /// # Errors
     /// The log does not answer.
     pub async fn again(&self, cluster: &Cluster) -> Result<Self, LogError> {
-        Self::of(cluster, self.client.clone(), self.context.clone()).await
+        let again = Self::of(cluster, self.client.clone(), self.context.clone(), self.skips.clone()).await?;
+        Ok(Self { config: self.config, grid: self.grid, ..again })
     }
 
     /// Writes an input; a copy of one is written once.
@@ -261,42 +253,6 @@ impl Log {
         Ok(())
     }
 
-    /// Writes an output of a cell if its last one has this sequence. Servers of several copies look at that before they agree on
-    /// a message, so two that are on their way at once would both get in: a slot has a name besides, of which one is written.
-    pub async fn append(&self, cell: &str, expected: u64, output: &Output) -> Appended {
-        let mut headers = HeaderMap::new();
-        headers.insert(NATS_EXPECTED_LAST_SUBJECT_SEQUENCE, expected.to_string());
-        headers.insert(NATS_MESSAGE_ID, format!("{cell}:{}", output.slot.0));
-        let sent = self.context.publish_with_headers(self.outputs_of(cell), headers, output.body().into());
-        let Ok(acknowledged) = sent.await else { return Appended::Unknown };
-        match acknowledged.await {
-            // Of this slot there is one already: whose, is to be read.
-            Ok(acknowledged) if acknowledged.duplicate => Appended::Refused,
-            Ok(acknowledged) => Appended::Stored(acknowledged.sequence),
-            Err(error) if error.kind() == PublishErrorKind::WrongLastSequence => Appended::Refused,
-            Err(_) => Appended::Unknown,
-        }
-    }
-
-    /// The last output of a cell, as whoever leads the stream knows it.
-    ///
-    /// # Errors
-    /// The log does not answer.
-    pub async fn last(&self, cell: &str) -> Result<Option<(u64, Output)>, LogError> {
-        match self.output.get_last_raw_message_by_subject(&self.outputs_of(cell)).await {
-            Ok(last) => {
-                let output = Output::parse(&last.payload).map_err(LogError::unanswered)?;
-                Ok(Some((last.sequence, output)))
-            }
-            Err(error) if matches!(error.kind(), LastRawMessageErrorKind::NoMessageFound) => Ok(None),
-            Err(error) => Err(LogError::unanswered(error)),
-        }
-    }
-
-    fn outputs_of(&self, cell: &str) -> String {
-        format!("utm.out.{}.{cell}", self.region)
-    }
-
     /// The sequence of the oldest input that is still there; of the next one where there is none.
     ///
     /// # Errors
@@ -319,66 +275,6 @@ impl Log {
     pub fn all_outputs(&self, from: u64) -> Reading {
         self.outputs("*", from)
     }
-
-    /// Takes hold of what nobody holds; its number. `None`: somebody has it, or nobody answers.
-    pub async fn take(&self, key: &str, holder: &Holder) -> Option<u64> {
-        self.held.create(key, written(holder)).await.ok()
-    }
-
-    /// Goes on holding what is held under this number.
-    pub async fn renew(&self, key: &str, holder: &Holder, revision: u64) -> Renewed {
-        match self.held.update(key, written(holder), revision).await {
-            Ok(revision) => Renewed::Until(revision),
-            Err(error) if error.kind() == UpdateErrorKind::WrongLastRevision => Renewed::Lost,
-            Err(_) => Renewed::Unknown,
-        }
-    }
-
-    /// Gives up what is held under this number.
-    ///
-    /// # Errors
-    /// The log does not answer, or it is no longer held: it ends by itself.
-    pub async fn give_up(&self, key: &str, revision: u64) -> Result<(), LogError> {
-        let given = self.held.delete_expect_revision(key, Some(revision)).await;
-        given.map_err(LogError::unanswered)
-    }
-
-    /// Who holds something now.
-    ///
-    /// # Errors
-    /// The log does not answer.
-    pub async fn holder(&self, key: &str) -> Result<Option<Held>, LogError> {
-        let entry = self.held.entry(key).await.map_err(LogError::unanswered)?;
-        let held = entry.filter(|entry| entry.operation == Operation::Put).and_then(|entry| {
-            Some(Held { by: serde_json::from_slice(&entry.value).ok()?, revision: entry.revision })
-        });
-        Ok(held)
-    }
-
-    /// Says something that is forgotten when it is not said again.
-    ///
-    /// # Errors
-    /// The log does not answer.
-    pub async fn say(&self, key: &str, what: Vec<u8>) -> Result<(), LogError> {
-        self.held.put(key, what.into()).await.map(|_| ()).map_err(LogError::unanswered)
-    }
-
-    /// What was said so.
-    ///
-    /// # Errors
-    /// The log does not answer.
-    pub async fn said(&self, key: &str) -> Result<Option<Vec<u8>>, LogError> {
-        let entry = self.held.entry(key).await.map_err(LogError::unanswered)?;
-        Ok(entry.filter(|entry| entry.operation == Operation::Put).map(|entry| entry.value.to_vec()))
-    }
-
-    /// Under which names something is held or said.
-    ///
-    /// # Errors
-    /// The log does not answer.
-    pub async fn keys(&self) -> Result<Vec<String>, LogError> {
-        keys(&self.held, &self.held_stream, "").await
-    }
 }
 
 /// The keys of a bucket that begin so, in order; of those that were deleted, too.
@@ -396,11 +292,12 @@ async fn keys(bucket: &Store, stream: &Stream, beginning: &str) -> Result<Vec<St
 
 /// Whether a message is not there, whatever the server's version calls that.
 fn is_gone(kind: &RawMessageErrorKind) -> bool {
-    matches!(kind, RawMessageErrorKind::JetStream(_) | RawMessageErrorKind::NoMessageFound)
-}
-
-fn written(holder: &Holder) -> bytes::Bytes {
-    serde_json::to_vec(holder).expect("it can be written").into()
+    const NOT_FOUND: usize = 404;
+    match kind {
+        RawMessageErrorKind::NoMessageFound => true,
+        RawMessageErrorKind::JetStream(error) => error.code() == NOT_FOUND,
+        _ => false,
+    }
 }
 
 /// A stream, made where it is not there.
@@ -423,9 +320,4 @@ async fn made(context: &Context, wanted: StreamConfig) -> Result<Stream, LogErro
         }
     }
     Ok(stream)
-}
-
-/// The slot and the epoch of an output, with its sequence.
-pub(super) const fn placed(last: &(u64, Output)) -> (u64, Slot, u64) {
-    (last.0, last.1.slot, last.1.epoch)
 }

@@ -28,13 +28,15 @@ mod report;
 #[cfg(feature = "cluster")]
 mod seat;
 #[cfg(feature = "cluster")]
+mod shared;
+#[cfg(feature = "cluster")]
 mod verify;
 mod watermarks;
 #[cfg(feature = "cluster")]
 mod window;
 
 pub use batches::Batches;
-pub use cell::{Appended, Cell, Fusing, Lost, Wish};
+pub use cell::{Appended, Cell, Fusing, Lost, Tail, Wish};
 pub use cells::{Audience, Cells, WHOLE};
 #[cfg(feature = "cluster")]
 pub use clocks::{ClockState, GatewayClock, differences};
@@ -42,7 +44,9 @@ pub use engine::{SiteEngine, pictures};
 #[cfg(feature = "cluster")]
 pub use gateway::{Gateway, GatewayCounts, GatewayReport};
 #[cfg(feature = "cluster")]
-pub use log::{Checkpoint, Held, Holder, Log, LogError, Mark, Reading, check, reach};
+pub use log::{
+    Checkpoint, Held, Holder, Log, LogError, Mark, Place, Reading, Skipped, check, reach,
+};
 pub use message::{Heard, Input, Logged, Malformed, Output};
 #[cfg(feature = "cluster")]
 pub use node::{CellCounts, Node, NodeReport, Part, run_number};
@@ -50,6 +54,8 @@ pub use node::{CellCounts, Node, NodeReport, Part, run_number};
 pub use recording::{NotRecorded, record, record_region};
 pub use relief::{Relief, Step};
 pub use report::CellReport;
+#[cfg(feature = "cluster")]
+pub use shared::{Different, SharedConfiguration};
 #[cfg(feature = "cluster")]
 pub use verify::{Verdict, verify};
 #[cfg(feature = "cluster")]

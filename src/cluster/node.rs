@@ -7,6 +7,9 @@ mod balance;
 mod counts;
 mod desk;
 mod disk;
+mod grant;
+mod heard;
+mod hold;
 mod keep;
 mod post;
 
@@ -26,6 +29,8 @@ use crate::config::{Cluster, Config};
 use crate::state::StateHealth;
 use balance::Peer;
 use desk::Desk;
+use heard::Heard;
+use hold::Hold;
 
 pub use counts::{CellCounts, NodeReport, Part};
 
@@ -47,6 +52,8 @@ struct Shared {
     counts: Mutex<BTreeMap<String, CellCounts>>,
     /// All nodes that speak, this one included.
     peers: Mutex<Vec<Peer>>,
+    /// What they say.
+    nodes: Mutex<Heard>,
     /// When a seat or a cell was left to another node.
     moved: Mutex<Option<Instant>>,
 }
@@ -79,6 +86,7 @@ impl Node {
             cell: cell.clone(),
             me: me.clone(),
             shared: shared.clone(),
+            hold: Arc::<Hold>::default(),
             stop: stopped.clone(),
             health: health.clone(),
         });
@@ -137,12 +145,15 @@ async fn say(log: Log, cluster: Cluster, me: Holder, shared: Arc<Shared>, stop: 
             cells: shared.counts(),
             owns: cluster.owns.clone(),
             is_draining: *stop.borrow(),
+            skipped: log.skips.all(),
         };
         let octets = postcard::to_stdvec(&report).expect("it can be written");
         // Who hears nothing of it for some seconds takes it to be gone.
         _ = log.say(&format!("node.{}", me.node), octets).await;
-        if let Ok(reports) = NodeReport::all(&log).await {
-            *locked(&shared.peers) = reports.iter().map(Peer::from).collect();
+        if let Ok(said) = NodeReport::said(&log).await {
+            locked(&shared.nodes).note(&said);
+            let reports = said.iter().filter_map(|(_, report)| report.as_ref());
+            *locked(&shared.peers) = reports.map(Peer::from).collect();
         }
         if let Ok(Some(run)) = log.said(&drained).await
             && *run == *me.run.to_string().as_bytes()

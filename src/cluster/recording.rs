@@ -10,7 +10,7 @@ use super::cell::{Cell, Fusing, Lost};
 use super::cells::{Audience, WHOLE};
 use super::engine::{SiteEngine, pictures};
 use super::log::{Log, LogError};
-use super::message::{Heard, Input, Logged, Output};
+use super::message::{Heard, Input, Logged};
 use super::region::{Letter, Word};
 use super::relief::Step;
 use crate::areas::{Areas, Masks};
@@ -211,8 +211,9 @@ pub async fn record(
             }
             output = outputs.next() => {
                 let Some((sequence, octets)) = output else { break };
-                if let Ok(output) = Output::parse(&octets) {
-                    following.output(sequence, output)?;
+                match log.worth(cell, &octets).await {
+                    Some(output) => following.output(sequence, output)?,
+                    None => following.skip(sequence),
                 }
             }
         }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use jiff::SignedDuration;
 use tokio::sync::mpsc::UnboundedSender;
 
-use super::cell::{Appended, Cell, Lost, Wish};
+use super::cell::{Appended, Cell, Lost, Tail, Wish};
 use super::engine::SiteEngine;
 use super::message::{Logged, Output};
 use super::region::Letter;
@@ -14,7 +14,6 @@ use super::relief::Step;
 use super::report::CellReport;
 use crate::live::now;
 use fusion::Identity;
-use fusion::slots::Slot;
 use fusion::time::{SECOND, Time};
 
 /// Longest time between two looks at the clock: a slot that nobody was heard for is made this late at most.
@@ -31,18 +30,20 @@ pub(super) enum Told {
     Input(Option<(u64, Logged)>, bool),
     /// An output of the cell, and its sequence.
     Output(u64, Output),
+    /// A message among the outputs of the cell that is none.
+    Skipped(u64),
     /// Whether somebody holds the lease.
     Lease(bool),
+    /// Whether another name stands in the lease, and nothing is to be published until it is known whose it is.
+    HoldBack(bool),
     /// Answers to what it wished.
     Leased(Option<u64>),
-    /// The last output: its sequence, slot and epoch.
-    Last(Result<Option<(u64, Slot, u64)>, ()>),
+    /// What is behind the sequence that it asked for.
+    Last(Result<Tail, ()>),
     /// What has become of its own.
     Appended(Appended),
     /// The lease ran out, and is held anew.
     LeasedAgain(u64),
-    /// Somebody else has the lease.
-    Fenced,
     /// Somebody else has the seat beside the owner.
     Unseated,
     /// A checkpoint is wanted.
@@ -74,6 +75,8 @@ pub(super) enum Says {
     Moved,
     /// What is left out from now on.
     Relieved(Step),
+    /// So many outputs were left out because no owner can have made them.
+    Foreign(u64),
     /// Letters to others.
     Post(Vec<Letter>),
     /// What of the region's numbers is the cell's: blocks, and those of identities.
@@ -88,7 +91,7 @@ pub(super) fn work(
     says: &UnboundedSender<Says>,
 ) {
     let (mut owned, mut next_report, mut is_wanted) = (None, Time::default(), false);
-    let (mut next_claims, mut step) = (Time::default(), Step::default());
+    let (mut next_claims, mut step, mut foreign) = (Time::default(), Step::default(), 0);
     loop {
         let patience = if cell.is_pressed() { Duration::ZERO } else { LOOK_UP };
         let first = match told.recv_timeout(patience) {
@@ -134,6 +137,10 @@ pub(super) fn work(
             owned.into_iter().for_each(|epoch| _ = says.send(Says::Owns(epoch)));
             next_claims = at;
         }
+        if cell.foreign() != foreign {
+            foreign = cell.foreign();
+            _ = says.send(Says::Foreign(foreign));
+        }
         let letters: Vec<Letter> = std::iter::from_fn(|| cell.post()).collect();
         if !letters.is_empty() {
             _ = says.send(Says::Post(letters));
@@ -169,12 +176,13 @@ fn hear(cell: &mut Cell<SiteEngine>, told: Told) -> Result<(), Lost> {
             input.into_iter().for_each(|(sequence, input)| cell.input(sequence, input));
         }
         Told::Output(sequence, output) => cell.output(sequence, output)?,
+        Told::Skipped(sequence) => cell.skip(sequence),
         Told::Lease(is_held) => cell.lease(is_held),
+        Told::HoldBack(is_held_back) => cell.hold_back(is_held_back),
         Told::Leased(epoch) => cell.leased(epoch),
         Told::LeasedAgain(epoch) => cell.leased_again(epoch),
         Told::Last(last) => cell.last(last)?,
         Told::Appended(appended) => cell.appended(appended),
-        Told::Fenced => return Err(Lost::Fenced),
         Told::Write | Told::Stop | Told::Unseated | Told::Move => {}
     }
     Ok(())

@@ -36,6 +36,12 @@ pub struct Verdict {
     pub late: u64,
     /// The latest of them, seconds after it was due.
     pub latest_s: f64,
+    /// Slots that came more than a second before they were due.
+    pub early: u64,
+    /// Messages among outputs and inputs that cannot be read, or that no member can have written.
+    pub skipped: u64,
+    /// Outputs that differ from what is made here, while another one of the same slot does not.
+    pub foreign: u64,
     /// Slots that were made here, too, from the same inputs.
     pub made: u64,
     /// Whether one of these was another one than that of the owner. `None`: there was no checkpoint to begin from.
@@ -51,8 +57,9 @@ pub struct Verdict {
 impl Verdict {
     /// Whether nothing is wrong.
     pub fn is_good(&self) -> bool {
-        let Self { slots, doubled, missing, late, differs, .. } = *self;
-        slots > 0 && doubled == 0 && missing == 0 && late == 0 && differs != Some(true)
+        let Self { slots, differs, .. } = *self;
+        let bad = [self.doubled, self.missing, self.late, self.early, self.skipped, self.foreign];
+        slots > 0 && bad == [0; 6] && differs != Some(true)
     }
 }
 
@@ -101,7 +108,15 @@ pub async fn verify(
             () = &mut ends => break,
             input = inputs.next() => {
                 let Some((sequence, octets)) = input else { break };
-                let Ok(Some(logged)) = Logged::parse(&octets, name, &audience) else { continue };
+                log.note_input(sequence);
+                let logged = match Logged::parse(&octets, name, &audience) {
+                    Ok(Some(logged)) => logged,
+                    Ok(None) => continue,
+                    Err(_) => {
+                        verdict.skipped += 1;
+                        continue;
+                    }
+                };
                 verdict.inputs += 1;
                 if let Logged::Input(input) = &logged {
                     verdict.datagrams += input.heard.len() as u64;
@@ -110,12 +125,16 @@ pub async fn verify(
             }
             output = outputs.next() => {
                 let Some((sequence, octets)) = output else { break };
-                let Ok(output) = Output::parse(&octets) else { continue };
+                let Some(output) = log.worth(cell, &octets).await else {
+                    verdict.skipped += u64::from(sequence > last);
+                    continue;
+                };
                 if sequence > last {
                     let due = grid.centre(output.slot) + due_after;
                     let late_s = (now() - due).as_secs_f64();
                     verdict.slots += 1;
                     verdict.late += u64::from(late_s > LATE_S);
+                    verdict.early += u64::from(late_s < -LATE_S);
                     verdict.latest_s = verdict.latest_s.max(late_s);
                     verdict.doubled += u64::from(seen.insert(output.slot, ()).is_some());
                     if verdict.epochs.last() != Some(&output.epoch) {
@@ -128,8 +147,8 @@ pub async fn verify(
     }
     if let Some(maker) = maker {
         let ended = tokio::task::spawn_blocking(|| maker.end()).await;
-        let (made, differs) = ended.map_err(|panic| LogError::Unusable(panic.to_string()))?;
-        (verdict.made, verdict.differs) = (made, Some(differs));
+        let Made { made, foreign, differs } = ended.map_err(|panic| LogError::Unusable(panic.to_string()))?;
+        (verdict.made, verdict.foreign, verdict.differs) = (made, foreign, Some(differs));
     }
     if let (Some((first, ())), Some((last, ()))) = (seen.first_key_value(), seen.last_key_value()) {
         verdict.missing = (last.0 - first.0 + 1).unsigned_abs() - seen.len() as u64;
@@ -147,7 +166,7 @@ enum Read {
 /// is to be looked at when it comes.
 struct Maker {
     read: Sender<Read>,
-    thread: JoinHandle<(u64, bool)>,
+    thread: JoinHandle<Made>,
 }
 
 impl Maker {
@@ -165,29 +184,45 @@ impl Maker {
         _ = self.read.send(read);
     }
 
-    /// How many slots it made of all that was read, and whether one differs.
-    fn end(self) -> (u64, bool) {
+    /// What it made of all that was read.
+    fn end(self) -> Made {
         drop(self.read);
         self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 }
 
-fn make(mut alone: Cell<SiteEngine>, reads: &Receiver<Read>) -> (u64, bool) {
-    let mut made = 0;
+/// What was made once more.
+struct Made {
+    /// Slots.
+    made: u64,
+    /// Outputs that were left out because no owner can have made them.
+    foreign: u64,
+    /// Whether a slot is another one than the owner's.
+    differs: bool,
+}
+
+fn make(mut alone: Cell<SiteEngine>, reads: &Receiver<Read>) -> Made {
+    let mut read = 0;
+    let made = |read: u64, alone: &Cell<SiteEngine>, differs| Made {
+        made: read.saturating_sub(alone.behind() + alone.foreign()),
+        foreign: alone.foreign(),
+        differs,
+    };
     while let Ok(first) = reads.recv() {
-        for read in std::iter::once(first).chain(reads.try_iter()) {
-            match read {
+        for message in std::iter::once(first).chain(reads.try_iter()) {
+            match message {
                 Read::Input(sequence, logged) => alone.input(sequence, logged),
                 Read::Output(sequence, output) => {
-                    made += 1;
+                    read += 1;
                     // It never owns anything: what comes is what others publish.
                     _ = alone.output(sequence, output);
                 }
             }
         }
         if let Err(lost) = alone.pump(now()) {
-            return (made - alone.behind(), lost == Lost::Diverged);
+            return made(read, &alone, lost == Lost::Diverged);
         }
     }
-    (made - alone.behind(), false)
+    // The last slot has no other one behind it that would show whose it is.
+    made(read, &alone, alone.differs())
 }

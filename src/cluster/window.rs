@@ -1,9 +1,10 @@
 //! The picture of a cluster: what its owners publish and say, put together, and handed on to be shown.
 
 mod merging;
+mod present;
 mod reports;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -18,16 +19,17 @@ use super::clocks::Comparison;
 use super::engine::pictures;
 use super::gateway::GatewayReport;
 use super::log::{Holder, Log, LogError};
-use super::message::Output;
 use super::node::NodeReport;
 use super::region::{Letter, Word};
 use super::relief::Step;
 use super::report::CellReport;
+use super::shared::{Different, SharedConfiguration};
 use crate::config::{Cluster, Config};
 use crate::live::{CellState, Decision, LineStatus, Members, Seen, now};
 use crate::territory::CellName;
 use fusion::slots::SlotGrid;
 use merging::Merging;
+use present::{Present, Reports, Settling};
 use reports::joined;
 
 /// How often it is looked how those are who make the picture.
@@ -51,6 +53,7 @@ impl Window {
         config: &Config,
         cluster: &Cluster,
         cells: &Arc<Cells>,
+        shared: SharedConfiguration,
         (seen, decided): (Sender<Seen>, Receiver<Decision>),
     ) -> Self {
         let patience_s = cluster.lease_s + cluster.wait_s + TAKES_OVER_S;
@@ -65,7 +68,8 @@ impl Window {
         tasks.spawn(slots(log.clone(), cluster.clone(), merging.clone(), seen.clone()));
         tasks.spawn(decide(log.clone(), cluster.node.clone(), cells.names().to_vec(), decided));
         let homes = cells.homes(config);
-        tasks.spawn(states(log.clone(), cluster.clone(), (cells.clone(), homes), merging, seen));
+        let shared = (cells.clone(), homes, shared);
+        tasks.spawn(states(log.clone(), cluster.clone(), shared, merging, seen));
         Self { tasks }
     }
 }
@@ -104,17 +108,13 @@ async fn slots(mut log: Log, cluster: Cluster, merging: Arc<Mutex<Merging>>, see
         };
         match read {
             Ok(Some((_, cell, octets))) => {
-                let output = Output::parse(&octets).ok();
-                let part = output.and_then(|output| Some((output.epoch, pictures(&output.picture)?)));
-                let cell = CellName::new(&cell).ok();
-                let is_known =
-                    cell.zip(part).is_some_and(|(cell, (epoch, part))| locked().take(&cell, epoch, part));
-                if !is_known {
-                    warn!(
-                        "an output of the log is not one of this version, or of no cell of the configuration"
-                    );
+                let Some(cell) = CellName::new(&cell).ok().filter(|cell| locked().has(cell)) else {
+                    log.skips.note("out", "of no cell of the configuration");
                     continue;
-                }
+                };
+                let Some(output) = log.worth(cell.as_str(), &octets).await else { continue };
+                let Some(part) = pictures(&output.picture) else { continue };
+                locked().take(&cell, output.epoch, part);
             }
             Ok(None) => {
                 // The stream was lost, and is made anew.
@@ -148,15 +148,27 @@ async fn slots(mut log: Log, cluster: Cluster, merging: Arc<Mutex<Merging>>, see
 async fn states(
     log: Log,
     cluster: Cluster,
-    (cells, homes): (Arc<Cells>, Vec<CellName>),
+    (cells, homes, shared): (Arc<Cells>, Vec<CellName>, SharedConfiguration),
     merging: Arc<Mutex<Merging>>,
     seen: Sender<Seen>,
 ) {
+    let (mut present, mut told) = (Present::default(), Reports::default());
+    let mut settling = Settling::default();
     let mut looks = tokio::time::interval(LOOKS);
     let mut clocks = Comparison::default();
     loop {
         looks.tick().await;
-        let Ok((nodes, gateways)) = members(&log).await else { continue };
+        let Ok((nodes, gateways)) = members(&log).await else {
+            settling.disturbed();
+            continue;
+        };
+        let gateways = present.note(gateways);
+        let expected = log.expected_gateways().await.unwrap_or_default();
+        let expected = expected.iter().chain(&cluster.gateways);
+        let missing_gateways: BTreeSet<String> =
+            expected.filter(|name| present.misses(name)).cloned().collect();
+        // Where the log does not answer, the next look finds it.
+        let different = shared.different(&log, &nodes, &gateways).await.unwrap_or_default();
         let (away, twice, too_late) = {
             let merging = merging.lock().unwrap_or_else(PoisonError::into_inner);
             (merging.away().clone(), merging.twice(), merging.too_late())
@@ -171,6 +183,9 @@ async fn states(
                 node.map(|node| node.counts(name)).unwrap_or_default()
             };
             let [owner, standby] = [owner, standby].map(|held| held.map(|held| held.by));
+            let is_foreign =
+                owner.as_ref().is_some_and(|owner| !SharedConfiguration::accepts(log.config, owner.config));
+            merging.lock().unwrap_or_else(PoisonError::into_inner).leave_out(cell, is_foreign);
             let step = Step(counts(owner.as_ref()).step);
             states.push(CellState {
                 cell: cell.to_string(),
@@ -181,6 +196,7 @@ async fn states(
                 owner: owner.map(|by| by.node),
                 standby: standby.map(|by| by.node),
                 is_missing: away.contains(cell),
+                is_foreign,
                 corners: cells.corners(cell),
             });
         }
@@ -190,6 +206,11 @@ async fn states(
             nodes: nodes.iter().map(NodeReport::state).collect(),
             gateways: gateways.iter().map(GatewayReport::state).collect(),
             clocks: clocks.look(&gateways),
+            missing_gateways: missing_gateways.into_iter().collect(),
+            different: different
+                .into_iter()
+                .map(|Different { member, text }| format!("{member}: {text}"))
+                .collect(),
             twice,
             too_late,
             ..Members::default()
@@ -199,11 +220,16 @@ async fn states(
         }
         let mut reports = Vec::new();
         for cell in cells.names() {
-            let Ok(Some(octets)) = log.said(&format!("{cell}.report")).await else { continue };
-            match CellReport::parse(&octets) {
-                Some(report) => reports.push((cell.clone(), report)),
-                None => warn!(%cell, "a report of the log is not one of this version"),
+            let said = log.said(&format!("{cell}.report")).await.ok().flatten();
+            let report = said.as_ref().and_then(|octets| CellReport::parse(octets));
+            if report.is_none() {
+                said.iter().for_each(|octets| log.skips.unreadable("report", octets));
             }
+            let epoch = merging.lock().unwrap_or_else(PoisonError::into_inner).epoch(cell);
+            reports.extend(told.note(cell, report, epoch).map(|report| (cell.clone(), report)));
+        }
+        if told.are_old() {
+            settling.disturbed();
         }
         let Some(mut report) = joined(&homes, reports) else { continue };
         let is_deaf = gateways.is_empty();
@@ -215,6 +241,7 @@ async fn states(
                 sensor.lines = vec![LineStatus { name, ..LineStatus::default() }];
             }
         }
+        settling.settle(&mut report.status.sensors);
         let told = Seen::Told(report.status.into(), report.integrities.into(), report.correlations);
         if seen.send(told).is_err() {
             return;
@@ -224,17 +251,7 @@ async fn states(
 
 /// What all nodes and gateways say.
 async fn members(log: &Log) -> Result<(Vec<NodeReport>, Vec<GatewayReport>), LogError> {
-    let (mut nodes, mut gateways) = (Vec::new(), Vec::new());
-    for key in log.keys().await? {
-        if key.starts_with("node.") {
-            let said = log.said(&key).await?;
-            nodes.extend(said.and_then(|said| postcard::from_bytes::<NodeReport>(&said).ok()));
-        } else if key.starts_with("gateway.") {
-            let said = log.said(&key).await?;
-            gateways.extend(said.and_then(|said| postcard::from_bytes::<GatewayReport>(&said).ok()));
-        }
-    }
-    Ok((nodes, gateways))
+    Ok((NodeReport::all(log).await?, GatewayReport::all(log).await?))
 }
 
 /// The lines of all gateways, by sensor.

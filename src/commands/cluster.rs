@@ -1,5 +1,6 @@
 //! `cluster`: how a cluster is, from outside.
 
+use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,12 +16,13 @@ use super::{CommandResult, Outcome, Usage};
 use crate::app::{Failure, Signals, runtime};
 use crate::areas::Areas;
 use crate::cluster::{
-    CellReport, Cells, GatewayReport, Holder, Log, NodeReport, Part, check, differences, reach,
-    record as recorded, record_region, verify,
+    CellReport, Cells, Different, GatewayReport, Holder, Log, NodeReport, Part, SharedConfiguration, Skipped,
+    check, differences, reach, record as recorded, record_region, verify,
 };
 use crate::config::{Cluster, Config};
 use crate::live::{ClockDifference, Members, milliseconds, now};
 use crate::territory::CellName;
+use fusion::slots::SlotGrid;
 use fusion::time::Time;
 
 /// A picture older than this beyond its latency is late, seconds.
@@ -44,7 +46,8 @@ pub struct Args {
 #[derive(Clone, Debug, clap::Subcommand)]
 pub enum Command {
     /// Who owns what and stands by, what nodes and gateways count, how good gateways' clocks are. Exit code 1 where a cell is
-    /// late, or has no owner or nobody beside it, or a clock is not to be trusted.
+    /// late or early, or has no owner or nobody beside it, a gateway is missing, a member has another configuration, messages
+    /// cannot be read, or a clock is not to be trusted.
     Status {
         /// As JSON.
         #[arg(long)]
@@ -57,8 +60,13 @@ pub enum Command {
         /// The node.
         node: String,
     },
-    /// Reads what is published for some time, and makes it once more from what was received: slots missing, doubled, late or
-    /// different. Exit code 5 where there is one.
+    /// Misses a gateway no longer that does not come back.
+    Forget {
+        /// The gateway.
+        gateway: String,
+    },
+    /// Reads what is published for some time, and makes it once more from what was received: slots missing, doubled, late, early
+    /// or different, messages that cannot be read. Exit code 5 where there is one.
     Verify {
         /// One cell; else all of them.
         #[arg(long, value_name = "NAME")]
@@ -80,7 +88,7 @@ pub(super) fn record(config: &Config, directory: &Path, lasts: Option<SignedDura
     let areas = Areas::load(&config.areas)?;
     let is_whole = Cells::of(config)?.is_whole();
     let counts = runtime(1)?.block_on(async {
-        let log = opened(cluster).await?;
+        let log = opened(cluster, config).await?;
         let mut signals = Signals::listen()?;
         let ends = async {
             match lasts {
@@ -122,9 +130,11 @@ pub(super) fn cells(config: &Config) -> Result<Vec<String>, Failure> {
 }
 
 /// The log, where it answers in time.
-async fn opened(cluster: &Cluster) -> Result<Log, Failure> {
+async fn opened(cluster: &Cluster, config: &Config) -> Result<Log, Failure> {
     if let Ok(opened) = tokio::time::timeout(PATIENCE, Log::open(cluster)).await {
-        return Ok(opened?);
+        let mut log = opened?;
+        log.grid = SlotGrid::new(config.fusion.slot);
+        return Ok(log);
     }
     let mut said = Vec::new();
     for (server, reached) in reach(cluster).await {
@@ -177,6 +187,12 @@ struct Said {
     cells: Vec<CellSaid>,
     nodes: Vec<NodeReport>,
     gateways: Vec<GatewayReport>,
+    /// Gateways that were not ended in order.
+    expected: Vec<String>,
+    /// Members with another configuration than that of the command.
+    different: Vec<Different>,
+    /// What this command could not read.
+    skipped: Vec<Skipped>,
 }
 
 /// Runs the command.
@@ -190,11 +206,12 @@ pub fn run(args: &Args) -> CommandResult {
     };
     let cells = Cells::of(&config)?;
     runtime(1)?.block_on(async {
-        let log = opened(cluster).await?;
+        let log = opened(cluster, &config).await?;
         let mut out = io::stdout().lock();
         match &args.command {
             Command::Status { json } => {
-                let said = Said::hear(&log, &cells).await?;
+                let areas = Areas::load(&config.areas)?;
+                let said = Said::hear(&log, &cells, &SharedConfiguration::of(&config, &areas)?).await?;
                 match json {
                     true => writeln!(out, "{:#}", said.json(&config))?,
                     false => write!(out, "{}\n{}\n{}", said.cells(&config), said.nodes(), said.gateways())?,
@@ -204,10 +221,13 @@ pub fn run(args: &Args) -> CommandResult {
                 Ok(if wrong.is_empty() { Outcome::Done } else { Outcome::Incomplete })
             }
             Command::Cells => {
-                write!(out, "{}", Said::hear(&log, &cells).await?.cells(&config))?;
+                let areas = Areas::load(&config.areas)?;
+                let said = Said::hear(&log, &cells, &SharedConfiguration::of(&config, &areas)?).await?;
+                write!(out, "{}", said.cells(&config))?;
                 Ok(Outcome::Done)
             }
             Command::Drain { node } => drain(&log, node, &mut out).await,
+            Command::Forget { gateway } => forget(&log, cluster, gateway, &mut out).await,
             Command::Verify { cell, duration, json } => {
                 let areas = Areas::load(&config.areas)?;
                 let names = chosen(&cells, cell.as_deref())?;
@@ -251,6 +271,12 @@ impl CellSaid {
         Some((now() - due).as_secs_f64().max(0.0))
     }
 
+    /// How long before it is due the newest slot was published, seconds.
+    fn early_s(&self, config: &Config) -> f64 {
+        let due = self.latest.map(|latest| latest + config.fusion.latency() - config.fusion.slot / 2);
+        due.map_or(0.0, |due| (due - now()).as_secs_f64().max(0.0))
+    }
+
     fn wrong(&self, config: &Config) -> Vec<String> {
         let (mut wrong, cell) = (Vec::new(), &self.cell);
         if self.owner.is_none() {
@@ -258,6 +284,10 @@ impl CellSaid {
         }
         if self.standby.is_none() {
             wrong.push(format!("nobody stands by for cell {cell}"));
+        }
+        let early_s = self.early_s(config);
+        if early_s > LATE_S {
+            wrong.push(format!("the newest slot of cell {cell} is {early_s:.1} s early: a clock is wrong"));
         }
         match self.late_s(config) {
             None => wrong.push(format!("nothing has been published of cell {cell}")),
@@ -271,22 +301,45 @@ impl CellSaid {
 }
 
 impl Said {
-    async fn hear(log: &Log, cells: &Cells) -> Result<Self, Failure> {
-        let (nodes, mut gateways) = (NodeReport::all(log).await?, Vec::new());
-        for key in log.keys().await?.iter().filter(|key| key.starts_with("gateway.")) {
-            let said = log.said(key).await?;
-            gateways.extend(said.and_then(|said| postcard::from_bytes::<GatewayReport>(&said).ok()));
-        }
+    async fn hear(log: &Log, cells: &Cells, shared: &SharedConfiguration) -> Result<Self, Failure> {
+        let (nodes, gateways) = (NodeReport::all(log).await?, GatewayReport::all(log).await?);
+        let different = shared.different(log, &nodes, &gateways).await?;
+        let expected = log.expected_gateways().await?;
         let mut said = Vec::new();
         for cell in cells.names() {
             said.push(CellSaid::hear(log, cell).await?);
         }
-        Ok(Self { cells: said, nodes, gateways })
+        Ok(Self { cells: said, nodes, gateways, expected, different, skipped: log.skips.all() })
     }
 
     fn wrong(&self, config: &Config) -> Vec<String> {
         let clocks = self.clocks().troubles().into_iter().map(|trouble| trouble.text);
-        self.cells.iter().flat_map(|cell| cell.wrong(config)).chain(clocks).collect()
+        let missing = self.missing(config).into_iter().map(|name| format!("gateway {name} says nothing"));
+        let different = self.different.iter().map(|Different { member, text }| {
+            format!("{member} has another configuration than {}: {text}", "this command's")
+        });
+        let all = self.cells.iter().flat_map(|cell| cell.wrong(config)).chain(missing).chain(different);
+        all.chain(self.unreadable()).chain(clocks).collect()
+    }
+
+    /// Gateways that ought to be heard of, and are not.
+    fn missing(&self, config: &Config) -> BTreeSet<String> {
+        let configured = config.cluster.iter().flat_map(|cluster| &cluster.gateways);
+        let is_missing = |name: &&String| self.gateways.iter().all(|gateway| gateway.node != **name);
+        self.expected.iter().chain(configured).filter(is_missing).cloned().collect()
+    }
+
+    /// Messages that were skipped within the last minute, by those who tell.
+    fn unreadable(&self) -> Vec<String> {
+        let nodes = self.nodes.iter().flat_map(|node| {
+            node.skipped.iter().map(move |skipped| (format!("node {}", node.holder.node), skipped))
+        });
+        let own = self.skipped.iter().map(|skipped| ("this command".to_owned(), skipped));
+        let recent = nodes.chain(own).filter(|(_, skipped)| skipped.is_recent);
+        let text = |(who, Skipped { place, reason, count, .. }): (String, &Skipped)| {
+            format!("{who} skips messages of the log: {place}: {reason} ({count} so far)")
+        };
+        recent.map(text).collect()
     }
 
     /// The gateways with their clocks, by this one look.
@@ -381,8 +434,10 @@ impl Said {
             } })
         });
         let gateways: Vec<Value> = gateways.collect();
-        let wrong = self.wrong(config);
-        json!({ "cells": cells, "nodes": nodes, "gateways": gateways, "clocks": clocks, "wrong": wrong })
+        let (wrong, missing) = (self.wrong(config), self.missing(config));
+        json!({
+            "cells": cells, "nodes": nodes, "gateways": gateways, "missing_gateways": missing, "clocks": clocks, "wrong": wrong,
+        })
     }
 }
 
@@ -402,6 +457,22 @@ fn worst(node: &str, clocks: &[ClockDifference]) -> String {
         let sign = if by_s < 0.0 { "-" } else { "+" };
         format!("{sign}{} ms from {other}", milliseconds(by_s.abs()))
     })
+}
+
+/// Misses a gateway no longer.
+async fn forget(log: &Log, cluster: &Cluster, gateway: &str, out: &mut impl Write) -> CommandResult {
+    if cluster.gateways.iter().any(|name| name == gateway) {
+        return Err(Usage(format!("gateway {gateway} is in cluster.gateways: remove it there")).into());
+    }
+    if GatewayReport::all(log).await?.iter().any(|report| report.node == gateway) {
+        return Err(Usage(format!("gateway {gateway} runs: stop it, and nobody misses it")).into());
+    }
+    if !log.expected_gateways().await?.iter().any(|name| name == gateway) {
+        return Err(Usage(format!("no gateway called {gateway} is missed")).into());
+    }
+    log.forget_gateway(gateway).await?;
+    writeln!(out, "gateway {gateway} is not missed any more")?;
+    Ok(Outcome::Done)
 }
 
 /// Asks a node to give up its cells, until it has.
@@ -449,6 +520,12 @@ async fn checked(
     let verdict = |name| verify(log, cluster, config, areas, (cells, name), lasts.unsigned_abs());
     let verdicts = join_all(names.iter().map(verdict)).await;
     let (mut shown, mut is_good) = (serde_json::Map::new(), true);
+    let shared = SharedConfiguration::of(config, areas)?;
+    let (nodes, gateways) = (NodeReport::all(log).await?, GatewayReport::all(log).await?);
+    for Different { member, text } in shared.different(log, &nodes, &gateways).await? {
+        tracing::warn!("{member} has another configuration: {text}");
+        is_good = false;
+    }
     for (cell, verdict) in names.iter().zip(verdicts) {
         let verdict = verdict?;
         is_good &= verdict.is_good();
@@ -463,14 +540,17 @@ async fn checked(
         };
         writeln!(
             out,
-            "cell {cell}: {} slots, {} doubled, {} missing, {} late (latest {:.3} s); {made}; {} datagrams in {} messages",
+            "cell {cell}: {} slots, {} doubled, {} missing, {} late (latest {:.3} s), {} early; {made}; {} datagrams in {} messages; {} messages skipped, {} outputs of nobody",
             grouped(verdict.slots),
             verdict.doubled,
             verdict.missing,
             verdict.late,
             verdict.latest_s,
+            verdict.early,
             grouped(verdict.datagrams),
             grouped(verdict.inputs),
+            verdict.skipped,
+            verdict.foreign,
         )?;
     }
     if as_json {

@@ -88,6 +88,8 @@ pub fn exit_code(result: &CommandResult) -> u8 {
         {
             3
         }
+        #[cfg(feature = "cluster")]
+        Err(error) if error.is::<crate::app::Refused>() => 3,
         Err(_) => 1,
     }
 }

@@ -10,10 +10,7 @@ use tables::{names, written_by_name};
 
 /// A name that may stand in a subject of the log.
 fn plain_name(rule: &'static str) -> Kind<String> {
-    text(rule, |name| {
-        let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        (1..=32).contains(&name.len()) && name.chars().all(is_plain)
-    })
+    text(rule, Cluster::is_name)
 }
 
 /// A server's address, without a name and a password: messages about the server would repeat them.
@@ -84,6 +81,8 @@ section! {
         cells: Vec<CellArea> = Vec::new(), tables();
         /// Cells that this node may own or stand by for, by name; `*` for all.
         owns: Vec<String> = vec!["*".to_owned()], list(any_text());
+        /// Gateways that are missed where they say nothing, by `node`, besides those that ran last and were not ended in order.
+        gateways: Vec<String> = Vec::new(), list(plain_name("a gateway is called by 1 to 32 of a-z, 0-9 and -"));
         /// A cell's engine sees what is so far around it, too, metres.
         halo_m: f64 = 1000.0, number("a halo is 310 to 10000 metres", |metres| (310.0..=10_000.0).contains(&metres));
         /// An aircraft that has left its cell stays that cell's while it is no farther away than this, metres.
@@ -169,6 +168,12 @@ impl Cluster {
             (None, [role]) => format!("_INBOX.{}", role.name()),
             (None, _) => "_INBOX".to_owned(),
         }
+    }
+
+    /// Whether a member of a region, or a region, may be called so.
+    pub fn is_name(name: &str) -> bool {
+        let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+        (1..=32).contains(&name.len()) && name.chars().all(is_plain)
     }
 
     /// The machine that this process runs on.

@@ -18,6 +18,10 @@ pub struct Members {
     pub gateways: Vec<GatewayState>,
     /// How far apart the clocks of each two gateways are that hear the same.
     pub clocks: Vec<ClockDifference>,
+    /// Gateways that ought to be heard of, and have said nothing for 3 s.
+    pub missing_gateways: Vec<String>,
+    /// Members whose configuration is another one than this process's: which, and in what.
+    pub different: Vec<String>,
     /// Slots that were shown here.
     pub shown: u64,
     /// Slots that came again after they, or later ones, had been shown.
@@ -51,6 +55,8 @@ pub struct CellState {
     pub left_out: &'static str,
     /// Whether the picture is without it: nobody has published it for longer than a take-over takes.
     pub is_missing: bool,
+    /// Whether the picture is without it because its owner has another configuration.
+    pub is_foreign: bool,
     /// Where it is, longitude and latitude of its corners in degrees; empty: it is the whole site.
     pub corners: Vec<[f64; 2]>,
 }
@@ -178,14 +184,39 @@ impl Members {
     pub fn troubles(&self) -> Vec<Trouble> {
         let cells = self.cells.iter().filter_map(CellState::trouble);
         let gateways = self.gateways.iter().filter_map(GatewayState::trouble);
-        cells.chain(gateways).chain(self.clocks.iter().filter_map(ClockDifference::trouble)).collect()
+        let missing = self.missing_gateways.iter().map(|gateway| Trouble {
+            about: format!("{} gateway {gateway}", Trouble::CLUSTER).into(),
+            severity: Severity::Warning,
+            text: format!(
+                "gateway {gateway} says nothing: what it alone hears is lost, and no other one may fail"
+            ),
+        });
+        let different = self.different.iter().map(|different| Trouble {
+            about: format!(
+                "{} configuration {}",
+                Trouble::CLUSTER,
+                different.split(':').next().unwrap_or_default()
+            )
+            .into(),
+            severity: Severity::Critical,
+            text: format!("another configuration than this one's: {different}"),
+        });
+        let clocks = self.clocks.iter().filter_map(ClockDifference::trouble);
+        cells.chain(gateways).chain(missing).chain(different).chain(clocks).collect()
     }
 }
 
 impl CellState {
     fn trouble(&self) -> Option<Trouble> {
-        let Self { cell, is_missing, step, left_out, .. } = self;
+        let Self { cell, is_missing, is_foreign, step, left_out, .. } = self;
         let (severity, text) = match (is_missing, step) {
+            _ if *is_foreign => {
+                let owner = self.owner.as_deref().unwrap_or("nobody");
+                let text = format!(
+                    "the picture is without cell {cell}: its owner {owner} has another configuration"
+                );
+                (Severity::Critical, text)
+            }
             (true, _) => {
                 let text = format!("the picture is without cell {cell}: nobody publishes what flies there");
                 (Severity::Critical, text)

@@ -65,9 +65,14 @@ export class Cluster {
     if (ownerless.length) return ["critical", "no owner", `nobody owns ${ownerless.join(", ")}: nothing is published there`];
     const missing = cells.filter(({ is_missing }) => is_missing).map(({ cell }) => cell);
     if (missing.length) return ["critical", "cell missing", `the picture is without ${missing.join(", ")}: nobody publishes what flies there`];
+    const foreign = cells.filter(({ is_foreign }) => is_foreign).map(({ cell }) => cell);
+    if (foreign.length) return ["critical", "foreign cell", `the picture is without ${foreign.join(", ")}: its owner has another configuration`];
     const alone = cells.filter(({ standby }) => !standby).map(({ cell }) => cell);
     const owners = [...new Set(cells.map(({ owner }) => owner))].join(", ");
     if (alone.length) return ["warning", owners, `${owners}: nobody stands by for ${alone.join(", ")}`];
+    const { missing_gateways: silent = [], different = [] } = this.members;
+    if (different.length) return ["critical", owners, different.map((of) => `another configuration: ${of}`).join("\n")];
+    if (silent.length) return ["warning", owners, `gateway ${silent.join(", ")} says nothing`];
     const doubts = clockDoubts(this.members);
     if (doubts.length) return ["warning", owners, doubts.join("\n")];
     return ["ok", owners, cells.map(({ cell, owner, standby }) => `${cell}: ${owner} owns it, ${standby} stands by`).join("\n")];
@@ -75,7 +80,7 @@ export class Cluster {
 
   describe() {
     if (!this.members) return [element("h2", {}, "Cluster"), element("p", {}, "Not known yet")];
-    const { region, cells, nodes, gateways, clocks, shown, doubled, missing, twice, too_late: late } = this.members;
+    const { region, cells, nodes, gateways, clocks, shown, doubled, missing, twice, too_late: late, missing_gateways: silent = [], different = [] } = this.members;
     return [
       element("h2", {}, `Cluster ${region}`),
       table(["Cell", "Owner", "Standby", "Lease", "Behind"], cells.map((of) => [of.cell, of.owner ?? "nobody", of.standby ?? "nobody", of.lease, of.behind])),
@@ -84,6 +89,8 @@ export class Cluster {
         nodes.map((of) => [of.node, of.machine, of.part, of.owns.length, of.stands_by.length, of.takeovers, of.fenced]),
       ),
       table(["Gateway", "Lines", "Written", "Waiting", "Dropped", "Clock"], gateways.map((of) => [of.node, of.lines, of.written, of.waiting, of.dropped, clock(of)])),
+      ...silent.map((gateway) => element("p", { class: "doubt" }, `Gateway ${gateway} says nothing`)),
+      ...different.map((of) => element("p", { class: "doubt" }, `Another configuration: ${of}`)),
       ...clocks.map((of) => element("p", { class: of.apart ? "doubt" : "hint" }, `${of.gateway} stamps ${milliseconds(Math.abs(of.difference_s))} ${of.difference_s < 0 ? "earlier" : "later"} than ${of.other}`)),
       element("p", { class: "hint" }, `${shown} slots shown, ${missing} missing, ${doubled} twice`),
       ...(cells.length > 1 ? [element("p", { class: "hint" }, `${twice} aircraft published by two cells, ${late} slots of cells too late`)] : []),

@@ -9,6 +9,7 @@
 #[path = "../map/browser.rs"]
 #[allow(dead_code, reason = "tests of the map make use of more")]
 mod browser;
+mod caution;
 mod cells;
 mod clocks;
 mod contract;

@@ -172,6 +172,7 @@ impl Site {
             grid_deg: None,
             cells: if setup.is_divided { quarters(&simulation.config) } else { Vec::new() },
             owns: vec!["*".to_owned()],
+            gateways: Vec::new(),
             halo_m: 1000.0,
             // Small, so that aircraft which fly in circles of 400 m change their cells often.
             hysteresis_m: 40.0,

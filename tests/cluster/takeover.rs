@@ -118,15 +118,16 @@ async fn an_owner_is_drained_and_nobody_notices_and_what_differs_is_noticed() {
         let forged = Output { slot: last.slot.plus(1), ..last };
         assert!(matches!(site.log.append(WHOLE, sequence, &forged).await, Appended::Stored(_)));
         site.signal(owner, "-CONT");
-        until("the standby notices", async || {
+        until("the standby notices, and keeps its state", async || {
             let report = site.report(standby).await?;
-            (report.cells[0].1.diverged > 0).then_some(())
+            (!report.skipped.is_empty() && report.cells[0].1.diverged == 0).then_some(())
         })
         .await;
     };
     let ((code, verdict), ()) = tokio::join!(verifying, forging);
     println!("{verdict}");
-    assert_eq!((&verdict["differs"], code), (&true.into(), Some(5)), "{verdict}");
+    // What was written there holds no picture of its slot; the owner published that slot under another name.
+    assert!(verdict["skipped"] != 0 && verdict["missing"] == 0 && code == Some(5), "{code:?} {verdict}");
     // And it is over: whoever differed stands by again with the state of whoever owns the cell.
     let [owner, _] = site.pair().await;
     println!("{lease:?} before, {owner} owns");
@@ -142,21 +143,39 @@ async fn verified(site: &Site, lasts: &str) -> (Option<i32>, Value) {
     (output.status.code(), verdicts["cells"][WHOLE].clone())
 }
 
-/// As while a site is changed, or a new version comes: what it would make is another picture.
+/// As while a site is changed: what it would make is another picture.
 #[tokio::test(flavor = "multi_thread")]
-async fn a_node_of_another_configuration_stands_by_for_nobody_and_is_in_nobodys_way() {
+async fn node_of_another_configuration_is_refused_with_what_differs() {
     let Some(mut site) = Site::start(Setup::default()).await else { return };
-    let [owner, standby] = site.pair().await;
-    let third = NODES.into_iter().find(|node| ![owner, standby].contains(node)).unwrap();
     let held = site.owner().await.unwrap();
-    let text = std::fs::read_to_string(site.file(third)).unwrap();
-    assert!(text.contains("latency_s = 6.25"), "{text}");
-    site.kill(third);
-    site.kill(standby);
-    std::fs::write(site.file(third), text.replace("latency_s = 6.25", "latency_s = 6.0")).unwrap();
-    site.run(third);
-    until("it says why", async || site.said(third).contains("does not fit").then_some(())).await;
-    site.run(standby);
-    assert_eq!(site.pair().await, [owner, standby]);
+    let config = std::sync::Arc::make_mut(&mut site.config);
+    config.fusion.latency_slots = 24;
+    let code = site.node_with("other", site.cluster.clone()).await;
+    let said = site.said("other");
+    assert!(
+        code == Some(3) && said.contains("fusion.latency_s is 6.25 there, and 6.0 here"),
+        "{code:?} {said}"
+    );
     assert_eq!(site.owner().await.unwrap(), held, "nobody has taken over");
+}
+
+/// A gateway that is killed is missed, until it comes back or is forgotten.
+#[tokio::test(flavor = "multi_thread")]
+async fn killed_gateway_is_named_until_it_is_forgotten() {
+    let Some(mut site) = Site::start(Setup::default()).await else { return };
+    until("all is well", async || site.command(&["status"]).await.status.success().then_some(())).await;
+    let began = Instant::now();
+    site.kill("g1");
+    until("an alert", async || {
+        let (_, alerts) = site.ask("/api/v1/alerts").await?;
+        alerts.to_string().contains("gateway g1 says nothing").then_some(())
+    })
+    .await;
+    println!("named after {:.1} s", began.elapsed().as_secs_f64());
+    let status = site.command(&["status"]).await;
+    let said = String::from_utf8_lossy(&status.stderr).into_owned();
+    assert!(status.status.code() == Some(1) && said.contains("gateway g1 says nothing"), "{said}");
+    assert_eq!(site.command(&["forget", "g0"]).await.status.code(), Some(2), "it runs");
+    assert!(site.command(&["forget", "g1"]).await.status.success());
+    until("all is well", async || site.command(&["status"]).await.status.success().then_some(())).await;
 }

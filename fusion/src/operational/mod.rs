@@ -381,6 +381,16 @@ impl Operational {
         }
     }
 
+    /// The track numbers that transponders' aircraft keep, each with the slot in which it was given.
+    pub(crate) fn track_numbers(&self) -> impl Iterator<Item = (Identity, u32, Slot)> {
+        self.targets.kept_numbers()
+    }
+
+    /// Takes over a track number that a transponder's aircraft had before a restart.
+    pub(crate) fn remember_track_number(&mut self, identity: Identity, number: u32, since: Slot) {
+        self.targets.remember_number(identity, number, since);
+    }
+
     /// The correlations in force, each with the last plot of its radar track.
     pub(crate) fn kept(&self) -> Vec<SavedCorrelation> {
         self.correlations.kept(&self.tracklets)

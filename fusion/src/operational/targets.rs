@@ -505,6 +505,16 @@ impl Targets {
         true
     }
 
+    /// The numbers that transponders' aircraft keep.
+    pub(super) fn kept_numbers(&self) -> impl Iterator<Item = (Identity, u32, Slot)> {
+        self.numbers.kept()
+    }
+
+    /// Takes over a number that a transponder's aircraft had before a restart.
+    pub(super) fn remember_number(&mut self, identity: Identity, number: u32, since: Slot) {
+        self.numbers.remember(identity, number, since);
+    }
+
     /// The number of a target that is published as `source`.
     pub(super) fn number(&mut self, id: TargetId, source: &Source, slot: Slot) -> Option<TrackNumber> {
         let target = self.all.get_mut(id)?;

@@ -45,6 +45,18 @@ impl TrackNumbers {
         self.of_identity.entry(identity).or_insert(number);
     }
 
+    /// The numbers that transponders' aircraft keep.
+    pub(super) fn kept(&self) -> impl Iterator<Item = (Identity, u32, Slot)> {
+        self.of_identity.iter().map(|(&identity, known)| (identity, known.number, known.since))
+    }
+
+    /// Takes over a number that a transponder's aircraft had before a restart, unless it or the number has another one.
+    pub(super) fn remember(&mut self, identity: Identity, number: u32, since: Slot) {
+        if !self.of_identity.contains_key(&identity) && self.in_use.insert(number) {
+            self.of_identity.insert(identity, TrackNumber { number, since });
+        }
+    }
+
     /// A number whose target has ended.
     pub(super) fn release(&mut self, number: TrackNumber) {
         self.in_use.remove(&number.number);

@@ -6,8 +6,19 @@ use crate::live::Members;
 impl Metrics {
     /// Cells, nodes and gateways.
     pub(super) fn members(&mut self, members: &Members) {
-        let Members { cells, nodes, gateways, clocks, shown, doubled, missing, twice, too_late, .. } =
-            members;
+        let Members {
+            cells,
+            nodes,
+            gateways,
+            clocks,
+            shown,
+            doubled,
+            missing,
+            twice,
+            too_late,
+            missing_gateways,
+            ..
+        } = members;
         let of_cell = |value: fn(&crate::live::CellState) -> u64| {
             cells.iter().map(move |cell| (&*cell.cell, value(cell)))
         };
@@ -47,6 +58,8 @@ impl Metrics {
         self.by("cluster_withheld_total", help, "gateway", of_gateway(|gateway| gateway.withheld));
         let help = "Whether a gateway publishes nothing because its clock is not synchronised";
         self.by("cluster_gateway_silent", help, "gateway", of_gateway(|gateway| gateway.silent.into()));
+        let help = "Whether a gateway that ought to be heard of says nothing";
+        self.by("cluster_gateway_missing", help, "gateway", missing_gateways.iter().map(|name| (&**name, 1)));
         let help = "How far the clock of a gateway may be off; absent where nobody knows";
         let bound = |gateway: &crate::live::GatewayState| {
             gateway.clock_bound_s.map(|bound_s| (gateway.node.clone(), bound_s))

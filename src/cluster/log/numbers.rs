@@ -75,7 +75,9 @@ impl Log {
     /// The number of an identity: this one, if it has none yet.
     async fn number(&self, identity: Identity, number: u32) -> Result<u32, LogError> {
         let stands = self.created(&key(identity), &number.to_string()).await?;
-        Ok(stands.parse().unwrap_or(number))
+        // Whatever else stands there is nobody's number.
+        let is_number = |known: &u32| (1..LAST_BLOCK + BLOCK).contains(known);
+        Ok(stands.parse().ok().filter(is_number).unwrap_or(number))
     }
 
     /// A block for who has written that letter, by its first number; `None`: all are taken.
@@ -83,6 +85,7 @@ impl Log {
         let taken = keys(&self.numbers, &self.numbers_stream, "b.").await?;
         let mut taken: Vec<u32> =
             taken.iter().filter_map(|key| key.strip_prefix("b.")?.parse().ok()).collect();
+        taken.retain(|block| *block < BLOCKS);
         taken.sort_unstable();
         let name = |block: u32| format!("b.{block}");
         for &block in taken.iter().rev().take(LATEST) {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::cluster::log::{Holder, Log, LogError};
+use crate::cluster::log::{Holder, Log, LogError, Skipped};
 use crate::live::{NodePart, NodeState};
 
 /// What a node is for a cell.
@@ -52,10 +52,12 @@ pub struct CellCounts {
     pub step: u8,
     /// How often a further step was taken.
     pub relieved: u64,
+    /// Outputs of the cell that were left out because no owner can have made them.
+    pub foreign: u64,
 }
 
 /// What a node says of itself, each second.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NodeReport {
     /// Who.
     pub holder: Holder,
@@ -65,6 +67,8 @@ pub struct NodeReport {
     pub owns: Vec<String>,
     /// Whether it takes no cell any more.
     pub is_draining: bool,
+    /// Messages of the log that it has skipped.
+    pub skipped: Vec<Skipped>,
 }
 
 impl NodeReport {
@@ -73,11 +77,19 @@ impl NodeReport {
     /// # Errors
     /// The log does not answer.
     pub async fn all(log: &Log) -> Result<Vec<Self>, LogError> {
-        let mut all = Vec::new();
-        for key in log.keys().await?.iter().filter(|key| key.starts_with("node.")) {
-            all.extend(log.said(key).await?.and_then(|said| postcard::from_bytes(&said).ok()));
-        }
-        Ok(all)
+        Ok(Self::said(log).await?.into_iter().filter_map(|(_, report)| report).collect())
+    }
+
+    /// The same by name, also of those that say something else.
+    pub(super) async fn said(log: &Log) -> Result<Vec<(String, Option<Self>)>, LogError> {
+        let read = |(node, said): (String, Vec<u8>)| {
+            let report = postcard::from_bytes(&said).ok().filter(|report: &Self| report.holder.node == node);
+            if report.is_none() {
+                log.skips.unreadable("node", &said);
+            }
+            (node, report)
+        };
+        Ok(log.all_said("node.").await?.into_iter().map(read).collect())
     }
 
     /// What it counts of a cell.
@@ -105,6 +117,7 @@ impl NodeReport {
             published: sum.published + counts.published,
             checkpoints: sum.checkpoints + counts.checkpoints,
             relieved: sum.relieved + counts.relieved,
+            foreign: sum.foreign + counts.foreign,
             ..sum
         })
     }

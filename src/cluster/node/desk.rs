@@ -12,17 +12,19 @@ use tokio::task::JoinSet;
 use tracing::{info, warn};
 
 use super::counts::{CellCounts, Part};
+use super::hold::Hold;
 use super::post::deliver;
 use super::{Shared, balance, disk, locked};
 use crate::areas::Areas;
-use crate::cluster::cell::{Appended, Cell, Lost, Wish};
+use crate::cluster::cell::{Cell, Lost};
 use crate::cluster::cells::{Audience, Cells};
 use crate::cluster::engine::SiteEngine;
-use crate::cluster::log::{Checkpoint, Holder, Log, LogError, Reading, Renewed, placed};
-use crate::cluster::message::{Logged, Output};
+use crate::cluster::log::{Checkpoint, Holder, Log, LogError, Reading};
+use crate::cluster::message::Logged;
 use crate::cluster::region::Letter;
 use crate::cluster::relief::Step;
 use crate::cluster::seat::{Says, Told, tell, work};
+use crate::cluster::shared::SharedConfiguration;
 use crate::config::{Cluster, Config};
 use crate::live::now;
 use crate::state::StateHealth;
@@ -32,8 +34,6 @@ use fusion::slots::{Slot, SlotGrid};
 
 /// Pause before the log is asked again.
 const AGAIN: Duration = Duration::from_millis(250);
-/// The same where a slot waits for it.
-const SOON: Duration = Duration::from_millis(50);
 /// Pause of a node that cannot follow the owner, while others may.
 const UNFIT: Duration = Duration::from_secs(5);
 /// Refusals after which it is looked whether there is anything to take.
@@ -62,6 +62,8 @@ pub(super) struct Desk {
     pub(super) audience: Arc<Audience>,
     pub(super) me: Holder,
     pub(super) shared: Arc<Shared>,
+    /// What it holds of the cell while it is there.
+    pub(super) hold: Arc<Hold>,
     pub(super) stop: watch::Receiver<bool>,
     /// Health of the files of `[state] dir`.
     pub(super) health: StateHealth,
@@ -127,11 +129,16 @@ impl Desk {
         // Where its picture differed from the owner's: from a state of before it would do so again.
         let mut from = 0;
         while !self.is_stopped() {
+            if self.is_foreign().await {
+                self.pause(UNFIT).await;
+                continue;
+            }
             if self.is_for_others(&mut left).await {
                 self.pause(AGAIN).await;
                 continue;
             }
-            let Some(seat) = self.log.take(&self.standby(), &self.me).await else {
+            let is_long = AGAIN * refused > 3 * self.lease();
+            let Some(seat) = self.sit(is_long).await else {
                 refused += 1;
                 if refused.is_multiple_of(LOST)
                     && let Ok(log) = self.log.again(&self.cluster).await
@@ -141,6 +148,8 @@ impl Desk {
                 self.pause(AGAIN).await;
                 continue;
             };
+            refused = 0;
+            self.hold = Arc::default();
             match self.stay(seat, from).await {
                 Ok(Left::Stopped) => {}
                 Ok(Left::Lost(lost, published)) => {
@@ -178,6 +187,20 @@ impl Desk {
         }
     }
 
+    /// Whether the cell is owned by a node of another configuration: beside it nobody can stand.
+    async fn is_foreign(&self) -> bool {
+        let Ok(Some(owner)) = self.log.holder(&self.owner()).await else { return false };
+        let is_foreign = !SharedConfiguration::accepts(self.me.config, owner.by.config)
+            && locked(&self.shared.nodes).is_heard(&owner.by);
+        if is_foreign {
+            warn!(
+                node = owner.by.node,
+                "the owner has another configuration: this node stands by for nobody"
+            );
+        }
+        is_foreign
+    }
+
     /// Whether the free seat is another node's to take; `left`: since when it is.
     async fn is_for_others(&self, left: &mut Option<Instant>) -> bool {
         let Ok(owner) = self.log.holder(&self.owner()).await else { return false };
@@ -188,7 +211,9 @@ impl Desk {
         }
         // Where the log does not answer it is tried, and looked into when that fails.
         let Ok(seat) = self.log.holder(&self.standby()).await else { return false };
-        if seat.is_some() || self.shared.is_relieved(Step::STANDBYS) {
+        let is_taken =
+            seat.is_some_and(|seat| seat.by != self.me && locked(&self.shared.nodes).is_heard(&seat.by));
+        if is_taken || self.shared.is_relieved(Step::STANDBYS) {
             *left = None;
             return true;
         }
@@ -218,38 +243,48 @@ impl Desk {
             .name(format!("cell {}", self.cell))
             .spawn(move || work(cell, &name, &told, &says))
             .map_err(|error| LogError::Unusable(error.to_string()))?;
-        let (held, holding) = watch::channel(None);
         let mut tasks = JoinSet::new();
         let (own, audience) = (self.cell.clone(), self.audience.clone());
+        let log = self.log.clone();
         tasks.spawn(read(
             self.log.inputs(handled + 1),
             to_cell.clone(),
-            move |sequence, octets, has_more| {
-                let logged = Logged::parse(octets, &own, &audience).map_err(drop)?;
-                Ok(Told::Input(logged.map(|logged| (sequence, logged)), has_more))
+            async move |sequence, octets, has_more| {
+                log.note_input(sequence);
+                let logged = Logged::parse(&octets, &own, &audience).unwrap_or_else(|_| {
+                    log.skips.unreadable("in", &octets);
+                    None
+                });
+                Told::Input(logged.map(|logged| (sequence, logged)), has_more)
             },
         ));
         tasks.spawn(deliver(self.log.clone(), letters));
-        tasks.spawn(read(
-            self.log.outputs(self.cell.as_str(), published + 1),
-            to_cell.clone(),
-            |sequence, octets, _| {
-                Output::parse(octets).map(|output| Told::Output(sequence, output)).map_err(drop)
-            },
-        ));
-        tasks.spawn(self.clone().keep(seat, to_cell.clone(), held.clone(), holding.clone()));
-        let left = self.serve(said, (&to_cell, &post), &held, &mut tasks).await;
+        let desk = self.clone();
+        let outputs = self.log.outputs(self.cell.as_str(), published + 1);
+        tasks.spawn(read(outputs, to_cell.clone(), async move |sequence, octets, _| {
+            match desk.log.worth(desk.cell.as_str(), &octets).await {
+                Some(output) => {
+                    desk.hold.hear();
+                    Told::Output(sequence, output)
+                }
+                None => Told::Skipped(sequence),
+            }
+        }));
+        let seated = Arc::new(AtomicU64::new(seat));
+        tasks.spawn(self.clone().keep(seated.clone(), to_cell.clone()));
+        let left = self.serve(said, (&to_cell, &post), &mut tasks).await;
         // Whoever stands by goes on at once.
         tell(&to_cell, Told::Stop);
         tasks.abort_all();
         drop(tokio::task::spawn_blocking(move || thread.join()).await);
-        let lease = *holding.borrow();
+        // The task that kept it has ended, and with it what it had locked.
+        let lease = self.hold.lease.lock().await.take();
         match lease {
             Some(lease) if matches!(left, Left::Stopped | Left::Moved) => {
-                _ = self.log.give_up(&self.owner(), lease).await;
+                _ = self.log.give_up(&self.owner(), lease.revision).await;
             }
             Some(_) => {}
-            None => _ = self.log.give_up(&self.standby(), seat).await,
+            None => _ = self.log.give_up(&self.standby(), seated.load(Ordering::Relaxed)).await,
         }
         Ok(left)
     }
@@ -259,8 +294,10 @@ impl Desk {
     async fn begin(
         &self,
         seat: &mut u64,
-        from: u64,
+        mut from: u64,
     ) -> Result<Option<(Cell<SiteEngine>, u64, u64)>, LogError> {
+        // An output that was read last, while it is not known whether anybody publishes.
+        let (mut newest, mut is_unfit) = (0, false);
         let grid = SlotGrid::new(self.config.fusion.slot);
         let wait = SignedDuration::from_nanos((self.cluster.wait_s * 1e9) as i64);
         let anew = || self.cells.engine(&self.config, self.areas.masks(), now(), &self.cell);
@@ -279,8 +316,13 @@ impl Desk {
                         let cell = Cell::new(engine, grid, wait, *handled, *published);
                         return Ok(Some((cell, *handled, *published)));
                     }
+                    // It may be nobody's: the owner writes another one when it hears that.
+                    Err(error) if !std::mem::replace(&mut is_unfit, true) => {
+                        info!(%error, "a checkpoint does not fit: waits for another one");
+                        from = published + 1;
+                    }
                     // Another node may be of the owner's version, and of its configuration.
-                    Err(error) if self.log.holder(&self.owner()).await?.is_some() => {
+                    Err(error) if self.is_owned().await? => {
                         warn!(%error, "the owner's checkpoint does not fit: cannot stand by");
                         _ = self.log.give_up(&self.standby(), *seat).await;
                         self.pause(UNFIT).await;
@@ -289,8 +331,12 @@ impl Desk {
                     Err(error) => warn!(%error, "the checkpoint does not fit"),
                 }
             }
-            if self.log.holder(&self.owner()).await?.is_none() {
-                let last = self.log.last(self.cell.as_str()).await?;
+            let last = self.log.last(self.cell.as_str()).await?;
+            let sequence = last.as_ref().map_or(0, |(sequence, _)| *sequence);
+            if sequence > std::mem::replace(&mut newest, sequence) {
+                self.hold.hear();
+            }
+            if !self.is_owned().await? {
                 let (published, slot) =
                     last.map_or((0, None), |(sequence, last)| (sequence, Some(last.slot)));
                 // What was due by now is nobody's any more.
@@ -310,10 +356,9 @@ impl Desk {
             // The owner writes one when it hears that.
             _ = self.log.say(&self.wanted(), self.me.node.clone().into_bytes()).await;
             self.pause(AGAIN).await;
-            match self.log.renew(&self.standby(), &self.me, *seat).await {
-                Renewed::Until(revision) => *seat = revision,
-                Renewed::Unknown => {}
-                Renewed::Lost => return Ok(None),
+            match self.renew_seat(*seat).await {
+                Some(revision) => *seat = revision,
+                None => return Ok(None),
             }
             if self.is_stopped() {
                 return Ok(None);
@@ -326,7 +371,6 @@ impl Desk {
         &self,
         mut said: UnboundedReceiver<Says>,
         (to_cell, post): (&Sender<Told>, &UnboundedSender<Letter>),
-        held: &watch::Sender<Option<u64>>,
         tasks: &mut JoinSet<()>,
     ) -> Left {
         let mut stop = self.stop.clone();
@@ -361,7 +405,7 @@ impl Desk {
                     tasks.spawn(self.clone().claim(blocks, numbers, claimed.clone()));
                 }
                 Some(Says::Wish(wish)) => {
-                    tasks.spawn(self.clone().grant(wish, to_cell.clone(), held.clone()));
+                    tasks.spawn(self.clone().grant(wish, to_cell.clone()));
                 }
                 Some(Says::Owns(epoch)) => {
                     info!(epoch, "owns the cell");
@@ -369,6 +413,12 @@ impl Desk {
                         (counts.part, counts.epoch, counts.behind) = (Part::Owner, epoch, 0);
                         counts.takeovers += 1;
                     });
+                }
+                Some(Says::Foreign(outputs)) => {
+                    if self.counts().foreign == 0 {
+                        warn!("outputs of the cell are left out: no owner can have written them");
+                    }
+                    self.note(|counts| counts.foreign = counts.foreign.max(outputs));
                 }
                 Some(Says::Behind(slots)) => self.note(|counts| counts.behind = slots),
                 Some(Says::Report(mut report)) => {
@@ -417,42 +467,13 @@ impl Desk {
         let mark = mark.ok_or_else(|| LogError::Unanswered("what was handled is gone".to_owned()))?;
         self.log.keep(self.cell.as_str(), &Checkpoint { mark, handled, published, engine }).await
     }
-
-    /// Asks the log for what the cell wishes, and tells it the answer.
-    async fn grant(self, wish: Wish, to_cell: Sender<Told>, held: watch::Sender<Option<u64>>) {
-        let answer = match wish {
-            Wish::Lease => {
-                let lease = self.log.take(&self.owner(), &self.me).await;
-                held.send_replace(lease);
-                Told::Leased(lease)
-            }
-            Wish::Last => {
-                let last = self.log.last(self.cell.as_str()).await;
-                if last.is_err() {
-                    tokio::time::sleep(SOON).await;
-                }
-                Told::Last(last.map(|last| last.as_ref().map(placed)).map_err(drop))
-            }
-            Wish::Append { expected, output } => {
-                let appended = self.log.append(self.cell.as_str(), expected, &output).await;
-                match appended {
-                    Appended::Stored(_) => self.note(|counts| counts.published += 1),
-                    Appended::Refused => {}
-                    // Servers that choose a leader say so at once.
-                    Appended::Unknown => tokio::time::sleep(SOON).await,
-                }
-                Told::Appended(appended)
-            }
-        };
-        tell(&to_cell, answer);
-    }
 }
 
 /// Tells the cell what comes in a stream.
 async fn read(
     mut reading: Reading,
     to_cell: Sender<Told>,
-    of: impl Fn(u64, &[u8], bool) -> Result<Told, ()>,
+    of: impl AsyncFn(u64, bytes::Bytes, bool) -> Told,
 ) {
     loop {
         let Some((sequence, octets)) = reading.next().await else {
@@ -460,13 +481,8 @@ async fn read(
             tell(&to_cell, Told::Unseated);
             return;
         };
-        match of(sequence, &octets, reading.has_more()) {
-            Ok(told) => {
-                if !tell(&to_cell, told) {
-                    return;
-                }
-            }
-            Err(()) => warn!(sequence, "a message of the log is not one of this version"),
+        if !tell(&to_cell, of(sequence, octets, reading.has_more()).await) {
+            return;
         }
     }
 }

@@ -1,14 +1,14 @@
 //! Keeping what a node holds.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
-
-use tokio::sync::watch;
 
 use super::counts::{NodeReport, Part};
 use super::desk::{Desk, moment};
 use super::{balance, locked};
-use crate::cluster::log::{Holder, Renewed};
+use crate::cluster::log::{Holder, Place};
 use crate::cluster::relief::Step;
 use crate::cluster::seat::{Told, tell};
 
@@ -27,54 +27,37 @@ const LOOKED_AT: u32 = 12;
 impl Desk {
     /// Keeps the seat or the lease, looks whether the lease is free, and asks for checkpoints.
     #[expect(clippy::disallowed_methods, reason = "a lease is timed by a clock that nobody sets")]
-    pub(super) async fn keep(
-        self,
-        mut seat: u64,
-        to_cell: Sender<Told>,
-        held: watch::Sender<Option<u64>>,
-        holding: watch::Receiver<Option<u64>>,
-    ) {
+    pub(super) async fn keep(self, seated: Arc<AtomicU64>, to_cell: Sender<Told>) {
         let period = self.lease() / RENEWED;
         let checkpoints = Duration::from_secs_f64(self.cluster.checkpoint_s);
         let mut ticks = tokio::time::interval(self.lease() / LOOKED_AT);
         ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let (mut renewed, mut written) = (Instant::now(), Instant::now());
         // Whoever stands by, where this node owns the cell; the seat is its own before.
-        let (mut beside, mut has_seat) = (None, true);
+        let (mut beside, mut has_seat, mut is_soon) = (None, true, false);
         loop {
             ticks.tick().await;
-            let lease = *holding.borrow();
-            if renewed.elapsed() >= period {
+            let lease = *self.hold.lease.lock().await;
+            if is_soon || renewed.elapsed() >= period {
                 renewed = Instant::now();
-                let (key, revision) = match lease {
-                    Some(lease) => (self.owner(), lease),
-                    None => (self.standby(), seat),
-                };
-                match (self.log.renew(&key, &self.me, revision).await, lease) {
-                    (Renewed::Until(revision), Some(_)) => {
-                        held.send_replace(Some(revision));
-                    }
-                    (Renewed::Until(revision), None) => seat = revision,
-                    // While the log had no leader nobody could renew anything. Whoever is first goes on.
-                    (Renewed::Lost, lease) => match (self.log.take(&key, &self.me).await, lease) {
-                        (Some(again), Some(_)) => {
-                            held.send_replace(Some(again));
-                            tell(&to_cell, Told::LeasedAgain(again));
-                        }
-                        (Some(again), None) => seat = again,
-                        (None, lease) => {
-                            tell(&to_cell, if lease.is_some() { Told::Fenced } else { Told::Unseated });
+                if lease.is_some() {
+                    is_soon = self.renew_lease(&to_cell).await;
+                } else {
+                    match self.renew_seat(seated.load(Ordering::Relaxed)).await {
+                        Some(revision) => seated.store(revision, Ordering::Relaxed),
+                        None => {
+                            tell(&to_cell, Told::Unseated);
                             return;
                         }
-                    },
-                    (Renewed::Unknown, _) => {}
+                    }
                 }
             }
             let is_rare = self.counts().step >= Step::CHECKPOINTS.0;
             let is_due = written.elapsed() >= if is_rare { checkpoints.max(RARE) } else { checkpoints };
             if lease.is_none() {
-                if let Ok(owner) = self.log.holder(&self.owner()).await {
-                    tell(&to_cell, Told::Lease(owner.is_some()));
+                if let Ok(place) = self.log.place(&self.owner()).await {
+                    tell(&to_cell, Told::Lease(self.is_taken(&place)));
+                    let owner = if let Place::Held(owner) = place { Some(owner) } else { None };
                     let is_relieved = self.shared.is_relieved(Step::STANDBYS);
                     let leaves = |peers: &[_]| {
                         is_relieved
@@ -95,14 +78,16 @@ impl Desk {
             }
             if std::mem::take(&mut has_seat) {
                 // The next one may stand by.
-                _ = self.log.give_up(&self.standby(), seat).await;
+                _ = self.log.give_up(&self.standby(), seated.load(Ordering::Relaxed)).await;
             }
             if let Ok(standby) = self.log.holder(&self.standby()).await {
                 let now_beside = standby.filter(|standby| standby.by != self.me).map(|standby| standby.by);
                 let is_new = now_beside.is_some() && now_beside != beside;
                 let is_wanted = now_beside.is_some()
                     && written.elapsed() >= WRITTEN
-                    && matches!(self.log.said(&self.wanted()).await, Ok(Some(_)));
+                    && self.log.said(&self.wanted()).await.is_ok_and(|said| {
+                        said.zip(now_beside.as_ref()).is_some_and(|(by, beside)| by == beside.node.as_bytes())
+                    });
                 if is_new || is_wanted || (is_due && now_beside.is_none()) {
                     written = Instant::now();
                     tell(&to_cell, Told::Write);

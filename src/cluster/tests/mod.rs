@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 
-use super::cell::{Appended, Cell, Wish};
+use super::cell::{Appended, Cell, Tail, Wish};
 use super::engine::{SiteEngine, pictures};
 use super::message::{Logged, Output};
 use toy::Toy;
@@ -117,8 +117,8 @@ fn owned() -> Cell<Toy> {
     cell.lease(false);
     assert_eq!(cell.wish(), Some(Wish::Lease));
     cell.leased(Some(1));
-    assert_eq!(cell.wish(), Some(Wish::Last));
-    cell.last(Ok(None)).unwrap();
+    assert_eq!(cell.wish(), Some(Wish::Last(0)));
+    cell.last(Ok(Tail { outputs: Vec::new(), last: 0, is_whole: true, is_mine: true })).unwrap();
     cell
 }
 
@@ -192,4 +192,78 @@ fn so_it_is_with_the_engine_of_a_site() {
         let (picture, now) = pictures(&world.outputs().last().unwrap().picture).unwrap();
         assert!(picture.tracks.len() > 4 && now.is_some(), "{} aircraft", picture.tracks.len());
     }
+}
+
+/// An output of another lease, or of none, in an owner's way.
+fn forged(like: &Output, epoch: u64) -> Output {
+    Output { epoch, picture: b"forged".to_vec(), ..like.clone() }
+}
+
+/// An owner that has published its first slot, and the next one that it wants to append.
+fn publishing() -> (Cell<Toy>, Output) {
+    let world = flown(0, Faults::none());
+    let mut cell = owned();
+    for (sequence, input) in (1..).zip(world.inputs()) {
+        cell.input(sequence, input.clone());
+    }
+    cell.pump(Time::default()).unwrap();
+    assert!(matches!(cell.wish(), Some(Wish::Append { expected: 0, .. })));
+    cell.appended(Appended::Stored(1));
+    let Some(Wish::Append { expected: 1, output }) = cell.wish() else { panic!("the next one") };
+    (cell, output)
+}
+
+fn tail(outputs: Vec<(u64, Output)>, last: u64, is_mine: bool) -> Result<Tail, ()> {
+    Ok(Tail { outputs, last, is_whole: true, is_mine })
+}
+
+#[test]
+fn owner_goes_on_behind_messages_that_no_owner_wrote() {
+    for (epoch, is_mine) in [(1, false), (0, false), (9, true)] {
+        let (mut cell, output) = publishing();
+        cell.appended(Appended::Refused);
+        assert_eq!(cell.wish(), Some(Wish::Last(1)));
+        // One that cannot be read, a forged one, and one more.
+        cell.last(tail(vec![(3, forged(&output, epoch))], 4, is_mine)).unwrap();
+        assert_eq!(cell.wish(), Some(Wish::Append { expected: 4, output }), "epoch {epoch}");
+        assert!(cell.foreign() > 0);
+    }
+}
+
+#[test]
+fn owner_is_fenced_by_a_greater_lease_that_is_not_its_own() {
+    let (mut cell, output) = publishing();
+    cell.appended(Appended::Refused);
+    cell.wish();
+    let refused = cell.last(tail(vec![(2, forged(&output, 9))], 2, false));
+    assert_eq!(refused, Err(super::cell::Lost::Fenced));
+    // Its lease ran out, another one had the cell, and now it has a lease again: that one was real.
+    let (mut cell, output) = publishing();
+    cell.output(2, forged(&output, 9)).unwrap();
+    cell.appended(Appended::Refused);
+    cell.wish();
+    cell.leased_again(12);
+    assert_eq!(cell.last(tail(Vec::new(), 2, true)), Err(super::cell::Lost::Fenced));
+}
+
+#[test]
+fn standby_leaves_out_what_differs_where_the_owners_follows() {
+    let world = flown(0, Faults::none());
+    let outputs = world.outputs();
+    let mut follower = Cell::new(Toy::new(), SlotGrid::default(), WAIT, 0, 0);
+    for (sequence, input) in (1..).zip(world.inputs()) {
+        follower.input(sequence, input.clone());
+    }
+    follower.output(1, outputs[0].clone()).unwrap();
+    let mut sequence = 1;
+    for (index, output) in outputs.iter().enumerate().skip(1) {
+        let old = &outputs[index - 1];
+        for message in [forged(output, output.epoch), old.clone(), forged(old, 3), output.clone()] {
+            sequence += 1;
+            follower.output(sequence, message).unwrap();
+        }
+        assert_eq!(follower.pump(Time::default()), Ok(()), "slot {index}");
+        assert_eq!(follower.published(), sequence, "slot {index}");
+    }
+    assert_eq!(follower.foreign(), 3 * (outputs.len() as u64 - 1));
 }

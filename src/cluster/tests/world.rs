@@ -3,13 +3,13 @@
 use std::collections::{BTreeSet, VecDeque};
 
 use asterix::DataSource;
-use fusion::slots::{Slot, SlotGrid};
+use fusion::slots::SlotGrid;
 use fusion::time::Time;
 use jiff::SignedDuration;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::cluster::cell::{Appended, Cell, Fusing, Lost, Wish};
+use crate::cluster::cell::{Appended, Cell, Fusing, Lost, Tail, Wish};
 use crate::cluster::message::{Heard, Input, Logged, Output};
 use crate::cluster::region::Letter;
 use crate::cluster::relief::Step;
@@ -142,7 +142,7 @@ impl Log {
 #[derive(Debug)]
 enum Answer {
     Leased(Option<u64>),
-    Last(Result<Option<(u64, Slot, u64)>, ()>),
+    Last(Result<Tail, ()>),
     Appended(Appended),
 }
 
@@ -457,10 +457,13 @@ impl<E: Engine> World<E> {
                     let lease = is_done.then(|| log.create_lease(index, now)).flatten();
                     Answer::Leased(lease.filter(|_| is_answered))
                 }
-                Wish::Last => {
-                    let last = log.outputs.last();
-                    let last = last.map(|last| (log.outputs.len() as u64, last.slot, last.epoch));
-                    Answer::Last(if is_answered { Ok(last) } else { Err(()) })
+                Wish::Last(after) => {
+                    let outputs = (1..).zip(log.outputs.iter().cloned()).skip(after as usize).collect();
+                    let is_mine = log
+                        .lease
+                        .is_some_and(|(of, by, until)| by == index && node.epoch == Some(of) && now < until);
+                    let tail = Tail { outputs, last: log.outputs.len() as u64, is_whole: true, is_mine };
+                    Answer::Last(if is_answered { Ok(tail) } else { Err(()) })
                 }
                 Wish::Append { expected, output } => {
                     let appended = if is_done { log.append(expected, output) } else { Appended::Unknown };

@@ -38,6 +38,10 @@ pub(super) struct Merging {
     patience: SignedDuration,
     cells: BTreeMap<CellName, VecDeque<Waiting>>,
     away: BTreeSet<CellName>,
+    /// Cells whose owner has another configuration: nothing of them is shown.
+    foreign: BTreeSet<CellName>,
+    /// Of each cell the greatest lease under which something was published.
+    epochs: BTreeMap<CellName, u64>,
     last: Option<Slot>,
     merger: Merger,
     too_late: u64,
@@ -56,16 +60,42 @@ impl Merging {
             patience,
             cells: cells.iter().map(|cell| (cell.clone(), VecDeque::new())).collect(),
             away: BTreeSet::new(),
+            foreign: BTreeSet::new(),
+            epochs: BTreeMap::new(),
             last: None,
             merger: Merger::default(),
             too_late: 0,
         }
     }
 
+    /// Whether there is such a cell.
+    pub(super) fn has(&self, cell: &CellName) -> bool {
+        self.cells.contains_key(cell)
+    }
+
+    /// Shows nothing of a cell from now on, because its owner has another configuration, or shows it again.
+    pub(super) fn leave_out(&mut self, cell: &CellName, is_foreign: bool) {
+        if !is_foreign {
+            self.foreign.remove(cell);
+        } else if self.foreign.insert(cell.clone()) {
+            self.cells.get_mut(cell).into_iter().for_each(VecDeque::clear);
+        }
+    }
+
+    /// The greatest lease under which something of a cell was published; 0: nothing was.
+    pub(super) fn epoch(&self, cell: &CellName) -> u64 {
+        self.epochs.get(cell).copied().unwrap_or_default()
+    }
+
     /// A slot of a cell; whether there is such a cell.
     pub(super) fn take(&mut self, cell: &CellName, epoch: u64, (picture, now): Merged) -> bool {
         let slot = picture.slot;
         let Some(waiting) = self.cells.get_mut(cell) else { return false };
+        if self.foreign.contains(cell) {
+            return true;
+        }
+        let newest = self.epochs.entry(cell.clone()).or_insert(epoch);
+        *newest = epoch.max(*newest);
         if self.last.is_some_and(|last| slot <= last)
             || waiting.back().is_some_and(|newest| slot <= newest.slot)
         {
@@ -120,6 +150,7 @@ impl Merging {
 
     /// Begins anew with what comes; as where the streams were lost.
     pub(super) fn forget(&mut self) {
+        self.epochs.clear();
         self.cells.values_mut().for_each(VecDeque::clear);
     }
 

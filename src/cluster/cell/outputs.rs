@@ -1,0 +1,160 @@
+//! What a cell makes of the messages among its outputs: its own, those of another owner, and those that no owner has written.
+
+use super::{Cell, Fusing, Lost, Made, Role, Tail, Unmatched};
+use crate::cluster::message::Output;
+
+impl<E: Fusing> Cell<E> {
+    /// An output of the cell, in order of its sequence; again is as good as once.
+    ///
+    /// # Errors
+    /// Somebody else publishes.
+    pub fn output(&mut self, sequence: u64, output: Output) -> Result<(), Lost> {
+        if sequence <= self.told {
+            return Ok(());
+        }
+        self.told = sequence;
+        match self.role {
+            Role::Owns { epoch } => self.other(epoch, sequence, &output),
+            Role::Follows | Role::Claims { .. } => {
+                self.outputs.push_back((sequence, output));
+                Ok(())
+            }
+        }
+    }
+
+    /// A message among the outputs of the cell that is none, in the same order.
+    pub const fn skip(&mut self, sequence: u64) {
+        if sequence > self.told {
+            self.told = sequence;
+        }
+    }
+
+    /// An output that an owner has not published, or whose acknowledgement is on its way.
+    fn other(&mut self, epoch: u64, sequence: u64, output: &Output) -> Result<(), Lost> {
+        if self.made.front().is_some_and(|made| made.output == *output) {
+            self.stored(sequence);
+            return Ok(());
+        }
+        if output.epoch > epoch {
+            (self.rival, self.is_in_doubt) = (self.rival.max(Some(output.epoch)), true);
+        } else if output.epoch == epoch || self.stored_epoch.is_some_and(|stored| output.epoch <= stored) {
+            // Whoever had the cell before is refused since the first output of this node.
+            self.foreign += 1;
+        } else {
+            return Err(Lost::Fenced);
+        }
+        Ok(())
+    }
+
+    /// An owner in whose place another name stands in the lease publishes nothing, until it is known whether that one publishes.
+    pub const fn hold_back(&mut self, is_held_back: bool) {
+        self.is_held_back = is_held_back;
+    }
+
+    /// What is behind the sequence that was asked for. `Err`: nobody answered.
+    ///
+    /// # Errors
+    /// Somebody else has published.
+    pub fn last(&mut self, tail: Result<Tail, ()>) -> Result<(), Lost> {
+        self.is_asking = false;
+        let Ok(Tail { outputs, last, is_whole, is_mine }) = tail else { return Ok(()) };
+        for (sequence, output) in outputs {
+            self.output(sequence, output)?;
+        }
+        self.skip(last);
+        if !is_whole {
+            return Ok(());
+        }
+        match &mut self.role {
+            Role::Follows => {}
+            Role::Claims { epoch, until } => {
+                // The lease has come late: it was given to somebody else since.
+                if !is_mine && self.outputs.iter().any(|(_, output)| output.epoch > *epoch) {
+                    return Err(Lost::Fenced);
+                }
+                *until = Some(self.told);
+            }
+            Role::Owns { epoch } => {
+                if let Some(rival) = self.rival.take() {
+                    // A lease that was taken since says nothing of the time before it.
+                    if !is_mine || rival < *epoch {
+                        return Err(Lost::Fenced);
+                    }
+                    self.foreign += 1;
+                }
+                self.is_in_doubt = false;
+            }
+        }
+        Ok(())
+    }
+
+    /// Begins to publish. A slot that was made to compare it is published now, unless the log holds another one of it.
+    pub(super) fn own(&mut self, epoch: u64) {
+        let Some(Unmatched { slot, picture, letters, has_other }) = self.unmatched.take() else { return };
+        if !has_other {
+            let output = Output { slot, epoch, behind: self.handled, step: self.step, picture };
+            self.made.push_back(Made { output, letters });
+        }
+    }
+
+    pub(super) fn stored(&mut self, sequence: u64) {
+        let Some(Made { output, letters }) = self.made.pop_front() else { return };
+        self.post.extend(letters);
+        (self.published, self.slot, self.stored_epoch) = (sequence, Some(output.slot), Some(output.epoch));
+        self.skip(sequence);
+        self.is_in_doubt = self.rival.is_some();
+    }
+
+    /// Makes what the owner has published, each slot behind the same input. An output that differs is left out where one of the
+    /// same slot follows that does not: somebody else has written it.
+    pub(super) fn follow(&mut self) -> Result<(), Lost> {
+        while let Some((sequence, output)) = self.outputs.front() {
+            let sequence = *sequence;
+            let Some(unmatched) = &mut self.unmatched else {
+                if self.slot.is_some_and(|last| output.slot <= last) {
+                    self.leave_out();
+                } else if output.behind < self.handled {
+                    self.is_past = true;
+                    self.leave_out();
+                } else if output.behind > self.read {
+                    break;
+                } else {
+                    self.compare(output.behind)?;
+                }
+                continue;
+            };
+            if output.slot > unmatched.slot {
+                return Err(if self.is_past { Lost::Behind } else { Lost::Diverged });
+            }
+            let is_other = output.slot == unmatched.slot;
+            if !is_other || output.picture != unmatched.picture {
+                unmatched.has_other |= is_other;
+                self.leave_out();
+                continue;
+            }
+            (self.slot, self.published, self.step) = (Some(output.slot), sequence, output.step);
+            (self.unmatched, self.is_past) = (None, false);
+            self.outputs.pop_front();
+            self.relief.follow(self.step);
+            self.engine.relieve(self.step);
+        }
+        Ok(())
+    }
+
+    fn leave_out(&mut self) {
+        self.outputs.pop_front();
+        self.foreign += 1;
+    }
+
+    /// Makes the next slot behind that input, to compare it.
+    fn compare(&mut self, behind: u64) -> Result<(), Lost> {
+        while self.inputs.front().is_some_and(|(sequence, _)| *sequence <= behind) {
+            self.handle();
+        }
+        let due = self.engine.next_due().ok_or(Lost::Behind)?;
+        let (slot, picture) = self.make(due).ok_or(Lost::Diverged)?;
+        let letters = self.engine.letters();
+        self.unmatched = Some(Unmatched { slot, picture, letters, has_other: false });
+        Ok(())
+    }
+}

@@ -1,0 +1,274 @@
+//! What others write into the log: on every subject and under every key. The cell goes on.
+
+use std::time::{Duration, Instant};
+
+use async_nats::HeaderMap;
+use async_nats::jetstream::{self, kv};
+use base64::Engine as _;
+use base64::engine::general_purpose::URL_SAFE;
+use bytes::Bytes;
+use fusion::slots::Slot;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use utm_fusion::cluster::{Holder, Output, WHOLE, pictures};
+
+use crate::site::{NODES, Setup, Site, until, variable};
+
+/// Longest time without a new slot that is allowed while others write, seconds.
+const SILENCE_S: f64 = 3.0;
+/// Beginnings of messages that are cut, unknown or none.
+const BEGINNINGS: [&[u8]; 5] = [b"", b"UTO2", b"UTO3", b"UTL1", b"{\"node\":"];
+
+/// Where new slots of the cell come, and when.
+struct Slots {
+    seen: std::sync::Arc<std::sync::Mutex<Vec<(i64, usize, Instant)>>>,
+    task: tokio::task::JoinHandle<()>,
+}
+
+impl Slots {
+    async fn watch(site: &Site) -> Self {
+        let (log, seen) = (site.log.clone(), std::sync::Arc::<std::sync::Mutex<Vec<_>>>::default());
+        let (mut outputs, into) = (log.outputs(WHOLE, 0), seen.clone());
+        let task = tokio::spawn(async move {
+            while let Some((_, octets)) = outputs.next().await {
+                let Some(output) = log.worth(WHOLE, &octets).await else { continue };
+                let tracks = pictures(&output.picture).unwrap().0.tracks.len();
+                into.lock().unwrap().push((output.slot.0, tracks, Instant::now()));
+            }
+        });
+        let slots = Self { seen, task };
+        until("aircraft", async || {
+            slots.seen.lock().unwrap().last().is_some_and(|(_, tracks, _)| *tracks > 0).then_some(())
+        })
+        .await;
+        slots.seen.lock().unwrap().clear();
+        slots
+    }
+
+    fn count(&self) -> usize {
+        self.seen.lock().unwrap().len()
+    }
+
+    async fn more(&self, slots: usize) {
+        let before = self.count();
+        until("more slots", async || (self.count() >= before + slots).then_some(())).await;
+    }
+
+    /// The longest time between two new slots, and how many are missing or without aircraft.
+    fn summary(self) -> (f64, usize, usize) {
+        self.task.abort();
+        let seen = self.seen.lock().unwrap();
+        let mut new: Vec<(i64, Instant)> = Vec::new();
+        for (slot, _, at) in seen.iter() {
+            // What others wrote far from the others is no slot of this flight.
+            if new.last().is_none_or(|(last, _)| *slot > *last && *slot < last + 100) {
+                new.push((*slot, *at));
+            }
+        }
+        let silence = new.windows(2).map(|pair| (pair[1].1 - pair[0].1).as_secs_f64()).fold(0.0, f64::max);
+        let missing: i64 = new.windows(2).map(|pair| pair[1].0 - pair[0].0 - 1).sum();
+        let full = |slot: i64| seen.iter().any(|(of, tracks, _)| *of == slot && *tracks > 0);
+        let empty = new.iter().filter(|(slot, _)| !full(*slot)).count();
+        (silence, missing as usize, empty)
+    }
+}
+
+/// Writes as anybody may who reaches the servers.
+struct Attacker {
+    streams: jetstream::Context,
+    random: ChaCha8Rng,
+}
+
+impl Attacker {
+    async fn of(site: &Site, seed: u64) -> Self {
+        let streams = jetstream::new(site.servers.client().await);
+        Self { streams, random: ChaCha8Rng::seed_from_u64(seed) }
+    }
+
+    async fn write(&self, subject: &str, octets: impl Into<Bytes>) {
+        // Where it is refused, nothing was written.
+        if let Ok(sent) = self.streams.publish(subject.to_owned(), octets.into()).await {
+            drop(sent.await);
+        }
+    }
+
+    async fn write_as(&self, subject: &str, header: (&str, &str), octets: impl Into<Bytes>) {
+        let mut headers = HeaderMap::new();
+        headers.insert(header.0, header.1);
+        if let Ok(sent) = self.streams.publish_with_headers(subject.to_owned(), headers, octets.into()).await
+        {
+            drop(sent.await);
+        }
+    }
+
+    fn junk(&mut self) -> Vec<u8> {
+        let mut octets = BEGINNINGS[self.random.random_range(0..BEGINNINGS.len())].to_vec();
+        let length = self.random.random_range(0..200);
+        octets.extend((0..length).map(|_| self.random.random::<u8>()));
+        octets
+    }
+}
+
+fn key(name: &str) -> String {
+    format!("$KV.UTM_OWN_trial.{name}")
+}
+
+/// Every subject and key of a region.
+fn places() -> Vec<String> {
+    let mut places: Vec<String> = [
+        "utm.out.trial.all",
+        "utm.out.trial.nowhere",
+        "utm.in.trial.25.1",
+        "utm.in.trial.to.all",
+        "utm.in.trial.x",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    let keys =
+        ["all.owner", "all.standby", "all.wanted", "all.report", "node.n0", "node.n1", "node.n2", "node.x"];
+    places.extend(keys.map(key));
+    places.extend(["gateway.g0", "gateway.g1", "gateway.x", "drain.n0", "drain.n1", "else"].map(key));
+    places.extend(
+        ["b.0", "b.99999999999", "s.00", "gateway.g0", "config.0"]
+            .map(|of| format!("$KV.UTM_NUM_trial.{of}")),
+    );
+    places.push(format!("$O.UTM_CK_trial.M.{}", URL_SAFE.encode("all")));
+    places.push("$O.UTM_CK_trial.C.nobody".to_owned());
+    places
+}
+
+fn told(slots: Slots, what: &str) {
+    let (silence_s, missing, empty) = slots.summary();
+    println!("{what}: longest silence {silence_s:.2} s, {missing} slots missing, {empty} without aircraft");
+    assert!(silence_s <= SILENCE_S, "{what}: {silence_s} s");
+    assert_eq!((missing, empty), (0, 0), "{what}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn one_message_of_anybody_stops_no_owner() {
+    let Some(site) = Site::start(Setup::default()).await else { return };
+    let (slots, attacker) = (Slots::watch(&site).await, Attacker::of(&site, 1).await);
+    let held = site.owner().await.unwrap();
+    for octets in [&b"hello"[..], b"UTO3 of tomorrow", b"", b"UTO2 cut"] {
+        attacker.write("utm.out.trial.all", octets).await;
+        slots.more(4).await;
+    }
+    assert_eq!(site.owner().await.unwrap(), held);
+    let status = site.command(&["status"]).await;
+    let said = String::from_utf8_lossy(&status.stderr).into_owned();
+    assert!(status.status.code() == Some(1) && said.contains("a message of version UTO3"), "{said}");
+    told(slots, "four messages that are no outputs");
+}
+
+/// `UTM_FUSION_ODD` messages at each place, at random.
+#[tokio::test(flavor = "multi_thread")]
+async fn random_messages_everywhere_silence_nobody() {
+    let Some(site) =
+        Site::start(Setup { servers: variable("UTM_FUSION_SERVERS", 1.0) as usize, ..Setup::default() })
+            .await
+    else {
+        return;
+    };
+    let count = variable("UTM_FUSION_ODD", 300.0) as usize;
+    let slots = Slots::watch(&site).await;
+    let mut attacker = Attacker::of(&site, variable("UTM_FUSION_SEED", 1.0) as u64).await;
+    let (places, began) = (places(), Instant::now());
+    for _ in 0..count {
+        for place in &places {
+            let octets = attacker.junk();
+            attacker.write(place, octets).await;
+        }
+        tokio::time::sleep(Duration::from_millis(30)).await;
+    }
+    println!("{} messages within {:.1} s", count * places.len(), began.elapsed().as_secs_f64());
+    slots.more(16).await;
+    site.pair().await;
+    told(slots, "random messages at every place");
+}
+
+/// Outputs that look like an owner's.
+#[tokio::test(flavor = "multi_thread")]
+async fn invented_outputs_silence_nobody() {
+    let Some(site) = Site::start(Setup::default()).await else { return };
+    let (slots, attacker) = (Slots::watch(&site).await, Attacker::of(&site, 1).await);
+    let (_, first) = site.log.last(WHOLE).await.unwrap().unwrap();
+    let held = site.owner().await.unwrap();
+    let invented: Vec<(&str, fn(Output) -> Output)> = vec![
+        ("lease of 2^63", |last| Output { epoch: 1 << 63, slot: last.slot.plus(1), ..last }),
+        ("next lease", |last| Output { epoch: last.epoch + 1, slot: last.slot.plus(1), ..last }),
+        ("own lease, no picture", |last| Output { slot: last.slot.plus(1), picture: Vec::new(), ..last }),
+        ("own lease, the last picture", |last| Output { slot: last.slot.plus(1), ..last }),
+        ("lease of before", |last| Output { epoch: 1, slot: last.slot.plus(1), ..last }),
+        ("no lease", |last| Output { epoch: 0, slot: last.slot.plus(1), ..last }),
+        ("slot of an hour ahead", |last| Output { slot: last.slot.plus(14_400), ..last }),
+        ("last slot that there is", |last| Output { slot: Slot(i64::MAX), ..last }),
+        ("first slot that there is", |last| Output { slot: Slot(i64::MIN), ..last }),
+        ("an input to come", |last| Output { behind: u64::MAX, slot: last.slot.plus(1), ..last }),
+        ("no input", |last| Output { behind: 0, slot: last.slot.plus(1), ..last }),
+        ("picture of nonsense", |last| Output { picture: vec![255; 64], slot: last.slot.plus(1), ..last }),
+    ];
+    for (what, invent) in invented {
+        let before = slots.count();
+        for _ in 0..4 {
+            let (_, last) = site.log.last(WHOLE).await.unwrap().unwrap();
+            attacker.write("utm.out.trial.all", invent(last).body()).await;
+            tokio::time::sleep(Duration::from_millis(120)).await;
+        }
+        attacker.write("utm.out.trial.all", first.body()).await;
+        slots.more(2).await;
+        println!("{what}: {} slots", slots.count() - before);
+        assert_eq!(site.owner().await.as_ref(), Some(&held), "{what}");
+    }
+    // The names of the slots of the next 30 s.
+    let (_, last) = site.log.last(WHOLE).await.unwrap().unwrap();
+    for ahead in 1..120 {
+        let name = format!("all:{}", last.slot.0 + ahead);
+        attacker.write_as("utm.out.trial.all", ("Nats-Msg-Id", &name), "claimed").await;
+    }
+    slots.more(20).await;
+    assert_eq!(site.owner().await.unwrap(), held);
+    told(slots, "invented outputs");
+}
+
+/// The lease, the seat and what is said, written over each second.
+#[tokio::test(flavor = "multi_thread")]
+async fn keys_written_over_silence_nobody() {
+    let Some(site) = Site::start(Setup::default()).await else { return };
+    let (slots, attacker) = (Slots::watch(&site).await, Attacker::of(&site, 1).await);
+    let [owner, standby] = site.pair().await;
+    let name = |holder: &Holder| serde_json::to_vec(holder).unwrap();
+    let stranger = Holder { node: "nobody".to_owned(), machine: "nowhere".to_owned(), run: 7, config: 0 };
+    let of = |node| site.report(node);
+    let (own, beside) = (of(owner).await.unwrap().holder, of(standby).await.unwrap().holder);
+    let third = NODES.into_iter().find(|node| ![owner, standby].contains(node)).unwrap();
+    let third = of(third).await.unwrap().holder;
+    let report = site.log.said("all.report").await.unwrap().unwrap();
+    for (what, octets) in [
+        ("octets", b"hello".to_vec()),
+        ("nothing", Vec::new()),
+        ("a stranger", name(&stranger)),
+        ("the owner", name(&own)),
+        ("who stands by", name(&beside)),
+        ("the third one", name(&third)),
+    ] {
+        let began = Instant::now();
+        while began.elapsed() < Duration::from_secs(4) {
+            for place in ["all.owner", "all.standby", "all.wanted", "drain.n0", "drain.n1", "drain.n2"] {
+                attacker.write(&key(place), octets.clone()).await;
+            }
+            attacker.write(&key("all.report"), report.clone()).await;
+            tokio::time::sleep(Duration::from_secs(1)).await;
+        }
+        slots.more(2).await;
+        println!("{what}: {:?} owns", site.owner().await.map(|by| by.node));
+    }
+    // Deleted, and all keys at once.
+    attacker.write_as(&key("all.owner"), ("KV-Operation", "DEL"), "").await;
+    slots.more(16).await;
+    attacker.write_as(&key("all.owner"), ("Nats-Rollup", "all"), "hello").await;
+    slots.more(16).await;
+    site.pair().await;
+    let store: kv::Store = attacker.streams.get_key_value("UTM_OWN_trial").await.unwrap();
+    assert!(store.entry("all.owner").await.unwrap().is_some());
+    told(slots, "keys written over");
+}
