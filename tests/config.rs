@@ -81,6 +81,7 @@ fn whole_example() -> String {
         "cells = ",
         "halo_m = ",
         "hysteresis_m = ",
+        "gateways = ",
         "owns = ",
         "replicas = ",
         "lease_s = ",

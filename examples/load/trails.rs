@@ -21,7 +21,7 @@ type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
 /// How long everything settles, and how long each part is measured.
 const SETTLES: Duration = Duration::from_secs(40);
 const LASTS: Duration = Duration::from_secs(30);
-/// What an address was refused is given back within this time.
+/// An address has all its requests back within this time.
 const PAUSE: Duration = Duration::from_secs(10);
 /// How long the city has to be flown over.
 pub const FLIGHT: Duration = Duration::from_secs(40 + 3 * 30 + 2 * 10 + 15);
@@ -35,7 +35,7 @@ const LATER_S: f64 = 0.020;
 /// The probe answers within this time, seconds.
 const PROBE_S: f64 = 0.250;
 
-/// Who asks.
+/// The readers.
 #[derive(Clone, Copy)]
 enum Askers {
     Nobody,
@@ -55,7 +55,7 @@ impl Askers {
     }
 }
 
-/// What was measured while these asked.
+/// The figures of one part.
 struct Part {
     name: &'static str,
     between: [Time; 2],
@@ -65,7 +65,7 @@ struct Part {
     octets: u64,
 }
 
-/// What was measured.
+/// The figures of all parts.
 pub struct Figures {
     parts: Vec<(Part, Quantiles)>,
 }
@@ -154,7 +154,7 @@ fn ask_on(address: SocketAddr, from: Ipv4Addr, stop: &AtomicBool, octets: &Atomi
 }
 
 impl Figures {
-    /// What is not as it has to be.
+    /// The figures that are missed.
     pub fn missed(&self) -> Vec<String> {
         let alone_s = self.parts[0].1.p99_s();
         let mut missed = Vec::new();

@@ -44,9 +44,7 @@ pub use engine::{SiteEngine, pictures};
 #[cfg(feature = "cluster")]
 pub use gateway::{Gateway, GatewayCounts, GatewayReport};
 #[cfg(feature = "cluster")]
-pub use log::{
-    Checkpoint, Held, Holder, Log, LogError, Mark, Place, Reading, Skipped, check, reach,
-};
+pub use log::{Checkpoint, Held, Holder, Log, LogError, Mark, Place, Reading, Skipped, check, reach};
 pub use message::{Heard, Input, Logged, Malformed, Output};
 #[cfg(feature = "cluster")]
 pub use node::{CellCounts, Node, NodeReport, Part, run_number};

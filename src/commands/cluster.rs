@@ -1,5 +1,7 @@
 //! `cluster`: how a cluster is, from outside.
 
+mod connection;
+
 use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -17,13 +19,15 @@ use crate::app::{Failure, Signals, runtime};
 use crate::areas::Areas;
 use crate::cluster::{
     CellReport, Cells, Different, GatewayReport, Holder, Log, NodeReport, Part, SharedConfiguration, Skipped,
-    check, differences, reach, record as recorded, record_region, verify,
+    differences, record as recorded, record_region, verify,
 };
 use crate::config::{Cluster, Config};
 use crate::live::{ClockDifference, Members, milliseconds, now};
 use crate::territory::CellName;
-use fusion::slots::SlotGrid;
 use fusion::time::Time;
+
+use connection::opened;
+pub(super) use connection::{checked_proofs, reached};
 
 /// A picture older than this beyond its latency is late, seconds.
 const LATE_S: f64 = 1.0;
@@ -127,49 +131,6 @@ pub(super) fn cells(config: &Config) -> Result<Vec<String>, Failure> {
     let first =
         format!("{count} cells, each with {halo_m} m around it; an aircraft stays {hysteresis_m} m outside");
     Ok([first].into_iter().chain(cells.names().iter().map(of)).collect())
-}
-
-/// The log, where it answers in time.
-async fn opened(cluster: &Cluster, config: &Config) -> Result<Log, Failure> {
-    if let Ok(opened) = tokio::time::timeout(PATIENCE, Log::open(cluster)).await {
-        let mut log = opened?;
-        log.grid = SlotGrid::new(config.fusion.slot);
-        return Ok(log);
-    }
-    let mut said = Vec::new();
-    for (server, reached) in reach(cluster).await {
-        said.push(match reached {
-            Ok(()) => format!("{server}: it takes the connection"),
-            Err(why) => format!("{server}: {why}"),
-        });
-    }
-    Err(format!("the log does not answer within {} s: {}", PATIENCE.as_secs(), said.join("; ")).into())
-}
-
-/// Checks certificates, keys and credentials; a warning where a connection beyond this machine has no TLS.
-pub(super) fn checked_proofs(config: &Config) -> Result<Option<String>, Failure> {
-    let Some(cluster) = &config.cluster else { return Ok(None) };
-    check(cluster)?;
-    let is_open = |server: &&String| {
-        let host = server.split_once("://").map_or("", |(_, host)| host);
-        !server.starts_with("tls:") && !["127.", "localhost", "[::1]"].iter().any(|own| host.starts_with(own))
-    };
-    let open = cluster.servers.iter().find(is_open).filter(|_| !cluster.requires_tls());
-    Ok(open.map(|server| {
-        format!(
-            "cluster.servers: the connection to {server} is neither encrypted nor authenticated; set ca, certificate and key \
-             (docs/SCALING.md, Locked down)"
-        )
-    }))
-}
-
-/// Each server, and the reason where the connection failed.
-type Reached = Vec<(String, Result<(), String>)>;
-
-/// Connects once to each server of the log, for `check --network`.
-pub(super) fn reached(config: &Config) -> Result<Reached, Failure> {
-    let Some(cluster) = &config.cluster else { return Ok(Vec::new()) };
-    Ok(runtime(1)?.block_on(reach(cluster)))
 }
 
 /// What is said of a cell.

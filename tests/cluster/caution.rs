@@ -193,7 +193,8 @@ async fn invented_outputs_silence_nobody() {
     let (slots, attacker) = (Slots::watch(&site).await, Attacker::of(&site, 1).await);
     let (_, first) = site.log.last(WHOLE).await.unwrap().unwrap();
     let held = site.owner().await.unwrap();
-    let invented: Vec<(&str, fn(Output) -> Output)> = vec![
+    type Change = fn(Output) -> Output;
+    let invented: Vec<(&str, Change)> = vec![
         ("lease of 2^63", |last| Output { epoch: 1 << 63, slot: last.slot.plus(1), ..last }),
         ("next lease", |last| Output { epoch: last.epoch + 1, slot: last.slot.plus(1), ..last }),
         ("own lease, no picture", |last| Output { slot: last.slot.plus(1), picture: Vec::new(), ..last }),

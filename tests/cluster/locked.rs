@@ -70,7 +70,7 @@ async fn client(servers: &Servers, certificates: &Path, role: &str) -> Client {
 const ROLES: [&str; 4] = ["gateway", "node", "picture", "operator"];
 
 /// Subjects, and the roles that may publish to them.
-const WRITES: [(&str, &[&str]); 12] = [
+const WRITES: [(&str, &[&str]); 13] = [
     ("utm.in.trial.25.2", &["gateway"]),
     ("utm.in.trial.to.whole", &["node", "picture"]),
     ("utm.out.trial.whole", &["node"]),
@@ -80,6 +80,7 @@ const WRITES: [(&str, &[&str]); 12] = [
     ("$KV.UTM_OWN_trial.whole.report", &["node"]),
     ("$KV.UTM_OWN_trial.drain.n0", &["operator"]),
     ("$KV.UTM_NUM_trial.gateway.g0", &["gateway", "operator"]),
+    ("$KV.UTM_NUM_trial.config.0", &["gateway", "node", "picture"]),
     ("$KV.UTM_NUM_trial.b.0", &["node"]),
     ("$O.UTM_CK_trial.C.part", &["node"]),
     ("$O.UTM_CK_trial.M.whole", &["node"]),
