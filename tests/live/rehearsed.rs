@@ -50,7 +50,7 @@ fn metres((_, lng, lat): (i128, f64, f64), (_, other_lng, other_lat): (i128, f64
 #[test]
 fn run_shows_the_tracks_that_replay_shows() {
     let scratch = Scratch::new();
-    let (capture, config, _) = recording(&scratch, 22_700);
+    let (capture, config, _) = recording(&scratch, 26_200);
     let site = scratch.file("site.toml", config.to_string());
     let lines = scratch.path("x.ndjson");
     let (code, _, log) = texts(&replay(&capture, &site, &["-o", lines.to_str().unwrap()]));
@@ -87,7 +87,7 @@ fn run_shows_the_tracks_that_replay_shows() {
 #[test]
 fn datagrams_without_an_input_are_counted_by_content() {
     let scratch = Scratch::new();
-    let (capture, mut config, flight) = recording(&scratch, 22_720);
+    let (capture, mut config, flight) = recording(&scratch, 26_220);
     config.sensors.retain(|sensor| sensor.kind.radar().is_some());
     let site = scratch.file("site.toml", config.to_string());
     let (code, said, log) = texts(&replay(&capture, &site, &["--to-inputs", "--speed", "100"]));
@@ -107,7 +107,7 @@ fn datagrams_without_an_input_are_counted_by_content() {
 #[test]
 fn a_rehearsal_ends_with_a_signal() {
     let scratch = Scratch::new();
-    let (capture, config, _) = recording(&scratch, 22_740);
+    let (capture, config, _) = recording(&scratch, 26_240);
     let site = scratch.file("site.toml", config.to_string());
     let mut sender = utm_fusion("replay");
     sender.arg(&capture).arg("--config").arg(&site).args(["--to-inputs", "--loop", "--speed", "0.1"]);
@@ -120,7 +120,7 @@ fn a_rehearsal_ends_with_a_signal() {
 #[test]
 fn inputs_that_this_machine_cannot_reach_are_named() {
     let scratch = Scratch::new();
-    let (capture, config, _) = recording(&scratch, 22_760);
+    let (capture, config, _) = recording(&scratch, 26_260);
     for (input, problem) in [
         ("source = \"192.0.2.7\", group", "takes datagrams from 192.0.2.7 alone"),
         ("address = \"192.0.2.8\", unused", "nothing can be sent to its input 192.0.2.8"),
