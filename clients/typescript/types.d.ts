@@ -130,17 +130,17 @@ export type AlertShelf = {
   /** For how long; at most 8 hours. */
   minutes: number;
   /** Who says so, where the service asks for no token: else it is the token's name. */
-  by: string | null;
+  by?: string | null;
   /** What is to be remembered with it. */
-  note: string | null;
+  note?: string | null;
 };
 
 /** Who has seen an alert. */
 export type AlertWord = {
   /** Who says so, where the service asks for no token: else it is the token's name. */
-  by: string | null;
+  by?: string | null;
   /** What is to be remembered with it. */
-  note: string | null;
+  note?: string | null;
 };
 
 /** What is wrong, and what was. */
@@ -207,6 +207,8 @@ export type CellState = {
   left_out: string;
   /** Whether the picture is without it: nobody has published it for longer than a take-over takes. */
   is_missing: boolean;
+  /** Whether the picture is without it because its owner has another configuration. */
+  is_foreign: boolean;
   /** Where it is, longitude and latitude of its corners in degrees; empty: it is the whole site. */
   corners: Array<Array<number>>;
 };
@@ -602,12 +604,12 @@ export type IdentityIntegrity = {
 
 /** Version, site and the settings that a reader of the picture should know. */
 export type Info = {
-  name: string;
+  name: "utm-fusion";
   version: string;
   site: Site;
   /** Geoid above ellipsoid at the site, metres. */
   geoid_separation: number;
-  profile: string;
+  profile: "operational" | "reference";
   slot_s: number;
   /** From the opening of a slot until it is due, seconds. */
   latency_s: number;
@@ -618,7 +620,7 @@ export type Info = {
   /** A time, RFC 3339, UTC. */
   started: string;
   mode: "live" | "replay";
-  auth: "tokens" | "none";
+  auth: "none" | "tokens";
   /** Whether the token in use has the scope `control`. */
   control: boolean;
   settings: Settings;
@@ -640,7 +642,6 @@ export type Integrity = {
   identities: Array<IdentityIntegrity>;
 };
 
-/** What a radar track says of a transponder. */
 export type IntegrityEvidence = {
   /** Id of the radar. */
   sensor: string;
@@ -774,6 +775,10 @@ export type Members = {
   gateways: Array<GatewayState>;
   /** How far apart the clocks of each two gateways are that hear the same. */
   clocks: Array<ClockDifference>;
+  /** Gateways that ought to be heard of, and have said nothing for 3 s. */
+  missing_gateways: Array<string>;
+  /** Members whose configuration is another one than this process's: which, and in what. */
+  different: Array<string>;
   /** Slots that were shown here. */
   shown: number;
   /** Slots that came again after they, or later ones, had been shown. */
@@ -870,7 +875,7 @@ export type Position = Array<number>;
 
 /** RFC 9457. */
 export type Problem = {
-  type: string;
+  type: "about:blank";
   title: string;
   status: number;
   detail: string;
@@ -893,8 +898,8 @@ export type RIDAircraftPosition = {
   lng: number;
   /** Metres above the ellipsoid; -1000: unknown. */
   alt: number;
-  accuracy_h: string;
-  accuracy_v: string;
+  accuracy_h: "HA1m" | "HA3m" | "HA10m" | "HA30m" | "HA005NM" | "HA01NM" | "HA03NM" | "HA05NM" | "HA1NM" | "HA2NM" | "HA4NM" | "HA10NM" | "HA10NMPlus" | "HAUnknown";
+  accuracy_v: "VA1m" | "VA3m" | "VA10m" | "VA25m" | "VA45m" | "VA150m" | "VA150mPlus" | "VAUnknown";
   extrapolated: boolean;
 };
 
@@ -907,7 +912,7 @@ export type RIDAircraftState = {
   track: number;
   /** Metres per second; 255: unknown. */
   speed: number;
-  speed_accuracy: string;
+  speed_accuracy: "SA03mps" | "SA1mps" | "SA3mps" | "SA10mps" | "SA10mpsPlus" | "SAUnknown";
   /** Metres per second; 63: unknown. */
   vertical_speed: number;
   /** Above take-off or ground, as the drone declares it. */
@@ -991,7 +996,7 @@ export type Refused = {
 
 /** Misalignment of a radar, estimated from its tracks; operational profile only, and without values where it is off. */
 export type Registration = {
-  mode: "off" | "propose" | "apply";
+  mode: "apply" | "propose" | "off";
   /** Whether plots are corrected by any of it. */
   applied: boolean;
   /** Radar tracks that it rests upon; older ones count in part. */
@@ -1048,6 +1053,20 @@ export type RemoteIdDeclaration = {
   /** The operator's registration. */
   operator_id?: string;
   operator_location?: OperatorPlace;
+};
+
+/** A broadcast of Remote ID that a gateway received. Other members are ignored. */
+export type RemoteIdLine = {
+  /** Time of reception; without it, the time at which the line arrives. */
+  time?: number | string | null;
+  /** Address of the transmitter, or another name of it; at most 64 octets. */
+  transmitter: string;
+  /** Strength of the signal, dBm. */
+  rssi?: number | null;
+  /** Id of the sensor that received it. */
+  receiver?: string | null;
+  /** The message or the pack, hexadecimal. */
+  message: string;
 };
 
 /** What came of the lines. */
@@ -1161,7 +1180,7 @@ export type ServiceStatus = {
 
 /** As configured in `[fusion]`. */
 export type Settings = {
-  motion: string;
+  motion: "imm" | "singer";
   window_s: number;
   max_future_s: number;
   max_gap_s: number;
@@ -1384,7 +1403,7 @@ export type TrailProperties = {
   /** Of each place. */
   times: Array<string>;
   /** Of each place. */
-  sources: Array<string>;
+  sources: Array<"fused" | "radar" | "transponder">;
   /** Of each place, metres above mean sea level; null where no height was measured. */
   alt_msl: Array<number | null>;
 };
@@ -1478,11 +1497,11 @@ export interface Orders {
 
 /** What a path takes, in it and behind the ?. */
 export interface Parameters {
-  "/api/v1/tracks": { bbox?: string; source?: string | string[]; class?: string | string[]; integrity?: string | string[]; sensor?: string | string[]; alt_min?: number; alt_max?: number; ids?: string | string[]; max_accuracy_m?: number; limit?: number; trail_s?: number; include?: string; at?: string; after?: string };
+  "/api/v1/tracks": { bbox?: string; source?: string | string[]; class?: string | string[]; integrity?: string | string[]; sensor?: string | string[]; alt_min?: number; alt_max?: number; ids?: string | string[]; max_accuracy_m?: number; limit?: number; trail_s?: number; include?: string; at?: "lagged" | "now"; after?: string };
   "/api/v1/tracks/{id}": { id: string };
-  "/api/v1/tracks/{id}/trail": { id: string; since?: string; until?: string; format?: string };
+  "/api/v1/tracks/{id}/trail": { id: string; since?: string; until?: string; format?: "geojson" | "gpx" | "kml" | "csv" };
   "/api/v1/snapshot": { time: string };
-  "/api/v1/correlations": { sensor?: string; track?: number; uas?: string; country?: string; verdict?: string };
+  "/api/v1/correlations": { sensor?: string; track?: number; uas?: string; country?: string; verdict?: "correlated" | "decorrelated" | "automatic" };
   "/api/v1/integrity": {};
   "/api/v1/integrity/{identity}": { identity: string; country?: string };
   "/api/v1/remote-id": {};
@@ -1490,8 +1509,8 @@ export interface Parameters {
   "/api/v1/replay/pause": {};
   "/api/v1/replay/seek": { time: string };
   "/api/v1/replay/speed": { speed: number };
-  "/api/v1/stream": { bbox?: string; source?: string | string[]; class?: string | string[]; integrity?: string | string[]; sensor?: string | string[]; alt_min?: number; alt_max?: number; ids?: string | string[]; max_accuracy_m?: number; limit?: number; trail_s?: number; include?: string; at?: string; interval_ms?: number; ticket?: string };
-  "/api/v1/stream/ws": { bbox?: string; source?: string | string[]; class?: string | string[]; integrity?: string | string[]; sensor?: string | string[]; alt_min?: number; alt_max?: number; ids?: string | string[]; max_accuracy_m?: number; limit?: number; trail_s?: number; include?: string; at?: string; interval_ms?: number; ticket?: string; last_event_id?: string };
+  "/api/v1/stream": { bbox?: string; source?: string | string[]; class?: string | string[]; integrity?: string | string[]; sensor?: string | string[]; alt_min?: number; alt_max?: number; ids?: string | string[]; max_accuracy_m?: number; limit?: number; trail_s?: number; include?: string; at?: "lagged" | "now"; interval_ms?: number; ticket?: string };
+  "/api/v1/stream/ws": { bbox?: string; source?: string | string[]; class?: string | string[]; integrity?: string | string[]; sensor?: string | string[]; alt_min?: number; alt_max?: number; ids?: string | string[]; max_accuracy_m?: number; limit?: number; trail_s?: number; include?: string; at?: "lagged" | "now"; interval_ms?: number; ticket?: string; last_event_id?: string };
   "/api/v1/stream-tickets": {};
   "/api/v1/raw": { after?: number };
   "/api/v1/sensors": {};
@@ -1505,7 +1524,7 @@ export interface Parameters {
   "/api/v1/alerts/{id}/acknowledge": { id: string };
   "/api/v1/alerts/{id}/shelve": { id: string };
   "/api/v1/alerts/{id}/unshelve": { id: string };
-  "/api/v1/conflicts": { level?: string; id?: string };
+  "/api/v1/conflicts": { level?: "none" | "advisory" | "warning" | "violation"; id?: string };
   "/data/aircraft.json": {};
   "/data/receiver.json": {};
   "/uss/flights": { view: string; recent_positions_duration?: number };

@@ -110,16 +110,16 @@ AlertShelf = TypedDict(
     "AlertShelf",
     {
         "minutes": float,
-        "by": Union[str, None],
-        "note": Union[str, None],
+        "by": NotRequired[Union[str, None]],
+        "note": NotRequired[Union[str, None]],
     },
 )
 
 AlertWord = TypedDict(
     "AlertWord",
     {
-        "by": Union[str, None],
-        "note": Union[str, None],
+        "by": NotRequired[Union[str, None]],
+        "note": NotRequired[Union[str, None]],
     },
 )
 
@@ -172,6 +172,7 @@ CellState = TypedDict(
         "step": int,
         "left_out": str,
         "is_missing": bool,
+        "is_foreign": bool,
         "corners": list[list[float]],
     },
 )
@@ -578,18 +579,18 @@ IdentityIntegrity = TypedDict(
 Info = TypedDict(
     "Info",
     {
-        "name": str,
+        "name": Literal["utm-fusion"],
         "version": str,
         "site": "Site",
         "geoid_separation": float,
-        "profile": str,
+        "profile": Literal["operational", "reference"],
         "slot_s": float,
         "latency_s": float,
         "now": bool,
         "cluster": bool,
         "started": str,
         "mode": Literal["live", "replay"],
-        "auth": Literal["tokens", "none"],
+        "auth": Literal["none", "tokens"],
         "control": bool,
         "settings": "Settings",
         "tiles": NotRequired["Tiles"],
@@ -736,6 +737,8 @@ Members = TypedDict(
         "nodes": list["NodeState"],
         "gateways": list["GatewayState"],
         "clocks": list["ClockDifference"],
+        "missing_gateways": list[str],
+        "different": list[str],
         "shown": int,
         "doubled": int,
         "missing": int,
@@ -824,7 +827,7 @@ Position = list[float]
 Problem = TypedDict(
     "Problem",
     {
-        "type": str,
+        "type": Literal["about:blank"],
         "title": str,
         "status": int,
         "detail": str,
@@ -849,8 +852,8 @@ RIDAircraftPosition = TypedDict(
         "lat": float,
         "lng": float,
         "alt": float,
-        "accuracy_h": str,
-        "accuracy_v": str,
+        "accuracy_h": Literal["HA1m", "HA3m", "HA10m", "HA30m", "HA005NM", "HA01NM", "HA03NM", "HA05NM", "HA1NM", "HA2NM", "HA4NM", "HA10NM", "HA10NMPlus", "HAUnknown"],
+        "accuracy_v": Literal["VA1m", "VA3m", "VA10m", "VA25m", "VA45m", "VA150m", "VA150mPlus", "VAUnknown"],
         "extrapolated": bool,
     },
 )
@@ -864,7 +867,7 @@ RIDAircraftState = TypedDict(
         "position": "RIDAircraftPosition",
         "track": float,
         "speed": float,
-        "speed_accuracy": str,
+        "speed_accuracy": Literal["SA03mps", "SA1mps", "SA3mps", "SA10mps", "SA10mpsPlus", "SAUnknown"],
         "vertical_speed": float,
         "height": NotRequired["RIDHeight"],
     },
@@ -983,7 +986,7 @@ Refused = TypedDict(
 Registration = TypedDict(
     "Registration",
     {
-        "mode": Literal["off", "propose", "apply"],
+        "mode": Literal["apply", "propose", "off"],
         "applied": bool,
         "tracks": NotRequired[float],
         "residual": NotRequired[float],
@@ -1037,6 +1040,17 @@ RemoteIdDeclaration = TypedDict(
         "height": NotRequired["RIDHeight"],
         "operator_id": NotRequired[str],
         "operator_location": NotRequired["OperatorPlace"],
+    },
+)
+
+RemoteIdLine = TypedDict(
+    "RemoteIdLine",
+    {
+        "time": NotRequired[Union[Union[float, str], None]],
+        "transmitter": str,
+        "rssi": NotRequired[Union[float, None]],
+        "receiver": NotRequired[Union[str, None]],
+        "message": str,
     },
 )
 
@@ -1135,7 +1149,7 @@ ServiceStatus = TypedDict(
 Settings = TypedDict(
     "Settings",
     {
-        "motion": str,
+        "motion": Literal["imm", "singer"],
         "window_s": float,
         "max_future_s": float,
         "max_gap_s": float,
@@ -1378,7 +1392,7 @@ TrailProperties = TypedDict(
     {
         "id": str,
         "times": list[str],
-        "sources": list[str],
+        "sources": list[Literal["fused", "radar", "transponder"]],
         "alt_msl": list[Union[float, None]],
     },
 )
