@@ -32,7 +32,10 @@ fn walk(
             add(place, fields, 8);
         }
         Layout::Explicit(Contents::Known(forms)) => {
-            forms.iter().for_each(|form| add(&format!("{place}/{}", form.key), form.fields, 8));
+            // Forms of one key take turns: each has its own fields.
+            for (index, form) in forms.iter().enumerate() {
+                add(&format!("{place}/{} form {index}", form.key), form.fields, 8);
+            }
         }
         Layout::Extended(octets) => {
             for (index, &fields) in octets.iter().enumerate() {

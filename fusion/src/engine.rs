@@ -276,7 +276,7 @@ impl Engine {
         }
     }
 
-    /// Takes over track numbers of before a restart: an aircraft that only a radar saw first keeps the number of then.
+    /// Takes over the track numbers before a restart: an aircraft that only a radar saw first keeps its number.
     pub fn remember_track_numbers(&mut self, numbers: Vec<(Identity, u32, Slot)>) {
         if let Rules::Operational(operational, _) = &mut self.rules {
             for (identity, number, since) in numbers {

@@ -85,7 +85,7 @@ pub enum Lost {
 pub enum Wish {
     /// Create the lease, which nobody holds: [`Cell::leased`].
     Lease,
-    /// What is behind this sequence in the cell's outputs: [`Cell::last`].
+    /// The cell's outputs behind this sequence: [`Cell::last`].
     Last(u64),
     /// Append, if the last message of the cell's outputs has this sequence (0: there is none): [`Cell::appended`].
     Append {
@@ -107,7 +107,7 @@ pub enum Appended {
     Unknown,
 }
 
-/// What the log holds of a cell's outputs behind a sequence, as whoever leads the stream knows it.
+/// A cell's outputs behind a sequence, as the leader of the stream knows them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tail {
     /// Outputs with their sequences, in order. Messages that are no outputs are left out.
@@ -116,7 +116,7 @@ pub struct Tail {
     pub last: u64,
     /// Whether there is nothing behind it.
     pub is_whole: bool,
-    /// Whether this node certainly holds the lease, so that nobody can have one of a greater number.
+    /// Whether this node certainly holds the lease, so that no other node can have one of a greater number.
     pub is_mine: bool,
 }
 
@@ -161,11 +161,11 @@ pub struct Cell<E> {
     is_past: bool,
     /// Outputs that were left out because no owner can have made them.
     foreign: u64,
-    /// Of an owner: the number of the lease under which its last output was stored.
+    /// The lease under which an owner's last output was stored.
     stored_epoch: Option<u64>,
-    /// Somebody publishes under this number, which is greater than its own, and it is to be found out whether the lease is theirs.
+    /// Another node publishes under this greater number; whether it holds the lease is not known yet.
     rival: Option<u64>,
-    /// Somebody else's name stands in the lease: nothing is published until it is known whether they are the owner.
+    /// The lease names another node: nothing is published until it is known whether that node owns the cell.
     is_held_back: bool,
     /// Own slots that are not in the log yet.
     made: VecDeque<Made>,

@@ -111,7 +111,7 @@ impl ClockRule {
 
     /// Decides whether to be silent: where the clock is not fit, and all that is heard here is heard by others that are alive,
     /// synchronised and not silent themselves. `lines` are the own ones; `others` is `None` where the log did not answer, which
-    /// says nothing of the other gateways: on a busy machine an answer is late, and nobody is gone.
+    /// says nothing of the other gateways: on a busy machine an answer is late, and no gateway is gone.
     pub fn decide(
         &mut self,
         lines: &[(Vec<usize>, LineStatus)],

@@ -73,7 +73,7 @@ pub struct GatewayReport {
 }
 
 impl GatewayReport {
-    /// What all gateways say.
+    /// The reports of all gateways.
     ///
     /// # Errors
     /// The log does not answer.
@@ -125,7 +125,7 @@ struct Inputs {
     octets: usize,
     written: u64,
     dropped: u64,
-    /// Nothing is to be published.
+    /// Whether the gateway publishes nothing.
     is_silent: bool,
     withheld: u64,
     resumed: u64,
@@ -186,7 +186,7 @@ impl Gateway {
         };
         drop(tokio::time::timeout(Duration::from_secs(1), written).await);
         tasks.iter().for_each(tokio::task::JoinHandle::abort);
-        // Nobody is to miss it.
+        // It is no longer expected.
         _ = log.forget_gateway(&name).await;
     }
 }

@@ -103,7 +103,7 @@ pub struct Log {
     numbers_stream: Stream,
     checkpoints: ObjectStore,
     bounds: Bounds,
-    /// What this process has skipped.
+    /// The messages that this process has skipped.
     pub skips: Skips,
     /// Hash of this process's shared configuration; 0: none is stated.
     pub config: u64,

@@ -52,7 +52,7 @@ struct Shared {
     counts: Mutex<BTreeMap<String, CellCounts>>,
     /// All nodes that speak, this one included.
     peers: Mutex<Vec<Peer>>,
-    /// What they say.
+    /// Their reports.
     nodes: Mutex<Heard>,
     /// When a seat or a cell was left to another node.
     moved: Mutex<Option<Instant>>,

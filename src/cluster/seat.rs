@@ -38,7 +38,7 @@ pub(super) enum Told {
     HoldBack(bool),
     /// Answers to what it wished.
     Leased(Option<u64>),
-    /// What is behind the sequence that it asked for.
+    /// The outputs behind the sequence that was asked for.
     Last(Result<Tail, ()>),
     /// What has become of its own.
     Appended(Appended),
@@ -75,7 +75,7 @@ pub(super) enum Says {
     Moved,
     /// What is left out from now on.
     Relieved(Step),
-    /// So many outputs were left out because no owner can have made them.
+    /// Outputs that were left out because no owner can have made them.
     Foreign(u64),
     /// Letters to others.
     Post(Vec<Letter>),

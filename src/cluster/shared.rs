@@ -1,4 +1,4 @@
-//! What all members of a region have alike: who differs would make another picture of the same reports.
+//! The configuration that all members of a region share: a member that differs would make another picture of the same reports.
 
 use std::fmt::Write;
 
@@ -33,7 +33,7 @@ pub struct Different {
 }
 
 impl SharedConfiguration {
-    /// Of a configuration: site, sensors and where they are heard, what the engine is told, masks, cells.
+    /// The parts of a configuration: site, sensors and their inputs, settings of the engine, masks, cells.
     ///
     /// # Errors
     /// A file of `[[areas]]` cannot be used.
@@ -86,12 +86,12 @@ impl SharedConfiguration {
         stated == 0 || own == 0 || stated == own
     }
 
-    /// As it is kept in the log.
+    /// Its octets in the log.
     pub fn octets(&self) -> Vec<u8> {
         serde_json::to_vec(self).expect("texts can be written down")
     }
 
-    /// Of what is kept under a hash; `None`: it is something else.
+    /// Reads octets that are kept under a hash; `None`: they are something else.
     pub fn parse(octets: &[u8], hash: u64) -> Option<Self> {
         serde_json::from_slice(octets).ok().filter(|kept: &Self| kept.hash() == hash)
     }

@@ -184,14 +184,14 @@ impl Maker {
         _ = self.read.send(read);
     }
 
-    /// What it made of all that was read.
+    /// The slots made from all that was read.
     fn end(self) -> Made {
         drop(self.read);
         self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 }
 
-/// What was made once more.
+/// The slots that were made once more.
 struct Made {
     /// Slots.
     made: u64,

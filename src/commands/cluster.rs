@@ -152,7 +152,7 @@ struct Said {
     expected: Vec<String>,
     /// Members with another configuration than that of the command.
     different: Vec<Different>,
-    /// What this command could not read.
+    /// The messages that this command could not read.
     skipped: Vec<Skipped>,
 }
 

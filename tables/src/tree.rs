@@ -123,7 +123,7 @@ impl Value {
         }
     }
 
-    /// As TOML where that is short; a table never is. A text with an `@` is not shown: an address may have a
+    /// TOML where that is short; a table never is. A text with an `@` is not shown: an address may have a
     /// password before it.
     pub fn shown(&self) -> Option<String> {
         const LONGEST: usize = 60;

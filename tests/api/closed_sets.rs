@@ -49,7 +49,7 @@ fn described(code: &str) -> Vec<(String, Vec<&str>)> {
     begins.map(whole).collect()
 }
 
-/// What is wrong with a type that has a schema.
+/// The faults of a type that has a schema.
 fn complaints(name: &str, lines: &[&str]) -> Vec<String> {
     let mut found = Vec::new();
     let mut attributes = String::new();

@@ -1,4 +1,4 @@
-//! What others write into the log: on every subject and under every key. The cell goes on.
+//! Foreign messages on every subject and under every key of the log: the cell goes on.
 
 use std::time::{Duration, Instant};
 
@@ -60,7 +60,7 @@ impl Slots {
         let seen = self.seen.lock().unwrap();
         let mut new: Vec<(i64, Instant)> = Vec::new();
         for (slot, _, at) in seen.iter() {
-            // What others wrote far from the others is no slot of this flight.
+            // A slot far from the others is a foreign one, and no slot of this flight.
             if new.last().is_none_or(|(last, _)| *slot > *last && *slot < last + 100) {
                 new.push((*slot, *at));
             }
@@ -73,7 +73,7 @@ impl Slots {
     }
 }
 
-/// Writes as anybody may who reaches the servers.
+/// Writes as any process may that reaches the servers.
 struct Attacker {
     streams: jetstream::Context,
     random: ChaCha8Rng,
@@ -231,7 +231,7 @@ async fn invented_outputs_silence_nobody() {
     told(slots, "invented outputs");
 }
 
-/// The lease, the seat and what is said, written over each second.
+/// The lease, the standby's place and the reports, overwritten each second.
 #[tokio::test(flavor = "multi_thread")]
 async fn keys_written_over_silence_nobody() {
     let Some(site) = Site::start(Setup::default()).await else { return };

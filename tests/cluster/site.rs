@@ -24,7 +24,7 @@ use crate::program::{Scratch, utm_fusion};
 use crate::servers::Servers;
 use crate::watcher::Watcher;
 
-/// What does not come within this time never does. Cells move one in 10 s, and slower on a machine that does other things, too.
+/// A state that is not reached within this time never is. Cells move one in 10 s, and slower on a machine that does other things, too.
 pub const PATIENCE: Duration = Duration::from_secs(90);
 /// Beyond what is promised: machines that run tests are slow, and do other things, too.
 pub const SLACK_S: f64 = 4.0;

@@ -126,7 +126,7 @@ async fn an_owner_is_drained_and_nobody_notices_and_what_differs_is_noticed() {
     };
     let ((code, verdict), ()) = tokio::join!(verifying, forging);
     println!("{verdict}");
-    // What was written there holds no picture of its slot; the owner published that slot under another name.
+    // The foreign message holds no picture of its slot; the owner published that slot under another name.
     assert!(verdict["skipped"] != 0 && verdict["missing"] == 0 && code == Some(5), "{code:?} {verdict}");
     // And it is over: whoever differed stands by again with the state of whoever owns the cell.
     let [owner, _] = site.pair().await;
@@ -143,7 +143,7 @@ async fn verified(site: &Site, lasts: &str) -> (Option<i32>, Value) {
     (output.status.code(), verdicts["cells"][WHOLE].clone())
 }
 
-/// As while a site is changed: what it would make is another picture.
+/// A changed site would make another picture.
 #[tokio::test(flavor = "multi_thread")]
 async fn node_of_another_configuration_is_refused_with_what_differs() {
     let Some(mut site) = Site::start(Setup::default()).await else { return };

@@ -1,4 +1,4 @@
-//! Serial numbers that I129/040 has no room for, in the special purpose field.
+//! Serial numbers that are too long for I129/040, in the special purpose field.
 
 use super::fusion_report;
 use crate::bits;

@@ -1,4 +1,4 @@
-//! What a cell makes of the messages among its outputs: its own, those of another owner, and those that no owner has written.
+//! A cell's handling of the messages among its outputs: its own, those of another owner, and those that no owner has written.
 
 use super::{Cell, Fusing, Lost, Made, Role, Tail, Unmatched};
 use crate::cluster::message::Output;
@@ -7,7 +7,7 @@ impl<E: Fusing> Cell<E> {
     /// An output of the cell, in order of its sequence; again is as good as once.
     ///
     /// # Errors
-    /// Somebody else publishes.
+    /// Another node publishes.
     pub fn output(&mut self, sequence: u64, output: Output) -> Result<(), Lost> {
         if sequence <= self.told {
             return Ok(());
@@ -38,7 +38,7 @@ impl<E: Fusing> Cell<E> {
         if output.epoch > epoch {
             (self.rival, self.is_in_doubt) = (self.rival.max(Some(output.epoch)), true);
         } else if output.epoch == epoch || self.stored_epoch.is_some_and(|stored| output.epoch <= stored) {
-            // Whoever had the cell before is refused since the first output of this node.
+            // The former owner is refused since the first output of this node.
             self.foreign += 1;
         } else {
             return Err(Lost::Fenced);
@@ -51,10 +51,10 @@ impl<E: Fusing> Cell<E> {
         self.is_held_back = is_held_back;
     }
 
-    /// What is behind the sequence that was asked for. `Err`: nobody answered.
+    /// The outputs behind the sequence that was asked for. `Err`: no answer came.
     ///
     /// # Errors
-    /// Somebody else has published.
+    /// Another node has published.
     pub fn last(&mut self, tail: Result<Tail, ()>) -> Result<(), Lost> {
         self.is_asking = false;
         let Ok(Tail { outputs, last, is_whole, is_mine }) = tail else { return Ok(()) };
@@ -68,7 +68,7 @@ impl<E: Fusing> Cell<E> {
         match &mut self.role {
             Role::Follows => {}
             Role::Claims { epoch, until } => {
-                // The lease has come late: it was given to somebody else since.
+                // The lease has come late: another node has been given it since.
                 if !is_mine && self.outputs.iter().any(|(_, output)| output.epoch > *epoch) {
                     return Err(Lost::Fenced);
                 }
@@ -106,7 +106,7 @@ impl<E: Fusing> Cell<E> {
     }
 
     /// Makes what the owner has published, each slot behind the same input. An output that differs is left out where one of the
-    /// same slot follows that does not: somebody else has written it.
+    /// same slot follows that does not: another process has written it.
     pub(super) fn follow(&mut self) -> Result<(), Lost> {
         while let Some((sequence, output)) = self.outputs.front() {
             let sequence = *sequence;

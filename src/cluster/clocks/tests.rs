@@ -99,7 +99,7 @@ impl Pair {
 
 const ALL: [[bool; 2]; 2] = [[true; 2]; 2];
 
-/// As on a busy machine, or while the servers choose a leader.
+/// The log answers late on a busy machine, and not at all while the servers choose a leader.
 #[test]
 fn unanswered_look_says_nothing_of_other_gateways() {
     let mut pair = Pair::new();

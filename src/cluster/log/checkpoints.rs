@@ -15,7 +15,7 @@ use super::{Log, LogError, Mark, PATIENCE, is_gone};
 /// Where nothing comes, it is looked so often whether another one has taken its place.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// It is tried again so often where what comes is not what is described.
+/// Attempts to read a checkpoint whose octets do not match its description.
 const TRIES: u32 = 3;
 /// Octets of most checkpoints, and the most that are read of one.
 const LIKELY: usize = 1 << 20;

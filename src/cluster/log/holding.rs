@@ -1,11 +1,11 @@
-//! What is held or said until it is no longer renewed: leases, seats, and what everybody says of itself.
+//! Entries that end unless they are renewed: leases, places of standbys, and reports of members.
 
 use async_nats::jetstream::kv::{Operation, UpdateErrorKind};
 use serde::{Deserialize, Serialize};
 
 use super::{Log, LogError, keys};
 
-/// Who holds something until it is no longer renewed.
+/// The holder of an entry until it is no longer renewed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Holder {
     /// The node.
@@ -19,19 +19,19 @@ pub struct Holder {
     pub config: u64,
 }
 
-/// What a name of the log stands for now.
+/// The present holder of a name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Held {
     /// By whom.
     pub by: Holder,
-    /// Its number: greater than of whoever held it before.
+    /// Its number: greater than that of the holder before.
     pub revision: u64,
 }
 
-/// What stands under a name that somebody may hold.
+/// The entry under a name that a node may hold.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// Nothing.
+    /// No entry.
     Free,
     /// Octets that name no holder, written under this number.
     Other(u64),
@@ -39,19 +39,19 @@ pub enum Place {
     Held(Held),
 }
 
-/// What became of an attempt to go on holding something.
+/// The result of an attempt to renew an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Renewed {
     /// It goes on, under this number.
     Until(u64),
     /// Something else stands there, or it ended.
     Lost,
-    /// Nobody answered.
+    /// No answer came.
     Unknown,
 }
 
 impl Log {
-    /// Takes hold of what nobody holds; its number. `None`: somebody has it, or nobody answers.
+    /// Takes a name that is free; its number. `None`: another node holds it, or no answer came.
     pub async fn take(&self, key: &str, holder: &Holder) -> Option<u64> {
         self.held.create(key, written(holder)).await.ok()
     }
@@ -74,7 +74,7 @@ impl Log {
         given.map_err(LogError::unanswered)
     }
 
-    /// What stands under a name now. Octets that name no holder are counted.
+    /// The present entry under a name. Octets that name no holder are counted.
     ///
     /// # Errors
     /// The log does not answer.
@@ -93,7 +93,7 @@ impl Log {
         })
     }
 
-    /// Who holds something now.
+    /// The present holder of a name.
     ///
     /// # Errors
     /// The log does not answer.
@@ -112,7 +112,7 @@ impl Log {
         self.held.put(key, what.into()).await.map(|_| ()).map_err(LogError::unanswered)
     }
 
-    /// What was said so.
+    /// The octets of an entry.
     ///
     /// # Errors
     /// The log does not answer.
@@ -121,7 +121,7 @@ impl Log {
         Ok(entry.filter(|entry| entry.operation == Operation::Put).map(|entry| entry.value.to_vec()))
     }
 
-    /// What all say whose name begins so: the rest of their names, and what they say. A name that no member can have is skipped.
+    /// All entries whose name begins so: the rest of their names, and their octets. A name that no member can have is skipped.
     ///
     /// # Errors
     /// The log does not answer.

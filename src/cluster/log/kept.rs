@@ -1,11 +1,11 @@
-//! What outlives a restart of the servers besides numbers: which gateways are expected, and what members have alike.
+//! Entries that outlive a restart of the servers: expected gateways, and the shared configuration.
 
 use super::{Log, LogError, keys};
 use crate::cluster::shared::SharedConfiguration;
 use crate::config::Cluster;
 use async_nats::jetstream::kv::Operation;
 
-/// What a gateway's key begins with in the table.
+/// Beginning of a gateway's key in the table.
 const GATEWAY: &str = "gateway.";
 
 impl Log {
@@ -54,7 +54,7 @@ impl Log {
         self.numbers.put(key, shared.octets().into()).await.map(|_| ()).map_err(LogError::unanswered)
     }
 
-    /// What members have that state this hash; `None`: it is not there, or something else.
+    /// The shared configuration with this hash; `None`: it is not there, or the octets are another.
     ///
     /// # Errors
     /// The log does not answer.

@@ -75,7 +75,7 @@ impl Log {
     /// The number of an identity: this one, if it has none yet.
     async fn number(&self, identity: Identity, number: u32) -> Result<u32, LogError> {
         let stands = self.created(&key(identity), &number.to_string()).await?;
-        // Whatever else stands there is nobody's number.
+        // Any other octets there are no number.
         let is_number = |known: &u32| (1..LAST_BLOCK + BLOCK).contains(known);
         Ok(stands.parse().ok().filter(is_number).unwrap_or(number))
     }

@@ -1,4 +1,5 @@
-//! The outputs of a cell: written on a condition, and read with caution, since whoever reaches the servers may write there, too.
+//! The outputs of a cell: written on a condition, and read with caution, since any process that reaches the servers may write
+//! there, too.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -115,7 +116,7 @@ impl Log {
                 Ok(message) if *message.subject == *subject && message.payload == body => {
                     return Appended::Stored(there);
                 }
-                // What it is worth is to be read.
+                // Its worth is found by reading it.
                 Ok(message) if *message.subject == *subject && there > expected => return Appended::Refused,
                 Ok(_) => {}
                 Err(error) if is_gone(&error.kind()) => {}
@@ -127,7 +128,7 @@ impl Log {
         Appended::Unknown
     }
 
-    /// What is behind a sequence among the outputs of a cell, as whoever leads the stream knows it: the outputs, the sequence of the
+    /// A cell's outputs behind a sequence, as the leader of the stream knows them: the outputs, the sequence of the
     /// last message that was looked at, and whether there is nothing behind it.
     ///
     /// # Errors
@@ -148,7 +149,7 @@ impl Log {
         found(asked.send().await)
     }
 
-    /// The last output of a cell, as whoever leads the stream knows it.
+    /// The last output of a cell, as the leader of the stream knows it.
     ///
     /// # Errors
     /// The log does not answer.

@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 use tracing::warn;
 
-/// Each place and reason is told that often at most, and is recent for as long.
+/// Each place and reason is logged at most this often, and is recent for as long.
 const TOLD: Duration = Duration::from_secs(60);
-/// Places with reasons that are told apart; what comes after them is counted as one.
+/// Pairs of place and reason that are counted each; all further ones are counted as one.
 const KINDS: usize = 64;
 /// Beginnings of the messages that are read.
 const KNOWN: [&[u8]; 4] = [b"UTM1", b"UTM2", b"UTO2", b"UTL1"];

@@ -62,7 +62,7 @@ pub(super) struct Desk {
     pub(super) audience: Arc<Audience>,
     pub(super) me: Holder,
     pub(super) shared: Arc<Shared>,
-    /// What it holds of the cell while it is there.
+    /// The lease or place that this node holds.
     pub(super) hold: Arc<Hold>,
     pub(super) stop: watch::Receiver<bool>,
     /// Health of the files of `[state] dir`.
@@ -187,7 +187,7 @@ impl Desk {
         }
     }
 
-    /// Whether the cell is owned by a node of another configuration: beside it nobody can stand.
+    /// Whether the cell is owned by a node of another configuration: this node cannot stand by for it.
     async fn is_foreign(&self) -> bool {
         let Ok(Some(owner)) = self.log.holder(&self.owner()).await else { return false };
         let is_foreign = !SharedConfiguration::accepts(self.me.config, owner.by.config)
@@ -296,7 +296,7 @@ impl Desk {
         seat: &mut u64,
         mut from: u64,
     ) -> Result<Option<(Cell<SiteEngine>, u64, u64)>, LogError> {
-        // An output that was read last, while it is not known whether anybody publishes.
+        // An output that was read last, while it is not known whether any node publishes.
         let (mut newest, mut is_unfit) = (0, false);
         let grid = SlotGrid::new(self.config.fusion.slot);
         let wait = SignedDuration::from_nanos((self.cluster.wait_s * 1e9) as i64);
@@ -316,7 +316,7 @@ impl Desk {
                         let cell = Cell::new(engine, grid, wait, *handled, *published);
                         return Ok(Some((cell, *handled, *published)));
                     }
-                    // It may be nobody's: the owner writes another one when it hears that.
+                    // It may be of no owner: the owner writes another one then.
                     Err(error) if !std::mem::replace(&mut is_unfit, true) => {
                         info!(%error, "a checkpoint does not fit: waits for another one");
                         from = published + 1;

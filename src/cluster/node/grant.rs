@@ -1,4 +1,4 @@
-//! What a cell wishes, asked of the log.
+//! Requests of a cell to the log.
 
 use std::sync::mpsc::Sender;
 use std::time::Duration;
@@ -17,7 +17,7 @@ impl Desk {
             Wish::Lease => self.take_lease(&to_cell).await,
             Wish::Last(after) => {
                 let behind = self.log.behind(self.cell.as_str(), after).await;
-                // Nobody takes or renews the lease between this look and the answer.
+                // The lease does not change between this look and the answer.
                 let lease = self.hold.lease.lock().await;
                 let is_mine = self.is_mine(*lease).await;
                 let tail = behind.and_then(|(outputs, last, is_whole)| {

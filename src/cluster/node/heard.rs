@@ -1,4 +1,4 @@
-//! What nodes have said of themselves lately: a name in a lease counts where its node speaks.
+//! Recent reports of nodes: a name in a lease counts where its node reports.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -7,7 +7,7 @@ use super::counts::{NodeReport, Part};
 use super::desk::moment;
 use crate::cluster::log::Holder;
 
-/// Who says nothing for this long is gone.
+/// A node without a report for this long is gone.
 const GONE: Duration = Duration::from_secs(5);
 
 /// Nodes that speak, by name; `None`: something is said that this program cannot read, as by one of another version.
@@ -15,11 +15,11 @@ const GONE: Duration = Duration::from_secs(5);
 pub(super) struct Heard(BTreeMap<String, (Option<NodeReport>, Instant)>);
 
 impl Heard {
-    /// What all nodes say now.
+    /// The present reports of all nodes.
     pub(super) fn note(&mut self, said: &[(String, Option<NodeReport>)]) {
         let now = moment();
         for (node, report) in said {
-            // What cannot be read does not take the place of what could.
+            // An unreadable report does not replace a readable one.
             match (report, self.0.get(node)) {
                 (None, Some((Some(_), _))) => {}
                 _ => _ = self.0.insert(node.clone(), (report.clone(), now)),
@@ -33,7 +33,7 @@ impl Heard {
         self.0.get(&by.node).is_some_and(|(said, _)| said.as_ref().is_none_or(|said| said.holder == *by))
     }
 
-    /// What it says that it is for a cell.
+    /// The part that it reports for a cell.
     pub(super) fn part(&self, by: &Holder, cell: &str) -> Option<Part> {
         let said = self.0.get(&by.node)?.0.as_ref().filter(|said| said.holder == *by)?;
         Some(said.counts(cell).part)

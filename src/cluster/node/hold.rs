@@ -1,4 +1,5 @@
-//! A lease or a seat in a place where others may write: what no holder has written there is written over, and whoever has the cell
+//! A lease or a seat in a place where others may write: octets that no holder has written there are overwritten, and the node
+//! that has the cell
 //! goes on with it.
 
 use std::sync::mpsc::Sender;
@@ -11,9 +12,9 @@ use super::locked;
 use crate::cluster::log::{Held, Holder, LogError, Place, Renewed};
 use crate::cluster::seat::{Told, tell};
 
-/// Whoever's name stands in the lease publishes within this time, or never had it.
+/// A node that the lease names publishes within this time, or never had it.
 const GRACE: Duration = Duration::from_millis(750);
-/// After a name was found false, another one is written over at once for so long.
+/// After a name was found false, another one is written over at once for this long.
 const FALSE_NAMES: Duration = Duration::from_secs(60);
 
 /// A lease that this node has.
@@ -23,13 +24,13 @@ pub(super) struct Lease {
     epoch: u64,
     /// The number of what it wrote last.
     pub(super) revision: u64,
-    /// When it asked for that: as long as this is less than a lease ago nobody else can have found it free.
+    /// When it asked for that: while this is less than a lease ago, no other node can have found it free.
     renewed: Instant,
     /// Since when another name stands there.
     challenged: Option<Instant>,
 }
 
-/// What this node holds of a cell while it is there.
+/// The lease or place of a cell that this node holds.
 #[derive(Debug)]
 pub(super) struct Hold {
     pub(super) lease: tokio::sync::Mutex<Option<Lease>>,
@@ -61,16 +62,16 @@ impl Hold {
 }
 
 impl Desk {
-    /// Whether whoever is named has said something of itself lately.
+    /// Whether the node that is named has reported lately.
     fn is_heard(&self, by: &Holder) -> bool {
         locked(&self.shared.nodes).is_heard(by)
     }
 
-    /// Whether somebody else has the cell, by what stands in its lease.
+    /// Whether another node has the cell, by its lease.
     pub(super) fn is_taken(&self, place: &Place) -> bool {
         match place {
             Place::Free => false,
-            // Where nothing is published it is nobody's, whatever stands there.
+            // Where nothing is published the cell has no owner, whatever the lease says.
             Place::Other(_) => !self.hold.is_silent_for(self.lease()),
             Place::Held(held) if held.by == self.me || !self.is_heard(&held.by) => {
                 !self.hold.is_silent_for(self.lease())
@@ -83,12 +84,12 @@ impl Desk {
         }
     }
 
-    /// Whether somebody else has the cell.
+    /// Whether another node has the cell.
     pub(super) async fn is_owned(&self) -> Result<bool, LogError> {
         Ok(self.is_taken(&self.log.place(&self.owner()).await?))
     }
 
-    /// Takes the lease, where nobody has it.
+    /// Takes the lease, where it is free.
     pub(super) async fn take_lease(&self, to_cell: &Sender<Told>) {
         let mut lease = self.hold.lease.lock().await;
         let (key, renewed) = (self.owner(), moment());
@@ -105,7 +106,7 @@ impl Desk {
         tell(to_cell, Told::Leased(taken));
     }
 
-    /// Whether this node certainly has the lease, so that nobody can have one of a greater number. The lease is to be locked.
+    /// Whether this node certainly has the lease, so that no other node can have one of a greater number. The lease is to be locked.
     pub(super) async fn is_mine(&self, lease: Option<Lease>) -> Result<bool, LogError> {
         let Some(lease) = lease else { return Ok(false) };
         Ok(match self.log.place(&self.owner()).await? {
@@ -141,7 +142,7 @@ impl Desk {
                 self.release(held, to_cell);
                 return false;
             }
-            // While the log had no leader nobody could renew anything. Whoever is first goes on.
+            // While the log had no leader no node could renew anything. The first one goes on.
             Place::Free => match self.log.take(&key, &self.me).await {
                 Some(again) => return self.lease_again(held, again, asked, to_cell),
                 None => return true,
@@ -158,7 +159,7 @@ impl Desk {
                 return true;
             }
         };
-        // Whoever stands there publishes soon, and then this node has lost the cell.
+        // The node that is named publishes soon, and then this node has lost the cell.
         let is_false = locked(&self.hold.false_name).is_some_and(|at| at.elapsed() < FALSE_NAMES);
         let since = *held.challenged.get_or_insert(asked);
         if since.elapsed() < GRACE && (is_lapsed || !is_false) {
@@ -188,8 +189,8 @@ impl Desk {
         false
     }
 
-    /// Takes the seat beside the owner, also from what no node can have written; `is_long`: it has been so for longer than a seat
-    /// is held. `None`: somebody has it, or nobody answers.
+    /// Takes the place of the standby, also from octets that no node can have written; `is_long`: it has been so for longer than a seat
+    /// is held. `None`: another node has it, or no answer came.
     pub(super) async fn sit(&self, is_long: bool) -> Option<u64> {
         let key = self.standby();
         if let Some(seat) = self.log.take(&key, &self.me).await {
@@ -206,7 +207,7 @@ impl Desk {
         }
     }
 
-    /// Goes on holding the seat. `None`: it is another node's.
+    /// Renews the place of the standby. `None`: it is another node's.
     pub(super) async fn renew_seat(&self, seat: u64) -> Option<u64> {
         let key = self.standby();
         match self.log.renew(&key, &self.me, seat).await {

@@ -40,7 +40,7 @@ pub(super) struct Merging {
     away: BTreeSet<CellName>,
     /// Cells whose owner has another configuration: nothing of them is shown.
     foreign: BTreeSet<CellName>,
-    /// Of each cell the greatest lease under which something was published.
+    /// The greatest lease of each cell under which a slot was published.
     epochs: BTreeMap<CellName, u64>,
     last: Option<Slot>,
     merger: Merger,

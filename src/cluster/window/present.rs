@@ -1,4 +1,4 @@
-//! Who has said something lately: what is written in the place of a report for a moment silences nobody.
+//! Members that reported lately: octets that replace a report for a moment silence no member.
 #![expect(clippy::disallowed_methods, reason = "who is silent is told by a clock that nobody sets")]
 
 use std::collections::BTreeMap;
@@ -9,9 +9,9 @@ use crate::cluster::report::CellReport;
 use crate::live::SensorStatus;
 use crate::territory::CellName;
 
-/// Who says nothing new for this long is missed.
+/// A member without a new report for this long is missing.
 const SILENT: Duration = Duration::from_secs(3);
-/// A look counts for no more than this: while the log was away nobody could say anything.
+/// A look counts for no more than this: while the log was away no member could report.
 const LOOK: Duration = Duration::from_millis(1500);
 /// An owner that says nothing for this long has stood still, or is another one now.
 const OLD: Duration = Duration::from_millis(2500);
@@ -24,7 +24,7 @@ pub(super) struct Present {
 }
 
 impl Present {
-    /// What gateways say now; of each that is not silent the last report.
+    /// The last report of each gateway that is not missing.
     pub(super) fn note(&mut self, said: Vec<GatewayReport>) -> Vec<GatewayReport> {
         let now = Instant::now();
         let passed = self.looked.replace(now).map_or(Duration::ZERO, |looked| (now - looked).min(LOOK));
@@ -52,7 +52,7 @@ impl Present {
 pub(super) struct Reports(BTreeMap<CellName, (CellReport, Instant)>, bool);
 
 impl Reports {
-    /// What is said of a cell now, unless by whom another owner has replaced: the greatest lease under which something was
+    /// The present report of a cell, unless another owner has replaced its writer: the greatest lease under which something was
     /// published is `epoch`.
     pub(super) fn note(
         &mut self,
@@ -86,7 +86,7 @@ pub(super) struct Settling {
 }
 
 impl Settling {
-    /// Nothing was heard for some time.
+    /// No report came for some time.
     pub(super) fn disturbed(&mut self) {
         self.disturbed = Some(Instant::now());
     }
@@ -120,7 +120,7 @@ mod tests {
         let mut present = Present::default();
         assert_eq!(present.note(vec![report("g0", 1), report("g1", 1)]).len(), 2);
         assert!(present.misses("g2") && !present.misses("g1"));
-        // A long time in which nobody could look counts as one look.
+        // A long time without a look counts as one look.
         present.looked = Some(Instant::now() - Duration::from_secs(60));
         assert_eq!(present.note(vec![report("g0", 1), report("g1", 2)]).len(), 2);
         for _ in 0..2 {

@@ -174,7 +174,7 @@ impl Rehearsal<'_> {
         sources(payload).find_map(of).map(|index| usize::from(index.0))
     }
 
-    /// What a datagram holds that no input is for.
+    /// The content of a datagram without an input.
     fn content(&self, payload: &[u8], destination: Option<SocketAddr>) -> String {
         let content = if is_broadcast(payload) || is_lines(payload) {
             "Remote ID".to_owned()

@@ -114,7 +114,7 @@ fn what_is_dropped_is_counted_by_reason() {
     assert_eq!(translator.counts().dropped.to_string(), expected);
 }
 
-/// What has no known checksum may claim its neighbours as contents, up to the end or to what looks like another frame.
+/// A frame without a known checksum may claim its neighbours as contents, up to the end or to the next frame's beginning.
 #[test]
 fn a_damaged_length_swallows_no_neighbour_and_contents_are_no_frames() {
     let good = frame(1, 0, 7, 33, &position(500_000_000, 80_000_000));

@@ -39,7 +39,7 @@ pub(super) fn record(source: DataSource, contents: &Contents, received: Time) ->
     let position = Position::new(place[0], place[1]).ok_or(Reason::OutOfRange)?;
     let address = u32::from_le_bytes(contents.at(0));
     let address = AircraftAddress::new(address).ok_or(Reason::OutOfRange)?;
-    // The aircraft was heard so many seconds ago.
+    // Seconds since the aircraft was heard.
     let age_ns = i64::from(contents.at::<1>(37)[0]) * SECOND;
     let time = time_of_day(Time::from_nanos(received.nanos().saturating_sub(age_ns)));
     let descriptor = TargetReport::default();
