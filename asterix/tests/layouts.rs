@@ -111,7 +111,7 @@ fn the_walk_reaches_every_depth() {
         "048/RE/rtc/asi",
         "065/040",
         "129/120",
-        "129/SP/uf",
+        "129/SP/uf form 0",
     ] {
         assert!(places.contains(place), "{place}");
     }
