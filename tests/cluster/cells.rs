@@ -101,8 +101,9 @@ fn the_map_shows_who_owns_what(site: &Site) {
     let cells: Vec<_> = names(site).iter().map(|cell| cell.as_str().to_owned()).collect();
     let is_written =
         format!("{cells:?}.every(cell => [...window.written].some(text => text.startsWith(`${{cell}}: n`)))");
-    browser.wait(&is_written, PATIENCE);
     let layer = "document.querySelector('input[name=cells]')";
+    // The map draws cells when they change, which may have been before their names were looked at: it draws them again.
+    browser.wait(&format!("(({layer})?.click(), ({layer})?.click(), {is_written})"), PATIENCE);
     browser.run(&format!("{layer}.click(); window.written.clear()"));
     browser.wait(&format!("!{layer}.checked && window.written.size > 0 && !{is_written}"), PATIENCE);
     assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
