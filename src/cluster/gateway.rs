@@ -186,7 +186,7 @@ impl Gateway {
         };
         drop(tokio::time::timeout(Duration::from_secs(1), written).await);
         tasks.iter().for_each(tokio::task::JoinHandle::abort);
-        // It is no longer expected.
+        // The gateway is no longer expected.
         _ = log.forget_gateway(&name).await;
     }
 }

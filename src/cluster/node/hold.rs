@@ -1,6 +1,5 @@
-//! A lease or a seat in a place where others may write: octets that no holder has written there are overwritten, and the node
-//! that has the cell
-//! goes on with it.
+//! A node's hold on the lease, or on the place of the standby, of a cell, where other processes may write, too: octets that no
+//! node can have written are overwritten, and the node goes on.
 
 use std::sync::mpsc::Sender;
 use std::sync::{Mutex, PoisonError};
@@ -117,7 +116,7 @@ impl Desk {
         })
     }
 
-    /// Goes on holding the lease; whether it is to be looked at again soon.
+    /// Renews the lease; whether it is to be looked at again soon.
     pub(super) async fn renew_lease(&self, to_cell: &Sender<Told>) -> bool {
         let mut lease = self.hold.lease.lock().await;
         let Some(held) = &mut *lease else { return false };
@@ -130,7 +129,7 @@ impl Desk {
         false
     }
 
-    /// Something else stands in the lease than what this node wrote last.
+    /// The lease has other octets than this node wrote last.
     async fn restore(&self, held: &mut Lease, asked: Instant, to_cell: &Sender<Told>) -> bool {
         let key = self.owner();
         let Ok(place) = self.log.place(&key).await else { return true };
@@ -189,8 +188,8 @@ impl Desk {
         false
     }
 
-    /// Takes the place of the standby, also from octets that no node can have written; `is_long`: it has been so for longer than a seat
-    /// is held. `None`: another node has it, or no answer came.
+    /// Takes the place of the standby, also from octets that no node can have written; `is_long`: these have been there for longer
+    /// than a lease lasts. `None`: another node has the place, or no answer came.
     pub(super) async fn sit(&self, is_long: bool) -> Option<u64> {
         let key = self.standby();
         if let Some(seat) = self.log.take(&key, &self.me).await {
