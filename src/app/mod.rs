@@ -45,13 +45,17 @@ fn named_runtime(name: &str, threads: usize) -> Builder {
     builder
 }
 
-/// Lowers the priority of this thread: Linux gives each thread a nice value of its own (setpriority(2), "C library/kernel
-/// differences"). On other systems nothing changes.
+/// Lowers the priority of this thread, unless it is as low already: Linux gives each thread a nice value of its own
+/// (setpriority(2), "C library/kernel differences"). On other systems nothing changes.
 fn give_way() {
     #[cfg(target_os = "linux")]
     {
+        use rustix::process::{getpriority_process, setpriority_process};
         const NICE: i32 = 10;
-        if let Err(error) = rustix::process::setpriority_process(Some(rustix::thread::gettid()), NICE) {
+        let thread = Some(rustix::thread::gettid());
+        let lowered = getpriority_process(thread)
+            .and_then(|nice| if nice < NICE { setpriority_process(thread, NICE) } else { Ok(()) });
+        if let Err(error) = lowered {
             tracing::debug!(%error, "the threads of HTTP keep the priority of the service");
         }
     }
@@ -99,7 +103,7 @@ mod tests {
             let [task, blocking] = [runtime.spawn(async move { nice() }), runtime.spawn_blocking(nice)];
             runtime.block_on(async { [task.await.unwrap(), blocking.await.unwrap()] })
         };
-        // setpriority sets a value, so a niced test run has at least it.
+        // A service that is niced further keeps it.
         assert_eq!(of(&readers), [10.max(own); 2]);
         assert_eq!(of(&service), [own; 2]);
     }

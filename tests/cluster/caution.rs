@@ -12,10 +12,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use utm_fusion::cluster::{Holder, Output, WHOLE, pictures};
 
-use crate::site::{NODES, Setup, Site, until, variable};
+use crate::site::{NODES, SLACK_S, Setup, Site, until, variable};
 
-/// Longest time without a new slot that is allowed while others write, seconds.
-const SILENCE_S: f64 = 3.0;
+/// Longest time without a new slot that is allowed while others write, seconds: less than a lost owner costs.
+const SILENCE_S: f64 = 1.0 + SLACK_S;
 /// Beginnings of messages that are cut, unknown or none.
 const BEGINNINGS: [&[u8]; 5] = [b"", b"UTO2", b"UTO3", b"UTL1", b"{\"node\":"];
 

@@ -148,8 +148,8 @@ fn two_thousand_bad_clients_hinder_nobody_and_are_gone_afterwards() {
         println!("{count} good requests, the slowest in {slowest:?}");
         assert!(count > 50 && slowest < Duration::from_secs(2), "{count}, {slowest:?}");
     });
-    // But for the recording's, and that of the engine's state.
-    until("all files are given back", Duration::from_secs(15), || taken(service.id()).0 <= before.0 + 5);
+    // But for the recording's, and that of the engine's state. Threads of HTTP give way to all else that a machine does.
+    until("all files are given back", Duration::from_secs(60), || taken(service.id()).0 <= before.0 + 5);
     // Some of it the allocator gives back seconds later.
     until("the memory is given back", Duration::from_secs(15), || taken(service.id()).1 < before.1 + 60_000);
     let after = taken(service.id());
