@@ -207,7 +207,8 @@ impl SiteEngine {
                     }));
                     shedding.forget(picture.time);
                 }
-                let words = self.teaching.turn(slot, self.driver.engine_mut());
+                let frame = self.driver.pipeline().normaliser().frame().clone();
+                let words = self.teaching.turn(slot, &frame, self.driver.engine_mut());
                 let pipeline = self.driver.pipeline();
                 let view = View { engine: pipeline.engine(), frame: pipeline.normaliser().frame() };
                 let turn = |border: &mut Border| border.turn(&mut picture, now.as_mut(), &view, words);
@@ -277,6 +278,10 @@ impl Fusing for SiteEngine {
         };
         match word {
             Some(Word::Values { from, values }) => self.driver.engine_mut().use_values(from, *values),
+            Some(Word::Labelled(tracks)) => {
+                let engine = self.driver.engine_mut();
+                tracks.iter().for_each(|track| engine.count_labelled(track));
+            }
             Some(Word::Known(values)) => self.driver.engine_mut().meet(*values),
             Some(word @ (Word::Correlate { .. } | Word::Say { .. })) => self.decided.push(word),
             // Between cells, of which there is one here.

@@ -3,7 +3,7 @@
 use super::{Engine, Rules};
 use crate::frames::Enu;
 use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
-use crate::operational::{Acquaintance, Name, Operational, Registered, SensorValues};
+use crate::operational::{Acquaintance, LabelledTrack, Name, Operational, Registered, SensorValues};
 use crate::registration::{RegistrationState, RegistrationStateError};
 use crate::report::{SensorIndex, TransponderType};
 use crate::slots::Slot;
@@ -66,6 +66,22 @@ impl Engine {
     pub fn use_values(&mut self, from: Slot, values: SensorValues) {
         if let Rules::Operational(operational, _) = &mut self.rules {
             operational.use_values(from, values);
+        }
+    }
+
+    /// Radar tracks that were labelled as drones or others since the last call, where values are shared
+    /// ([`Engine::share_values`]). Each is to be counted by one engine ([`Engine::count_labelled`]).
+    pub fn take_labelled(&mut self) -> Vec<LabelledTrack> {
+        match &mut self.rules {
+            Rules::Operational(operational, _) => operational.take_labelled(),
+            Rules::Reference(_) => Vec::new(),
+        }
+    }
+
+    /// Counts a radar track that this engine, or another one, has labelled, for what is learnt of its radar's classes.
+    pub fn count_labelled(&mut self, track: &LabelledTrack) {
+        if let Rules::Operational(operational, _) = &mut self.rules {
+            operational.count_labelled(track);
         }
     }
 

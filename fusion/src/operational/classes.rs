@@ -17,6 +17,7 @@ use super::tuning::{
     ASSOCIATE_LLR, CLASS_BINS, CLASS_EVEN_TRACKS, CLASS_EVIDENCE_S, CLASS_KERNEL, CLASS_LOG_ODDS_MAX,
     CLASS_NEUTRAL, CLASS_SHARE_PRIOR, CLASS_SLOPE, CLASS_SPARE_TRACKS, CLASS_SURE, CLASS_UNDECIDED_LLR,
 };
+use crate::frames::Enu;
 use crate::report::SensorIndex;
 
 /// Radar tracks by their mean class probability.
@@ -84,11 +85,26 @@ impl ClassEvidence {
     }
 }
 
+/// A radar track whose class has settled, and of which it is known whether it is a drone.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LabelledTrack {
+    /// The radar.
+    pub radar: SensorIndex,
+    /// Where it was last, in the engine's frame.
+    pub position: Enu,
+    /// Mean class probability of its plots, 0 to 1.
+    pub uav_probability: f64,
+    /// Whether it goes with a transponder; otherwise it goes with none.
+    pub is_drone: bool,
+}
+
 /// The evidence of each radar.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Classes {
     radars: BTreeMap<SensorIndex, ClassEvidence>,
     none: ClassEvidence,
+    /// Where evidence is shared: tracks that are not counted yet.
+    labelled: Vec<LabelledTrack>,
     /// What others have learnt; `None`: what it learns itself counts.
     pub(super) shared: Option<BTreeMap<SensorIndex, ClassEvidence>>,
 }
@@ -110,6 +126,16 @@ impl Classes {
         Self { shared: self.shared, ..Self::default() }
     }
 
+    /// Tracks whose class has settled since the last call, where evidence is shared: each is to be counted by one engine.
+    pub(super) fn take_labelled(&mut self) -> Vec<LabelledTrack> {
+        std::mem::take(&mut self.labelled)
+    }
+
+    /// Counts a track that this engine, or another one, has labelled.
+    pub(super) fn count(&mut self, track: &LabelledTrack) {
+        self.radars.entry(track.radar).or_default().add(track.uav_probability, track.is_drone);
+    }
+
     /// Takes in the radar tracks whose class has settled with the plots up to the slot.
     pub(super) fn learn(&mut self, tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycle) {
         let dt = cycle.centre.seconds_since(cycle.previous);
@@ -128,7 +154,13 @@ impl Classes {
                 }
                 _ => continue, // it is not known which
             };
-            self.radars.entry(tracklet.key.sensor).or_default().add(mean, is_drone);
+            let Some(last) = tracklet.last_until(cycle.centre) else { continue };
+            let radar = tracklet.key.sensor;
+            let track = LabelledTrack { radar, position: last.position, uav_probability: mean, is_drone };
+            match self.shared {
+                Some(_) => self.labelled.push(track),
+                None => self.count(&track),
+            }
         }
     }
 }

@@ -69,6 +69,7 @@ use transponder_types::TransponderTypes;
 use values::Planned;
 
 pub use acquaintance::{Acquaintance, Name};
+pub use classes::LabelledTrack;
 pub use correlation::{
     Correlation, HeldCorrelation, NotCorrelated, ResumedCorrelation, SavedCorrelation, Verdict,
 };

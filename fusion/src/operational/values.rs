@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::Operational;
-use super::classes::ClassEvidence;
+use super::classes::{ClassEvidence, LabelledTrack};
 use super::registrations::Applied;
 use super::transponder_types::TypeValues;
 use crate::report::SensorIndex;
@@ -47,6 +47,16 @@ impl Operational {
             None => Values::Transponders(self.types.values(self.registrations.delay())),
         };
         Some(SensorValues(values))
+    }
+
+    /// Radar tracks that were labelled since the last call; each is to be counted by one engine.
+    pub(crate) fn take_labelled(&mut self) -> Vec<LabelledTrack> {
+        self.classes.take_labelled()
+    }
+
+    /// Counts a radar track for what is learnt of its radar's classes.
+    pub(crate) fn count_labelled(&mut self, track: &LabelledTrack) {
+        self.classes.count(track);
     }
 
     /// These are to be used from this slot on.

@@ -6,7 +6,7 @@ use crate::cluster::message::Malformed;
 use crate::territory::CellName;
 use fusion::frames::Geodetic;
 use fusion::integrity;
-use fusion::operational::{Acquaintance, Correlation, SensorValues};
+use fusion::operational::{Acquaintance, Correlation, LabelledTrack, SensorValues};
 use fusion::slots::Slot;
 use fusion::time::Time;
 use fusion::{Identity, RadarTrackKey};
@@ -93,6 +93,8 @@ pub enum Word {
     },
     /// An aircraft near the recipient's cell, or in it, is the writer's, and stays it while it is near the border.
     Kept(Sighting),
+    /// Radar tracks in the writer's cell that are drones, and that are not, for what the recipient learns of the radars' classes.
+    Labelled(Vec<LabelledTrack>),
 }
 
 /// An aircraft as its owner publishes it.

@@ -1,12 +1,16 @@
 //! What is learnt of a sensor is learnt in one cell, its home, and used in all: two that correct a radar's plots otherwise would
-//! not see the same aircraft.
+//! not see the same aircraft. Every cell tells the home of a radar which tracks of the radar in the cell are drones and which are
+//! not, so that the home knows of as many as one engine over all cells would.
+
+use std::collections::BTreeMap;
 
 use super::Region;
 use super::letter::Word;
 use crate::cluster::cells::reach_m;
 use crate::config::{Config, SensorKind};
 use crate::territory::CellName;
-use fusion::frames::Geodetic;
+use fusion::frames::{Geodetic, TangentPlane};
+use fusion::operational::LabelledTrack;
 use fusion::slots::Slot;
 use fusion::{Engine, SensorIndex};
 
@@ -15,9 +19,15 @@ const EVERY: i64 = 40;
 /// What was learnt is used so many slots later, everywhere.
 const LATER: i64 = 16;
 
-/// What this cell teaches others.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Teaching(Vec<Subject>);
+/// What this cell tells others of sensors.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Teaching {
+    region: Option<Region>,
+    /// The home of each radar.
+    homes: BTreeMap<SensorIndex, CellName>,
+    /// What this cell is home to.
+    subjects: Vec<Subject>,
+}
 
 #[derive(Clone, Debug, PartialEq)]
 struct Subject {
@@ -45,7 +55,9 @@ impl Teaching {
         let radars: Vec<(SensorIndex, (Geodetic, f64))> = radars.collect();
         let first =
             radars.first().map_or_else(|| region.cells.first().cloned(), |(_, (place, _))| home(*place));
-        let own = radars.iter().filter(|(_, (place, _))| home(*place).as_ref() == Some(&region.cell));
+        let homes: BTreeMap<SensorIndex, CellName> =
+            radars.iter().filter_map(|&(sensor, (place, _))| Some((sensor, home(place)?))).collect();
+        let own = radars.iter().filter(|(sensor, _)| homes.get(sensor) == Some(&region.cell));
         let mut subjects: Vec<Subject> = own
             .map(|&(sensor, (place, reach_m))| {
                 let within_m = reach_m + region.halo_m;
@@ -58,17 +70,37 @@ impl Teaching {
         if first.as_ref() == Some(&region.cell) {
             subjects.push(Subject { radar: None, others: others(&|_| true) });
         }
-        Self(subjects)
+        Self { region: Some(region.clone()), homes, subjects }
+    }
+
+    /// The tracks of radars that were labelled in this cell: what is for the homes in other cells.
+    fn labelled(&self, region: &Region, frame: &TangentPlane, engine: &mut Engine) -> Vec<(CellName, Word)> {
+        let mut by_home = BTreeMap::<&CellName, Vec<LabelledTrack>>::new();
+        for track in engine.take_labelled() {
+            // Those in the halo are told of by the cell in which they are.
+            let is_here = region.contains(frame.to_geodetic(track.position));
+            match self.homes.get(&track.radar).filter(|_| is_here) {
+                Some(home) if *home == region.cell => engine.count_labelled(&track),
+                Some(home) => by_home.entry(home).or_default().push(track),
+                None => {}
+            }
+        }
+        by_home.into_iter().map(|(home, tracks)| (home.clone(), Word::Labelled(tracks))).collect()
     }
 
     /// What is to be said with a slot; the engine itself uses it from the same slot on.
-    pub(crate) fn turn(&self, slot: Slot, engine: &mut Engine) -> Vec<(CellName, Word)> {
-        let mut words = Vec::new();
-        if slot.0.rem_euclid(EVERY) != 0 {
-            return words;
-        }
+    pub(crate) fn turn(
+        &self,
+        slot: Slot,
+        frame: &TangentPlane,
+        engine: &mut Engine,
+    ) -> Vec<(CellName, Word)> {
+        let Some(region) = self.region.as_ref().filter(|_| slot.0.rem_euclid(EVERY) == 0) else {
+            return Vec::new();
+        };
+        let mut words = self.labelled(region, frame, engine);
         let from = slot.plus(LATER);
-        for Subject { radar, others } in &self.0 {
+        for Subject { radar, others } in &self.subjects {
             let Some(values) = engine.learnt_values(*radar) else { continue };
             let values = Box::new(values);
             words.extend(others.iter().map(|to| (to.clone(), Word::Values { from, values: values.clone() })));

@@ -100,6 +100,10 @@ pub(super) struct Found {
     /// Points that one engine has not.
     pub(super) extra: usize,
     pub(super) near_extra: usize,
+    /// Of all these: points of which radar alone tells.
+    pub(super) radar_points: usize,
+    pub(super) radar_lost: usize,
+    pub(super) radar_extra: usize,
     /// Points of one aircraft from two cells.
     pub(super) doubled: usize,
     /// Points that the merger left out.
@@ -148,6 +152,8 @@ impl fmt::Display for Found {
             f,
             "lost {lost} ({near_lost} near), extra {extra} ({near_extra} near), doubled {doubled}, removed {removed}"
         )?;
+        let Self { radar_points, radar_lost, radar_extra, .. } = self;
+        writeln!(f, "by radar alone: {radar_points} points, lost {radar_lost}, extra {radar_extra}")?;
         writeln!(
             f,
             "id changes {} ({} near), changes of cell {}",
@@ -264,7 +270,7 @@ pub(super) fn fly(setup: &Setup) -> Found {
                     found.octets += letter.body().len();
                     let letter = Letter::parse(&letter.body()).unwrap();
                     // The log loses nothing; what a dead owner had not sent yet may be lost. Of sensors all is said again.
-                    let is_of_sensor = matches!(letter.word, Word::Values { .. });
+                    let is_of_sensor = matches!(letter.word, Word::Values { .. } | Word::Labelled(_));
                     written += usize::from(!is_of_sensor);
                     let is_unreliable = setup.unreliable > 0 && !is_of_sensor;
                     let every = |phase| is_unreliable && written % setup.unreliable == phase;
@@ -345,6 +351,8 @@ impl Judge {
             let is_near = away_m(track) < NEAR_M;
             found.points += 1;
             found.near_points += usize::from(is_near);
+            let by_radar = usize::from(matches!(track.point.source, Source::Radar(_)));
+            found.radar_points += by_radar;
             let apart_mm =
                 |other: &PictureTrack| (track.position.to_ecef().0 - other.position.to_ecef().0).norm() * 1e3;
             let same = by_key.entry(key(track)).or_default();
@@ -352,6 +360,7 @@ impl Judge {
                 (0..same.len()).min_by(|a, b| apart_mm(same[*a].0).total_cmp(&apart_mm(same[*b].0)));
             let Some((other, cell)) = nearest.map(|index| same.swap_remove(index)) else {
                 found.lost += 1;
+                found.radar_lost += by_radar;
                 found.near_lost += usize::from(is_near);
                 self.tell("lost", one, track, away_m(track));
                 continue;
@@ -376,6 +385,7 @@ impl Judge {
         for (other, cell) in by_key.values().flatten() {
             let is_near = away_m(other) < NEAR_M;
             found.extra += 1;
+            found.radar_extra += usize::from(matches!(other.point.source, Source::Radar(_)));
             found.near_extra += usize::from(is_near);
             self.tell(&format!("extra in {cell}"), one, other, away_m(other));
         }

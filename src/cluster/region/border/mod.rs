@@ -265,7 +265,11 @@ impl Border {
             }
             Word::Number { identity, number } => self.state.numbers.learn(identity, number),
             Word::Wanted => {}
-            word @ (Word::Values { .. } | Word::Known(_) | Word::Correlate { .. } | Word::Say { .. }) => {
+            word @ (Word::Values { .. }
+            | Word::Labelled(_)
+            | Word::Known(_)
+            | Word::Correlate { .. }
+            | Word::Say { .. }) => {
                 return Some(word);
             }
         }
