@@ -1,5 +1,7 @@
 //! A host that turns a radar's registration by positions that it makes up.
 
+#![expect(clippy::unwrap_used, reason = "a test that panics has failed")]
+
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
@@ -254,14 +256,14 @@ impl Led {
         self.applied_deg.iter().fold(0.0, |most, value| value.abs().max(most))
     }
 
-    /// From when on the bearing applied was within so many degrees of the truth, seconds.
+    /// Time from which on the bearing applied was within `limit_deg` of the truth, seconds.
     fn within_s(&self, truth_deg: f64, limit_deg: f64) -> usize {
         let is_off = |value: &f64| (value - truth_deg).abs() > limit_deg;
         self.applied_deg.iter().rposition(is_off).map_or(0, |last| last + 1)
     }
 }
 
-/// At most so much applied, an alarm within a minute of the first turn, and nothing verified after it.
+/// At most `most_deg` applied, an alarm within a minute of the first turn, and nothing verified after it.
 fn assert_unsteered(flight: &Flight, seeds: std::ops::RangeInclusive<u64>, most_deg: f64) {
     for seed in seeds {
         let led = fly(flight, seed);

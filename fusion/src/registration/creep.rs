@@ -272,7 +272,7 @@ impl CreepMonitor {
         });
         let (slope, deviations) = if other.1 < deviations { other } else { (slope, deviations) };
         let explained = all.xy * all.xy / all.xx;
-        if deviations < STEEP || self.is_step(group(), (begin, length, number), explained) {
+        if deviations < STEEP || self.is_step(&group(), (begin, length, number), explained) {
             return None;
         }
         let bin_s = BIN_NS as f64 / SECOND as f64;
@@ -282,7 +282,7 @@ impl CreepMonitor {
     /// Whether a step at some bin explains more of the offsets than a slope does.
     fn is_step<'a>(
         &self,
-        group: impl Iterator<Item = (&'a (Host, Identity), &'a VecDeque<Bin>)> + Clone,
+        group: &(impl Iterator<Item = (&'a (Host, Identity), &'a VecDeque<Bin>)> + Clone),
         (begin, length, number): (i64, i64, i64),
         explained: f64,
     ) -> bool {
