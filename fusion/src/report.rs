@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 use std::fmt;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 use std::ops::Range;
 
 use nalgebra::Vector2;
@@ -63,6 +64,7 @@ impl Fix {
     pub fn new(sensor: SensorIndex, identity: Identity, time: Time, position: Enu) -> Self {
         Self {
             sensor,
+            host: Host::default(),
             identity,
             items: UasItems::of(identity),
             aircraft: Aircraft::default(),
@@ -329,11 +331,37 @@ impl UasItems {
     }
 }
 
+/// A host that sends reports, as a number: all that it reports is one witness. 0: not known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Host(pub u64);
+
+impl From<IpAddr> for Host {
+    /// The address; of an IPv6 address its network of 64 bits, in which a host may take any address.
+    fn from(address: IpAddr) -> Self {
+        match address.to_canonical() {
+            IpAddr::V4(address) => Self(u64::from(address.to_bits())),
+            IpAddr::V6(address) => Self((address.to_bits() >> 64) as u64),
+        }
+    }
+}
+
+impl fmt::Display for Host {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match u32::try_from(self.0) {
+            Ok(0) => f.write_str("an unknown host"),
+            Ok(address) => Ipv4Addr::from_bits(address).fmt(f),
+            Err(_) => write!(f, "{}/64", Ipv6Addr::from_bits(u128::from(self.0) << 64)),
+        }
+    }
+}
+
 /// One transponder report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fix {
     /// The receiving sensor.
     pub sensor: SensorIndex,
+    /// The host that sent the datagram.
+    pub host: Host,
     /// Who sent it.
     pub identity: Identity,
     /// Its identifying items as received.

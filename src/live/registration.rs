@@ -10,7 +10,7 @@ use crate::config::{Config, Profile, Registration as Mode, SensorKind};
 use fusion::Engine;
 use fusion::learning::LearntRadar;
 use fusion::operational::Step;
-use fusion::registration::{BiasValue, Misalignment};
+use fusion::registration::{BiasValue, Creep, Misalignment};
 use fusion::time::{SECOND, Time};
 
 /// Time for which a step is worth an alert, nanoseconds.
@@ -49,6 +49,23 @@ impl RegistrationStatus {
              {:.1}); look for a wrong accuracy in the configuration, for a radar that moves, for transponders that err",
             estimate.residual.unwrap_or_default()
         ))
+    }
+
+    /// The text of the alert about a bearing that creeps.
+    pub fn creep_alarm(creep: &Creep) -> String {
+        let host = match creep.host {
+            Some(host) => host.to_string(),
+            None => "several hosts".to_owned(),
+        };
+        format!(
+            "the bearing that transponders reported by {host} show turned by {:+.1}° in {:.0} s, all alike: a radar that is fixed \
+             does not. What was learnt since is dropped, its bearing stays at {:+.1}°, and nothing more is learnt from this \
+             host until the service is restarted, except of transponders that an operator trusts. Look 1. whether it is a \
+             receiver of yours, and whether its transponders are there; 2. whether the radar turns on its mount",
+            (creep.rate * creep.window_s).to_degrees(),
+            creep.window_s,
+            creep.bearing.value.to_degrees(),
+        )
     }
 
     /// The text of the alert about a step; `None` where it is more than an hour old.
@@ -146,9 +163,10 @@ impl Registrar {
                     info!(radar = %id, verdict, off_m_s, "velocities of a radar are judged anew");
                 }
             }
+            status.alarm = registered.creep().map(|creep| RegistrationStatus::creep_alarm(&creep));
             status.step = registered.step;
             if let Some(step @ Step { time, .. }) = registered.step {
-                status.alarm = RegistrationStatus::alarm(&step, now);
+                status.alarm = status.alarm.take().or_else(|| RegistrationStatus::alarm(&step, now));
                 let (latest, count) = self.steps.entry(index).or_insert((time, 1));
                 if *latest != time {
                     (*latest, *count) = (time, *count + 1);

@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 use super::barometer::Barometer;
 use super::normaliser::Normaliser;
 use super::refusal::Refusal;
-use fusion::report::{Aircraft, AircraftKind, UasItems};
+use fusion::report::{Aircraft, AircraftKind, Host, UasItems};
 use fusion::time::Time;
 use fusion::{Fix, Identity, SensorIndex};
 
@@ -70,6 +70,7 @@ pub(super) fn fix(
     let (velocity, climb_m_s) = place.motion(over_ground, rate.map(VerticalRate::up_m_s));
     Ok(Fix {
         sensor,
+        host: Host::default(),
         identity,
         items: UasItems::default(),
         aircraft: aircraft(record),

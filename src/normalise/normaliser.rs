@@ -20,7 +20,7 @@ use crate::areas::Masks;
 use crate::config::{Classification, Config, Profile, SensorKind};
 use fusion::declaration::Declaration;
 use fusion::frames::{Geodetic, TangentPlane};
-use fusion::report::{Aircraft, Bearing, UasItems};
+use fusion::report::{Aircraft, Bearing, Host, UasItems};
 use fusion::time::Time;
 use fusion::{Enu, Fix, Identity, Plot, RadarTrackKey, SensorIndex};
 
@@ -327,6 +327,7 @@ impl Normaliser {
         let place = Geodetic::from_degrees(position.latitude_deg(), position.longitude_deg(), height_m);
         Ok(Fix {
             sensor,
+            host: Host::default(),
             identity,
             aircraft: Aircraft::default(),
             height_measured: true,

@@ -9,7 +9,7 @@ use super::barometer::Barometer;
 use super::normaliser::Normaliser;
 use super::refusal::Refusal;
 use fusion::declaration::{Declaration, DeclaredHeight, OperatorPlace};
-use fusion::report::{Aircraft, Space, UasItems};
+use fusion::report::{Aircraft, Host, Space, UasItems};
 use fusion::time::{SECOND, Time};
 use fusion::{Fix, Identity, SensorIndex};
 
@@ -93,6 +93,7 @@ pub(super) fn fix(
     };
     let (velocity, climb_m_s) = place.motion(over_ground, location.climb_m_s());
     Ok(Fix {
+        host: Host::default(),
         items: UasItems::of(identity),
         aircraft: Aircraft { declared: declared(location, known), ..Aircraft::default() },
         height_measured: place.height_measured,

@@ -27,7 +27,7 @@ pub use crate::gateways::remote_id::{is_broadcast, is_lines};
 use crate::normalise::{Barometer, Normaliser, Refusal, Refused, Service};
 pub(crate) use duplicates::Duplicates;
 use fusion::time::{SECOND, Time};
-use fusion::{Emission, Engine, Report, SensorIndex};
+use fusion::{Emission, Engine, Fix, Report, SensorIndex};
 
 pub use checkpoint::NotRestored;
 pub use event::{Event, Tally};
@@ -276,6 +276,7 @@ impl Pipeline {
     fn hear(&mut self, heard: &Line, timed: Result<Time, Refused>, sender: &mut Sender) {
         // Receivers of one site hear the same drones: none speaks against another.
         let mut nobody = Sender::default();
+        let host = sender.host();
         let sensor = self.normaliser.remote_id_receiver(heard.receiver.as_deref());
         let of_sensor = timed.and_then(|received| {
             let sensor = sensor?;
@@ -294,7 +295,8 @@ impl Pipeline {
                     let drone = (identity, &location, declared);
                     let Self { normaliser, barometer, .. } = self;
                     let report = normaliser.remote_id(sensor, drone, received, heard.time, barometer);
-                    let taken = self.take(REMOTE_ID, report.map(Report::Fix), &mut nobody);
+                    let report = report.map(|fix| Report::Fix(Fix { host, ..fix }));
+                    let taken = self.take(REMOTE_ID, report, &mut nobody);
                     taken.unwrap_or_else(|(sensor, refusal)| Event::Refused { sensor, refusal })
                 }
                 Said::Identity => {
@@ -379,8 +381,13 @@ impl Pipeline {
                 sender.still_speaks(Subject { sensor, category, identity: None }, senders, *now);
             }
         })?;
-        if let (Report::Fix(fix), Some(known)) = (&mut report, remote_id) {
-            fix.identity = known.names.settle(fix.identity, *now);
+        if let Report::Fix(fix) = &mut report {
+            if sender.address.is_some() {
+                fix.host = sender.host();
+            }
+            if let Some(known) = remote_id {
+                fix.identity = known.names.settle(fix.identity, *now);
+            }
         }
         let (sensor, identity) = match &report {
             Report::Plot(plot) => (plot.track.sensor, None),

@@ -6,6 +6,7 @@ use super::senders::{Earlier, Judged, Senders, Subject};
 use super::{Event, Journal};
 use crate::normalise::{Refusal, Refused};
 use fusion::SensorIndex;
+use fusion::report::Host;
 use fusion::time::Time;
 
 /// The sender of a datagram, and what became of its records.
@@ -25,6 +26,11 @@ impl Sender {
     /// The sender with this address, where it is known.
     pub(super) fn of(address: Option<SocketAddr>) -> Self {
         Self { address, ..Self::default() }
+    }
+
+    /// Its host; all ports of a host are one.
+    pub(super) fn host(&self) -> Host {
+        self.address.map(|address| Host::from(address.ip())).unwrap_or_default()
     }
 
     /// Whether it may speak for this sensor.

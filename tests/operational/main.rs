@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 mod checkpoint;
+mod creep;
 mod crewed;
 mod flood;
 #[path = "../shared/invented.rs"]

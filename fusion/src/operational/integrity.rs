@@ -68,6 +68,8 @@ pub(super) struct Integrities {
     twins: Twins,
     /// What operators say, by identity.
     words: BTreeMap<Identity, HeldWord>,
+    /// Identities of hosts that have steered a registration: no radar verifies them.
+    doubted: BTreeSet<Identity>,
 }
 
 impl Integrities {
@@ -160,7 +162,7 @@ impl Integrities {
 
     /// The states that follow.
     fn settle(&mut self, tracklets: &Tracklets, targets: &Targets, cycle: &Cycle) {
-        let Self { reports, judges, claims, words, twins, second, .. } = self;
+        let Self { reports, judges, claims, words, twins, second, doubted, .. } = self;
         let rules = &cycle.settings.integrity;
         let now = cycle.centre.nanos().div_euclid(SECOND.as_nanos() as i64);
         let is_next = second.replace(now) != Some(now);
@@ -179,6 +181,9 @@ impl Integrities {
             let mut finding = reports.finding(identity);
             if finding.still_since.is_some() && judge.is_seen_moving(tracklets, cycle.centre) {
                 finding.failed.insert(Reason::Frozen);
+            }
+            if doubted.contains(&identity) && trust != Some(Trust::Trusted) {
+                judge.withdraw_agreement();
             }
             // Where nothing has changed, once a second is enough.
             if is_next || judge.has_news(&finding) {
@@ -215,14 +220,17 @@ impl Integrities {
         }
     }
 
-    /// A suspect says nothing of registration and delays.
+    /// A suspect says nothing of registration and delays. Identities of a host that steered a registration are noted.
     pub(super) fn protect(
-        &self,
+        &mut self,
         registrations: &mut Registrations,
         targets: &Targets,
         settings: &Settings,
         now: Time,
     ) {
+        let trusted = self.words.values().filter(|held| held.word.trust == Trust::Trusted);
+        registrations.trusted = trusted.map(|held| held.word.identity).collect();
+        self.doubted = registrations.doubted(targets);
         if settings.integrity.protect {
             registrations.disbelieve(self.flagged(targets).collect(), now);
         }

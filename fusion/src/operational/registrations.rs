@@ -10,7 +10,7 @@ use super::likelihood::Scales;
 use super::residuals::{compared, residuals, seen};
 use super::settings::{Delay, Radar, Settings};
 use super::shared;
-use super::targets::Targets;
+use super::targets::{Target, Targets};
 use super::tracklets::Tracklets;
 use super::transponder_types::TransponderTypes;
 use super::tuning::{
@@ -24,9 +24,10 @@ use crate::learning::{
     VelocityVerdict,
 };
 use crate::registration::{
-    Correction, Misalignment, Registration, RegistrationState, RegistrationStateError, Taken, TrackComparison,
+    Checked, Correction, Creep, CreepGuard, Misalignment, Registration, RegistrationState,
+    RegistrationStateError, Taken, TrackComparison,
 };
-use crate::report::{Plot, SensorIndex, TransponderType};
+use crate::report::{Host, Identity, Plot, SensorIndex, TransponderType};
 use crate::settings::RegistrationMode;
 use crate::time::Time;
 
@@ -42,6 +43,7 @@ pub struct Registered {
     pub estimate: Misalignment,
     /// The latest step.
     pub step: Option<Step>,
+    guard: CreepGuard,
 }
 
 /// A step of the misalignment: the latest tracks contradict those before.
@@ -87,7 +89,13 @@ impl Registered {
             correction: Correction::of(&estimate),
             estimate,
             step: None,
+            guard: CreepGuard::default(),
         }
+    }
+
+    /// The latest alarm that the bearing which some identities show creeps.
+    pub fn creep(&self) -> Option<Creep> {
+        self.guard.alarm()
     }
 
     /// All that outlives a restart.
@@ -101,7 +109,8 @@ impl Registered {
         segment: &mut Segment,
         types: &mut TransponderTypes,
     ) -> Option<(TargetId, SensorIndex, Time, Time)> {
-        let sample = segment.along.take()?;
+        let mut sample = segment.along.take()?;
+        sample.weaken(self.guard.weight(segment.host, sample.time()));
         self.learning.take(&mut segment.learning, sample.time());
         match self.registration.take(&sample) {
             Taken::Kept => types.take_sample(segment.kind, segment.sensor, &sample),
@@ -111,16 +120,28 @@ impl Registered {
                 types.forget_radar(segment.sensor);
             }
         }
-        self.estimate = self.registration.estimate();
-        self.correction = Correction::of(&self.estimate);
+        self.estimate();
         Some((segment.target, segment.sensor, sample.begun(), sample.time()))
     }
 
     /// Takes the track that began then out again.
     fn withdraw(&mut self, begun: Time) {
         self.registration.withdraw(begun);
-        self.estimate = self.registration.estimate();
+        self.estimate();
+    }
+
+    fn estimate(&mut self) {
+        self.estimate = self.guard.used(self.registration.estimate());
         self.correction = Correction::of(&self.estimate);
+    }
+
+    /// Looks whether what the transponders show of its bearing creeps; whether there is an alarm.
+    fn check(&mut self, now: Time) -> bool {
+        let checked = self.guard.check(&mut self.registration, now);
+        if checked != Checked::Unchanged {
+            self.estimate();
+        }
+        checked == Checked::Alarm
     }
 
     /// All that was learnt of its errors, to outlive a restart.
@@ -196,6 +217,7 @@ fn in_steps(sigma: f64) -> f64 {
 struct Segment {
     sensor: SensorIndex,
     target: TargetId,
+    host: Host,
     kind: TransponderType,
     along: TrackComparison,
     learning: TrackLearning,
@@ -213,6 +235,8 @@ pub(super) struct Registrations {
     lately: Vec<(TargetId, SensorIndex, Time, Time)>,
     /// Targets whose transponders are believed nothing.
     disbelieved: BTreeSet<TargetId>,
+    /// Identities that an operator trusts: what they report counts, whatever their host.
+    pub(super) trusted: BTreeSet<Identity>,
     /// Of radar tracks of which no transponder tells, where their radar tells velocities.
     rates: BTreeMap<TrackletId, RangeRate>,
     /// The transponders' delay as these radars show it.
@@ -235,7 +259,9 @@ impl Registrations {
     ) -> Result<(), RegistrationStateError> {
         let registration = Registration::from_state(state)?;
         let learning = self.radars.remove(&sensor).map(|known| known.learning).unwrap_or_default();
-        self.radars.insert(sensor, Registered { learning, ..Registered::new(registration) });
+        let mut registered = Registered { learning, ..Registered::new(registration) };
+        registered.guard.restore(&registered.registration);
+        self.radars.insert(sensor, registered);
         Ok(())
     }
 
@@ -344,6 +370,14 @@ impl Registrations {
         self.disbelieved = targets;
     }
 
+    /// The identities of hosts of which some radar learns nothing any more.
+    pub(super) fn doubted(&self, targets: &Targets) -> BTreeSet<Identity> {
+        let is_excluded = |host: Host| self.radars.values().any(|registered| registered.guard.excludes(host));
+        let transponders = targets.iter().filter_map(Target::transponder);
+        let doubted = transponders.filter(|transponder| is_excluded(transponder.host));
+        doubted.map(|transponder| transponder.identity).collect()
+    }
+
     /// Takes in the segments of tracklets that have been dropped.
     pub(super) fn end(&mut self, tracklets: &Tracklets, types: &mut TransponderTypes) {
         let Self { radars, segments, rates, lately, .. } = self;
@@ -367,12 +401,23 @@ impl Registrations {
     ) {
         let residuals =
             shared::map(cycle.settings.threads, tracklets.as_slice(), |one| residuals(one, targets, cycle));
+        for (&sensor, registered) in &mut self.radars {
+            if registered.check(cycle.centre) {
+                types.forget_radar(sensor);
+                self.segments.retain(|_, segment| {
+                    segment.sensor != sensor || !registered.guard.excludes(segment.host)
+                });
+            }
+        }
         for (tracklet, residuals) in tracklets.iter().zip(residuals) {
             let sensor = tracklet.key.sensor;
             let Some(radar) = cycle.settings.radar(sensor) else { continue };
             let Some(registered) = self.radars.get_mut(&sensor) else { continue };
             let believed = tracklet.target().filter(|target| !self.disbelieved.contains(target));
             let paired = believed.and_then(|target| Some((target, targets.get(target)?.transponder()?)));
+            let paired = paired.filter(|(_, transponder)| {
+                !registered.guard.excludes(transponder.host) || self.trusted.contains(&transponder.identity)
+            });
             let Some((target, transponder)) = paired else {
                 self.segments.remove(&tracklet.id);
                 if registered.learning.asks_for_rates() {
@@ -395,11 +440,16 @@ impl Registrations {
                 let segment = self.segments.entry(tracklet.id).or_insert_with(|| Segment {
                     sensor,
                     target,
+                    host: transponder.host,
                     kind: transponder.kind(),
                     along: TrackComparison::new(&radar.track_errors),
                     learning: TrackLearning::new(radar.track_errors.correlation_s),
                 });
-                segment.along.add(&residual);
+                let of = (transponder.host, transponder.identity);
+                let turned = residual.turned(segment.along.begun().unwrap_or(residual.time));
+                if turned.is_none_or(|turned| registered.guard.add(of, &turned)) {
+                    segment.along.add(&residual);
+                }
                 if let Some(compared) =
                     compared(&residual, plot, &registered.correction, transponder, cycle.settings)
                 {

@@ -16,7 +16,7 @@ use crate::interpolation::{Curve, Knot, Piece};
 use crate::learning::{Likelihoods, WhiteNoise, likelihoods};
 use crate::numbering::Numbered;
 use crate::point::TransponderPart;
-use crate::report::{Aircraft, Fix, Identity, SensorIndex, TransponderType, UasItems};
+use crate::report::{Aircraft, Fix, Host, Identity, SensorIndex, TransponderType, UasItems};
 use crate::time::Time;
 
 /// A transponder.
@@ -25,6 +25,8 @@ pub(super) struct Transponder {
     pub(super) identity: Identity,
     /// The receiver of the latest report.
     pub(super) sensor: SensorIndex,
+    /// The host that sent the latest report.
+    pub(super) host: Host,
     pub(super) numbered: Option<Numbered>,
     items: UasItems,
     aircraft: Aircraft,
@@ -129,6 +131,7 @@ impl Transponder {
         Self {
             identity: fix.identity,
             sensor: fix.sensor,
+            host: fix.host,
             numbered: None,
             items: fix.items,
             aircraft: fix.aircraft,
@@ -144,6 +147,7 @@ impl Transponder {
         self.items = fix.items;
         self.aircraft = fix.aircraft.or(self.aircraft);
         self.sensor = fix.sensor;
+        self.host = fix.host;
         let first = fix.time + -SAME_REPORT;
         let index = self.fixes.partition_point(|earlier| earlier.time < first);
         let knot = Knot { time: fix.time, position: fix.position.0 };

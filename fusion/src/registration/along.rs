@@ -9,6 +9,7 @@
 use nalgebra::{Matrix4, Matrix4x6, Matrix6, RowVector4, RowVector6, Vector3, Vector4, Vector6};
 use serde::{Deserialize, Serialize};
 
+use super::creep::Turned;
 use super::parameters::{AXES, AZIMUTH, BEARING, HEIGHT, OWN, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME};
 use crate::filter::RadarErrors;
 use crate::frames::{AtRadar, Enu};
@@ -29,6 +30,24 @@ pub struct Residual {
     pub height_measured: bool,
     /// Standard deviation of `target`, each axis, metres.
     pub sigma_m: f64,
+}
+
+impl Residual {
+    /// The offset in azimuth, of a radar track that began then; `None` where azimuth means little, or where it is no number.
+    pub(crate) fn turned(&self, begun: Time) -> Option<Turned> {
+        let Self { time, plot, target, velocity, .. } = self;
+        let (plot, target) = (&plot.0, &target.0);
+        let ground_m = target.xy().norm();
+        let is_far = ground_m.min(plot.xy().norm()) >= NEAR_M && target.z.abs() <= STEEP * ground_m;
+        let offset = wrapped(plot.x.atan2(plot.y) - target.x.atan2(target.y));
+        let rate = (velocity.x * target.y - velocity.y * target.x) / (ground_m * ground_m);
+        (is_far && offset.is_finite() && rate.is_finite()).then_some(Turned {
+            time: *time,
+            begun,
+            offset,
+            rate,
+        })
+    }
 }
 
 /// What is known of p: inverse covariance, and that times the mean.
@@ -121,6 +140,14 @@ impl Sample {
         self.begun
     }
 
+    /// Counts this much, 0 to 1.
+    pub(crate) fn weaken(&mut self, weight: f64) {
+        for axis in &mut self.axes {
+            axis.matrix *= weight;
+            axis.vector *= weight;
+        }
+    }
+
     /// When the piece ended.
     pub fn time(&self) -> Time {
         self.time
@@ -187,6 +214,11 @@ impl TrackComparison {
         let axes =
             self.axes.each_mut().map(|axis| std::mem::replace(&mut axis.information, Information::none()));
         Some(Sample { begun: self.begun?, time: self.newest, axes })
+    }
+
+    /// When it began.
+    pub(crate) fn begun(&self) -> Option<Time> {
+        self.begun
     }
 
     /// From the first plot to the newest since the last take, seconds.

@@ -11,6 +11,8 @@
 //! | `estimate` | misalignment and its covariance, from the sums |
 //! | `correction` | the correction of a plot |
 //! | `delay` | the delay of one type of transponders |
+//! | `creep` | whether the offsets of several identities turn together |
+//! | `guard` | what is used while they do, and the alarm |
 //! | `state` | what outlives a restart |
 //!
 //! Positions are [`Enu<AtRadar>`](crate::frames::AtRadar). A bias is measured minus true. The method: `docs/REGISTRATION.md`.
@@ -22,8 +24,10 @@
 
 mod along;
 mod correction;
+mod creep;
 mod delay;
 mod estimate;
+mod guard;
 mod parameters;
 mod qmethod;
 mod state;
@@ -37,5 +41,7 @@ pub use correction::Correction;
 pub(crate) use delay::DelaySums;
 pub(crate) use estimate::TimeInformation;
 pub use estimate::{BiasValue, Misalignment};
+pub use guard::Creep;
+pub(crate) use guard::{Checked, CreepGuard};
 pub use state::{RegistrationState, RegistrationStateError};
 pub use tracks::{Registration, Taken};

@@ -231,6 +231,11 @@ impl Judge {
         }
     }
 
+    /// A radar that agrees does not count: the identity is one of a host that was found to steer a registration.
+    pub(super) fn withdraw_agreement(&mut self) {
+        self.agreed = None;
+    }
+
     /// The state at `time`, by the looks so far and what the reports alone show.
     pub(super) fn judge(
         &mut self,
