@@ -304,11 +304,14 @@ fn bearing_of_honest_drones_is_applied_without_an_alarm() {
     }
 }
 
-/// `FIRST`, `LAST` (seeds) and the fields of a flight as environment variables: figures of an attack or of a clean flight.
+/// Figures of an attack or of a clean flight: `UTM_FUSION_FIRST` and `UTM_FUSION_LAST` are its seeds, and each field of the flight
+/// has such a variable, too.
 #[test]
 #[ignore = "prints figures"]
 fn figures_of_flights() {
-    let var = |name: &str, default: f64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
+    let var = |name: &str, default: f64| {
+        std::env::var(format!("UTM_FUSION_{name}")).map_or(default, |text| text.parse().unwrap())
+    };
     let flight = Flight {
         duration_s: var("DURATION", 300.0),
         bias_deg: var("BIAS", 0.0),

@@ -232,24 +232,36 @@ impl CreepMonitor {
         // identity has its own, and is a witness. Hosts that report one identity are no two witnesses.
         let has_own = number > 1;
         let zero = group().next()?.1.front()?.offset;
-        let mut parts = BTreeMap::<(Identity, i64), Sums>::new();
+        let mut parts = Vec::<((Identity, i64), Sums)>::new();
         for ((_, identity), bins) in group() {
             for bin in within(bins, begin..end) {
                 let block = (bin.index - begin) / length;
                 let x = (bin.index - begin - block * length) as f64;
-                let part = if has_own { block } else { bin.begun.nanos() };
-                parts.entry((*identity, part)).or_default().add(&bin.sums(x, zero), 1.0);
+                let part = (*identity, if has_own { block } else { bin.begun.nanos() });
+                match parts.last_mut() {
+                    Some((last, sums)) if *last == part => sums.add(&bin.sums(x, zero), 1.0),
+                    _ => parts.push((part, bin.sums(x, zero))),
+                }
             }
         }
+        parts.sort_by_key(|(part, _)| *part);
+        parts.dedup_by(|(part, sums), (before, all)| {
+            let is_same = part == before;
+            if is_same {
+                all.add(sums, 1.0);
+            }
+            is_same
+        });
+        let mut parts: Vec<Sums> = parts.into_iter().map(|(_, sums)| sums).collect();
         let mut total = Sums::default();
         if has_own {
-            parts.values_mut().for_each(|part| *part = part.centred());
+            parts.iter_mut().for_each(|part| *part = part.centred());
         }
-        parts.values().for_each(|part| total.add(part, 1.0));
+        parts.iter().for_each(|part| total.add(part, 1.0));
         let all = if has_own { total } else { total.centred() };
         let mean = if has_own { 0.0 } else { total.x / total.count };
         let xx = |part: &Sums| part.xx - 2.0 * mean * part.x + mean * mean * part.count;
-        let squares: f64 = parts.values().map(|part| xx(part) * xx(part)).sum();
+        let squares: f64 = parts.iter().map(|part| xx(part) * xx(part)).sum();
         let effective = if squares > 0.0 { all.xx * all.xx / squares } else { 0.0 };
         if effective < EFFECTIVE_MIN {
             return None;
@@ -259,7 +271,7 @@ impl CreepMonitor {
         let [(slope, deviations), other] = [0.0, all.delay_s()].map(|delay_s| {
             let slope = all.slope(delay_s);
             // The jackknife: what becomes of the slope without each.
-            let without = parts.values().map(|part| {
+            let without = parts.iter().map(|part| {
                 let mut rest = total;
                 rest.add(part, -1.0);
                 let rest = if has_own { rest } else { rest.centred() };
