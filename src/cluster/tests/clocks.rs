@@ -1,0 +1,107 @@
+//! Clocks that are wrong, one at a time, and messages that no member would write.
+
+use std::collections::BTreeSet;
+
+use super::toy::{self, Toy};
+use super::world::{Clocks, Faults, Who, World};
+use super::{checked, schedules};
+
+/// Who reads a message late takes it to be ahead by so much less: faults last less than this, milliseconds.
+const LATE_MS: i64 = 20_000;
+
+/// How many inputs of gateways were used and refused, whose clocks are right and wrong.
+#[derive(Debug, Default)]
+struct Judged {
+    right: usize,
+    right_refused: usize,
+    wrong: usize,
+    wrong_used: usize,
+}
+
+/// Judges every input of a gateway that an output covers: wrong is one whose clock is ahead, or has been behind for 2.5 s in which it
+/// was heard without a gap.
+fn judged(world: &World<Toy>, what: &str) -> Judged {
+    let outputs = world.outputs();
+    let refused: BTreeSet<u64> = outputs.iter().flat_map(|output| output.refused.iter().copied()).collect();
+    let (first, last) = (outputs[0].behind, outputs[outputs.len() - 1].behind);
+    let mut judged = Judged::default();
+    // When each gateway was heard last, and since when without a gap.
+    let mut heard = [(0, 0); 2];
+    for (sequence, sent) in world.sent() {
+        let Some(sent) = sent.filter(|_| (first..=last).contains(&sequence)) else { continue };
+        let is_refused = refused.contains(&sequence);
+        let (last_at, since) = &mut heard[sent.gateway];
+        if sent.at - std::mem::replace(last_at, sent.at) > 1_500 {
+            *since = sent.at;
+        }
+        let lasts_ms = sent.lasts_ms.min(sent.at - *since);
+        if sent.is_set {
+            // Its slot is by one clock, and its sending by another.
+            continue;
+        }
+        if sent.error_ms == 0 {
+            judged.right += 1;
+            judged.right_refused += usize::from(is_refused);
+        } else if sent.error_ms > LATE_MS {
+            assert!(is_refused, "{what}: {sequence} of a clock ahead is used: {sent:?}");
+            judged.wrong += 1;
+        } else if sent.error_ms > 0 || lasts_ms > 2_500 {
+            // A node that has just begun to read has not seen for long enough that it is behind.
+            judged.wrong_used += usize::from(!is_refused);
+            judged.wrong += 1;
+        }
+    }
+    judged
+}
+
+fn flown(seed: u64, faults: Faults, clocks: Clocks) -> World<Toy> {
+    let mut world = World::new(seed, faults, toy::feed()).with(clocks);
+    world.run();
+    world
+}
+
+#[test]
+fn wrong_clock_of_any_member_delays_and_advances_nothing() {
+    for (seed, who) in
+        (0..).zip([Who::Gateway(0), Who::Gateway(1), Who::Log, Who::Node(0), Who::Node(1), Who::Node(2)])
+    {
+        for error_ms in [3_000, -3_000, 10_000, -10_000, 30_000, -30_000, 600_000, -600_000] {
+            // From the beginning, or once there were slots.
+            let from = if (error_ms / 1_000) % 4 == 2 { 0 } else { 20_000 };
+            let world = flown(seed, Faults::none(), Clocks(vec![(who, from, 40_000, error_ms)]));
+            let what = format!("{who:?} {error_ms} ms from {from} ms");
+            checked(&world, &what);
+            let judged = judged(&world, &what);
+            assert_eq!((judged.right_refused, judged.wrong_used), (0, 0), "{what}: {judged:?}");
+            assert_eq!(world.takeovers(), 1, "{what}");
+            assert!(world.silence_s() < 1.0, "{what}: silent for {} s", world.silence_s());
+            assert!(world.early_ms() < 250, "{what}: {} ms early", world.early_ms());
+        }
+    }
+}
+
+/// With all other faults, and odd messages. Of right clocks hardly an input is refused: one that is the first after a silence of
+/// all, of a log whose clock was set meanwhile, as read by a node that has just begun.
+#[test]
+fn no_clock_decides_whatever_else_happens() {
+    let (mut all, mut takeovers) = (Judged::default(), 0);
+    for seed in 0..schedules() {
+        let clocks = Clocks::any(seed);
+        let faults = Faults::any(seed).without_gateways(&clocks);
+        let mut world = World::new(seed, faults, toy::feed()).with(clocks).odd();
+        world.run();
+        let what = format!("seed {seed}");
+        checked(&world, &what);
+        super::delivered(&world, &what);
+        assert!(world.early_ms() < 250, "{what}: {} ms early", world.early_ms());
+        let found = judged(&world, &what);
+        all.right += found.right;
+        all.right_refused += found.right_refused;
+        all.wrong += found.wrong;
+        all.wrong_used += found.wrong_used;
+        takeovers += world.takeovers();
+    }
+    println!("{all:?}; {takeovers} take-overs");
+    assert!(all.right > 1_000 && all.wrong > 100 && takeovers > 2, "{all:?} {takeovers}");
+    assert!(all.right_refused * 2_000 <= all.right && all.wrong_used * 10 < all.wrong, "{all:?}");
+}
