@@ -2,9 +2,17 @@
 
 use std::collections::BTreeSet;
 
+use asterix::DataSource;
+use fusion::slots::{Slot, SlotGrid};
+use fusion::time::Time;
+use jiff::SignedDuration;
+
 use super::toy::{self, Toy};
-use super::world::{Clocks, Faults, Who, World};
-use super::{checked, schedules};
+use super::world::{BEGINS_MS, Clocks, Faults, Who, World};
+use super::{checked, owned, schedules};
+use crate::cluster::cell::{Appended, Cell, Read, Wish};
+use crate::cluster::message::{Header, Heard, Input, Logged, Origin, Output};
+use crate::cluster::reference_clock::{Moment, Refusal};
 
 /// Who reads a message late takes it to be ahead by so much less: faults last less than this, milliseconds.
 const LATE_MS: i64 = 20_000;
@@ -104,4 +112,79 @@ fn no_clock_decides_whatever_else_happens() {
     println!("{all:?}; {takeovers} take-overs");
     assert!(all.right > 1_000 && all.wrong > 100 && takeovers > 2, "{all:?} {takeovers}");
     assert!(all.right_refused * 2_000 <= all.right && all.wrong_used * 10 < all.wrong, "{all:?}");
+}
+
+/// Milliseconds after the beginning, by all clocks.
+fn at(ms: i64) -> Moment {
+    let wall = Time::from_nanos((BEGINS_MS + ms) * 1_000_000);
+    Moment { steady: SignedDuration::from_millis(ms), wall }
+}
+
+/// A message that a gateway of that configuration sends when a slot is over, as it is read at once.
+fn message(gateway: &str, config: u64, slot: Slot, ms: i64) -> Read {
+    let address = "127.0.0.1:5000".parse().unwrap();
+    let received = SlotGrid::default().centre(slot);
+    let payload = format!("{gateway} {}", slot.0).into_bytes();
+    let origin = Some(Origin { gateway: gateway.to_owned(), sent: at(ms).wall, config });
+    let heard = vec![Heard { received, from: address, to: address, payload }];
+    let sensor = DataSource { sac: 25, sic: 1 };
+    let input = Input { origin, sensor, slot, part: 0, is_last: true, heard };
+    let header: Option<Header> = Header::of(&input.body()).unwrap();
+    Read { stamp: at(ms).wall, at: at(ms), header, logged: Some(Logged::Input(input)), has_more: false }
+}
+
+/// What an owner publishes at once.
+fn published(cell: &mut Cell<Toy>, ms: i64, outputs: &mut Vec<Output>) {
+    cell.pump(at(ms)).unwrap();
+    while let Some(Wish::Append { output, .. }) = cell.wish() {
+        outputs.push(output);
+        cell.appended(Appended::Stored(outputs.len() as u64));
+        cell.pump(at(ms)).unwrap();
+    }
+}
+
+#[test]
+fn input_of_another_configuration_is_refused_and_counted() {
+    let (mut cell, mut outputs, mut sequence) = (owned().configured(7), Vec::new(), 0);
+    for slot in 0..40 {
+        let ms = 250 * (slot + 1);
+        let slot = SlotGrid::default().of(at(ms).wall).plus(-1);
+        for (gateway, config) in [("g0", 7), ("g1", 8), ("g2", 0)] {
+            sequence += 1;
+            cell.read(sequence, message(gateway, config, slot, ms));
+        }
+        published(&mut cell, ms + 20, &mut outputs);
+    }
+    let refused: Vec<u64> = outputs.iter().flat_map(|output| output.refused.iter().copied()).collect();
+    let last = outputs.last().unwrap().behind;
+    assert!(outputs.len() > 30);
+    assert_eq!(refused, (1..=last).filter(|sequence| sequence % 3 == 2).collect::<Vec<_>>());
+    let refusals = cell.refusals();
+    let of: Vec<_> = refusals.iter().map(|((gateway, why), (count, _))| (&**gateway, *why, *count)).collect();
+    assert_eq!(of, [("g1", Refusal::Configuration, 40)]);
+}
+
+/// The list of what is refused is to fit a message of the log.
+#[test]
+fn flood_of_refused_inputs_is_spread_over_outputs() {
+    let (mut cell, mut outputs, mut sequence) = (owned(), Vec::new(), 0);
+    for slot in 0..40 {
+        let ms = 250 * (slot + 1);
+        let slot_then = SlotGrid::default().of(at(ms).wall).plus(-1);
+        let flood = if slot == 20 { 25_000 } else { 0 };
+        for _ in 0..flood {
+            sequence += 1;
+            cell.read(sequence, message("x", 0, slot_then.plus(14_400), ms));
+        }
+        sequence += 1;
+        cell.read(sequence, message("g0", 0, slot_then, ms));
+        published(&mut cell, ms + 20, &mut outputs);
+    }
+    let most = outputs.iter().map(|output| output.refused.len()).max().unwrap();
+    let all: usize = outputs.iter().map(|output| output.refused.len()).sum();
+    assert_eq!((most, all), (10_000, 25_000));
+    for pair in outputs.windows(2) {
+        assert_eq!(pair[1].slot.0, pair[0].slot.0 + 1);
+    }
+    assert!(outputs.len() >= 38, "{}", outputs.len());
 }
