@@ -15,6 +15,7 @@ use super::region::Letter;
 use super::relief::{Relief, Step};
 use super::watermarks::Watermarks;
 pub use inputs::{Read, Refusals};
+use outputs::{Made, Unmatched};
 
 /// What is handled after a slot was made is handled this much later than it was due, and before the next one is by as much.
 const APART: SignedDuration = SignedDuration::from_micros(1);
@@ -52,25 +53,6 @@ pub trait Fusing {
     fn recent_letters(&self) -> Vec<Letter> {
         Vec::new()
     }
-}
-
-/// A slot that this node has made, and what it writes to other cells.
-#[derive(Clone, Debug)]
-struct Made {
-    output: Output,
-    letters: Vec<Letter>,
-}
-
-/// A slot that was made to compare it with what the owner published.
-#[derive(Clone, Debug)]
-struct Unmatched {
-    slot: Slot,
-    picture: Vec<u8>,
-    letters: Vec<Letter>,
-    /// Sequences of the inputs that were not used for it.
-    refused: Vec<u64>,
-    /// Whether an output of this slot was left out.
-    has_other: bool,
 }
 
 /// Why a node has to begin this cell anew, from a checkpoint.
@@ -342,7 +324,7 @@ impl<E: Fusing> Cell<E> {
         self.is_lease_free = !is_held;
     }
 
-    /// What there is to do at `now`: inputs are handled, slots made. An owner makes a few of them, so that
+    /// Handles inputs and makes slots at `now`. An owner makes a few of them, so that
     /// what is made is published, and what is left out is looked at, however much there is to be made.
     ///
     /// # Errors

@@ -11,7 +11,7 @@ use super::log::{Log, LogError};
 use super::node::NodeReport;
 use super::reference_clock::{BOUND, Moment, ReferenceClock};
 
-/// Members say something each second: so many of their words are compared.
+/// Members report each second: the reports of this time are compared.
 const COMPARED: SignedDuration = SignedDuration::from_secs(3);
 /// A clock that was wrong is right again below this.
 const RIGHT: SignedDuration = SignedDuration::from_millis(800);
@@ -66,7 +66,7 @@ impl MemberClock {
         if self.set.replace(set).is_some_and(|before| (set - before).abs() > SET) {
             self.reference.forget(name);
         }
-        // What a member left behind says nothing new.
+        // A report that was read before says nothing new.
         written.retain(|word| {
             let member = (word.is_gateway, word.member.clone());
             self.known.insert(member, word.stamp) != Some(word.stamp)

@@ -12,10 +12,10 @@ use super::region::Letter;
 use super::relief::Step;
 use crate::territory::CellName;
 
-/// What the body of an input begins with: of one that names no gateway, as the version before wrote them, and of one that does.
+/// Beginnings of the body of an input: without the name of its gateway, as the version before wrote it, and with it.
 const INPUT: &[u8; 4] = b"UTM1";
 const INPUT_OF: &[u8; 4] = b"UTM2";
-/// And that of an output: of one that used all inputs, as the version before wrote them, and of one that lists those refused.
+/// The same of an output: one that used all inputs, as the version before wrote it, and one that lists those refused.
 const OUTPUT: &[u8; 4] = b"UTO2";
 const OUTPUT_REFUSING: &[u8; 4] = b"UTO3";
 /// Octets of an address with its port: IPv6, or IPv4 mapped into it.
@@ -56,7 +56,7 @@ pub struct Origin {
     pub config: u64,
 }
 
-/// What stands in front of the datagrams of an input.
+/// The header of an input, before its datagrams.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Header {
     /// `None`: a gateway of the version before sent it.
@@ -114,7 +114,7 @@ impl Origin {
 /// What a gateway heard of a sensor within a slot; nothing of it is a sign of life, too.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Input {
-    /// Who sent it; `None`: not stated, as the version before did.
+    /// The gateway that sent it; `None`: not stated, as by the version before.
     pub origin: Option<Origin>,
     /// The sensor.
     pub sensor: DataSource,
@@ -292,7 +292,7 @@ fn address(address: &SocketAddr) -> [u8; ADDRESS] {
 struct Reader<'a>(&'a [u8]);
 
 impl<'a> Reader<'a> {
-    /// Of an input, and whether it names its gateway; `None`: it is none.
+    /// The rest of an input, and whether it names its gateway; `None`: it is no input.
     fn of_input(body: &'a [u8]) -> Option<(Self, bool)> {
         let named = body.strip_prefix(INPUT_OF).map(|rest| (Self(rest), true));
         named.or_else(|| body.strip_prefix(INPUT).map(|rest| (Self(rest), false)))
@@ -414,7 +414,7 @@ mod tests {
         assert_ne!(one.id(), swapped.id());
         assert!(one.id().starts_with("25.200.7.0."), "{}", one.id());
     }
-    /// As 0.6.0 wrote them, before gateways stated their names and owners what they refused.
+    /// Messages of 0.6.0, without names of gateways and lists of refused inputs.
     #[test]
     fn messages_of_the_version_before_are_read() {
         let input = "55544d3119c8000000000000000700000118b1d5a5c9f4c000\

@@ -10,6 +10,7 @@ mod disk;
 mod grant;
 mod heard;
 mod hold;
+mod inputs;
 mod keep;
 mod post;
 

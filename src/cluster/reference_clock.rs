@@ -1,7 +1,7 @@
 //! Reference time: the median of the clocks of those who write into the log, so that no single clock decides. Sans-IO.
 //!
-//! The log stamps each message, and the writer states when it sent it. Who reads it compares both with a clock of its own that nobody
-//! sets. A message takes time and never arrives before it was sent, so the least difference over a window is the difference of two
+//! The log stamps each message, and the writer states when it was sent. The reader compares both with a clock of its process, which is
+//! never set. A message takes time and never arrives before it was sent, so the least difference over a window is the difference of two
 //! clocks. The log and each gateway have a vote.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -13,7 +13,7 @@ use jiff::SignedDuration;
 pub const BOUND: SignedDuration = SignedDuration::from_secs(1);
 /// A slot that is due earlier than this by reference time is not made, however far its sensors were heard.
 pub const EARLY: SignedDuration = SignedDuration::from_millis(100);
-/// No gateway keeps what it heard for so long.
+/// No gateway keeps messages for this long.
 const OLDEST: SignedDuration = SignedDuration::from_hours(24);
 /// Stamps of the log never go back, unless another server leads it: this much is a step of its clock.
 const STEP_NS: i64 = 100_000_000;
@@ -21,7 +21,7 @@ const STEP_NS: i64 = 100_000_000;
 const LASTS_NS: i64 = 1_500_000_000;
 /// Messages after which no gateway that states its name is waited for.
 const NAMELESS: u32 = 32;
-/// Messages in a row after which a gateway has a vote; a gap of the window ends a row. Names that somebody invents have none.
+/// Messages in a row after which a gateway has a vote; a gap of the window ends a row. Invented names have none.
 const ESTABLISHED: u32 = 8;
 /// Most gateways that are known at once. Names beyond that are of no site.
 const MOST: usize = 64;
@@ -61,7 +61,7 @@ impl Differences {
         self.least.push_back((base, difference));
     }
 
-    /// What was not heard within the window says nothing: by the base clock, and by the log's, for who catches up reads fast.
+    /// Differences of before the window count no more: by the base clock, and by the log's, for a reader that catches up reads fast.
     fn expire(&mut self, (base, stamp): (i64, i64), window: i64) {
         if stamp.abs_diff(self.stamp) > window.unsigned_abs() {
             self.least.clear();
@@ -82,7 +82,7 @@ impl Differences {
 }
 
 impl Refusal {
-    /// As it is shown.
+    /// The reason in words.
     pub const fn words(self) -> &'static str {
         match self {
             Self::Ahead => "its clock is ahead",
@@ -143,7 +143,7 @@ impl ReferenceClock {
         self.note_gateway(gateway, (stamp, stamp), sent);
     }
 
-    /// The same where a clock that nobody sets is the base, and the log has a vote as any other.
+    /// The same with a clock that is never set as the base: the log has a vote like the gateways.
     fn note_steady(&mut self, gateway: Option<(&str, i64)>, (steady, stamp): (i64, i64), own: i64) {
         if self.last.is_none() {
             self.correction = steady.saturating_sub(own);
@@ -216,7 +216,7 @@ impl ReferenceClock {
         let voters = self.gateways.values().filter(|known| known.is_established() || !is_any);
         let mut votes: Vec<i64> = voters.filter_map(Differences::least).collect();
         if votes.is_empty() {
-            // Nobody else is there: what was found holds.
+            // No gateway was heard: the correction stays.
             return;
         }
         votes.push(self.log.least().unwrap_or_default());
@@ -226,7 +226,7 @@ impl ReferenceClock {
         votes.sort_unstable();
         let upper = votes[votes.len() / 2];
         let lower = votes[(votes.len() - 1) / 2];
-        // Of two that differ, the one that agrees with what was found before; at the beginning the log.
+        // The middle two may differ: the one nearer to the correction so far is taken; at the beginning the log.
         let is_upper = upper.abs_diff(self.correction) < lower.abs_diff(self.correction);
         self.correction = if is_upper { upper } else { lower };
     }
@@ -272,7 +272,7 @@ fn nanos(duration: SignedDuration) -> i64 {
 /// The clocks of a process, read together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Moment {
-    /// Since the process began: a clock that nobody sets.
+    /// Since the process began, by a clock that is never set.
     pub steady: SignedDuration,
     /// By the clock of the machine, which may be wrong.
     pub wall: Time,
@@ -304,7 +304,7 @@ impl NodeTime {
         let (steady, wall) = (nanos(at.steady), at.wall.nanos());
         let of = gateway.map(|(gateway, sent)| (gateway, sent.nanos()));
         self.0.note_steady(of, (steady, stamp.nanos()), wall);
-        // Who does not say when it was sent has sent it when the slot was over.
+        // A message of the version before was sent when its slot was over.
         let (gateway, sent) = gateway.unwrap_or(("", ends));
         self.0.refusal(gateway, sent, ends, self.now(at))
     }

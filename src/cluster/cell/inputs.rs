@@ -1,4 +1,4 @@
-//! What a cell reads of the input: what time it is by that, and which of it an owner does not use.
+//! A cell's reading of the input: it gives reference time, and messages that an owner refuses.
 
 use std::collections::BTreeMap;
 
@@ -22,9 +22,9 @@ pub struct Read {
     pub stamp: Time,
     /// When it was read.
     pub at: Moment,
-    /// What it begins with; `None`: it is a letter.
+    /// Its header; `None`: it is a letter.
     pub header: Option<Header>,
-    /// What it says to this cell; `None`: it is for others.
+    /// The message, if it is for this cell.
     pub logged: Option<Logged>,
     /// Whether the log held more.
     pub has_more: bool,
@@ -91,7 +91,7 @@ impl<E: Fusing> Cell<E> {
         self.time.now(at)
     }
 
-    /// What was refused since this was asked last.
+    /// The messages refused since the last call.
     pub fn refusals(&mut self) -> Refusals {
         std::mem::take(&mut self.refusals)
     }

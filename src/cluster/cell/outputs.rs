@@ -1,7 +1,29 @@
 //! A cell's handling of the messages among its outputs: its own, those of another owner, and those that no owner has written.
 
-use super::{Cell, Fusing, Lost, Made, Role, Tail, Unmatched};
+use fusion::slots::Slot;
+
+use super::{Cell, Fusing, Lost, Role, Tail};
 use crate::cluster::message::{Logged, Output};
+use crate::cluster::region::Letter;
+
+/// A slot that this node has made, and what it writes to other cells.
+#[derive(Clone, Debug)]
+pub(super) struct Made {
+    pub(super) output: Output,
+    pub(super) letters: Vec<Letter>,
+}
+
+/// A slot that was made to compare it with what the owner published.
+#[derive(Clone, Debug)]
+pub(super) struct Unmatched {
+    pub(super) slot: Slot,
+    pub(super) picture: Vec<u8>,
+    pub(super) letters: Vec<Letter>,
+    /// Sequences of the inputs that were not used for it.
+    pub(super) refused: Vec<u64>,
+    /// Whether an output of this slot was left out.
+    pub(super) has_other: bool,
+}
 
 impl<E: Fusing> Cell<E> {
     /// An output of the cell, in order of its sequence; again is as good as once.

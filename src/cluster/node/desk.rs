@@ -13,17 +13,17 @@ use tracing::{info, warn};
 
 use super::counts::{CellCounts, Part};
 use super::hold::Hold;
+use super::inputs::{input, read};
 use super::post::deliver;
 use super::{Shared, balance, disk, locked};
 use crate::areas::Areas;
-use crate::cluster::cell::{Cell, Lost, Read as ReadInput, Refusals};
+use crate::cluster::cell::{Cell, Lost};
 use crate::cluster::cells::{Audience, Cells};
 use crate::cluster::engine::SiteEngine;
-use crate::cluster::log::{Checkpoint, Holder, Log, LogError, Reading};
-use crate::cluster::message::{Header, Logged};
+use crate::cluster::log::{Checkpoint, Holder, Log, LogError};
 use crate::cluster::region::Letter;
 use crate::cluster::relief::Step;
-use crate::cluster::seat::{Says, Told, clocks, tell, work};
+use crate::cluster::seat::{Says, Told, tell, work};
 use crate::cluster::shared::SharedConfiguration;
 use crate::config::{Cluster, Config};
 use crate::live::now;
@@ -43,9 +43,6 @@ const LOST: u32 = 8;
 const CLAIMED_AGAIN: Duration = Duration::from_secs(3600);
 /// How long a free seat is left to the node that ought to take it: that one may be unable to.
 const LEFT: Duration = Duration::from_secs(8);
-
-/// A gateway whose messages are refused is named so often.
-const NAMED_AGAIN: Duration = Duration::from_secs(60);
 
 /// A table into which what is the cell's was written, and when.
 #[derive(Clone, Copy)]
@@ -258,21 +255,7 @@ impl Desk {
         tasks.spawn(read(
             self.log.inputs(handled + 1),
             to_cell.clone(),
-            async move |sequence, octets, (stamp, has_more)| {
-                let at = clocks();
-                log.note_input(sequence);
-                let read = Header::of(&octets).and_then(|header| {
-                    let logged = Logged::parse(&octets, &own, &audience)?;
-                    Ok(ReadInput { stamp, at, header, logged, has_more })
-                });
-                match read {
-                    Ok(read) => Told::Input(sequence, read.into()),
-                    Err(_) => {
-                        log.skips.unreadable("in", &octets);
-                        Told::NoInput(has_more)
-                    }
-                }
-            },
+            async move |sequence, octets, place| input(&log, (&own, &audience), (sequence, &octets), place),
         ));
         tasks.spawn(deliver(self.log.clone(), letters));
         let desk = self.clone();
@@ -384,20 +367,6 @@ impl Desk {
         }
     }
 
-    /// Counts messages that were refused, and names their gateways: once a minute.
-    fn refused(&self, refusals: &Refusals) {
-        for ((gateway, why), (messages, by)) in refusals {
-            self.note(|counts| counts.refused += messages);
-            let mut named = locked(&self.shared.refused);
-            let is_due = named.get(gateway).is_none_or(|at| at.elapsed() > NAMED_AGAIN);
-            if is_due {
-                named.insert(gateway.clone(), moment());
-                let (by_s, why) = (by.as_secs_f64(), why.words());
-                warn!(gateway, messages, by_s, "inputs are refused: {why}");
-            }
-        }
-    }
-
     /// Does what the cell wishes, until it is lost.
     async fn serve(
         &self,
@@ -499,25 +468,6 @@ impl Desk {
         let mark = self.log.mark(handled, published).await?;
         let mark = mark.ok_or_else(|| LogError::Unanswered("what was handled is gone".to_owned()))?;
         self.log.keep(self.cell.as_str(), &Checkpoint { mark, handled, published, engine }).await
-    }
-}
-
-/// Tells the cell what comes in a stream.
-async fn read(
-    mut reading: Reading,
-    to_cell: Sender<Told>,
-    of: impl AsyncFn(u64, bytes::Bytes, (Time, bool)) -> Told,
-) {
-    loop {
-        let Some((sequence, octets)) = reading.next().await else {
-            warn!("the log has lost what it held: begun anew");
-            tell(&to_cell, Told::Unseated);
-            return;
-        };
-        let place = (reading.stamp(), reading.has_more());
-        if !tell(&to_cell, of(sequence, octets, place).await) {
-            return;
-        }
     }
 }
 

@@ -10,12 +10,12 @@ fn ends(sent: Time) -> Time {
     sent + -SignedDuration::from_millis(10)
 }
 
-/// The clocks of the reader, off by so much.
+/// The clocks of the reader; the wall clock is off by `off_s`.
 fn moment(true_s: f64, off_s: f64) -> Moment {
     Moment { steady: SignedDuration::from_secs_f64(1_000.0 + true_s), wall: at(true_s + off_s) }
 }
 
-/// A second of messages, each 20 ms on its way; clocks of the log, of gateways and of the reader are off by so much, seconds.
+/// A second of messages, each 20 ms on its way; clocks of the log, of gateways and of the reader are off by these seconds.
 fn second(clock: &mut NodeTime, from_s: f64, log_s: f64, gateways: &[(&str, f64)], own_s: f64) -> Vec<bool> {
     let mut refused = Vec::new();
     for quarter in 0..4 {
@@ -147,7 +147,7 @@ fn names_of_gateways_are_bounded() {
     assert!(clock.0.gateways.len() <= MOST);
 }
 
-/// A word a second, of gateways and nodes that are off by so much.
+/// A report a second, of gateways and of nodes whose clocks are off.
 #[cfg(feature = "cluster")]
 #[test]
 fn node_knows_within_3_s_that_its_clock_is_wrong() {

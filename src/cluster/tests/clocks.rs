@@ -14,7 +14,7 @@ use crate::cluster::cell::{Appended, Cell, Read, Wish};
 use crate::cluster::message::{Header, Heard, Input, Logged, Origin, Output};
 use crate::cluster::reference_clock::{Moment, Refusal};
 
-/// Who reads a message late takes it to be ahead by so much less: faults last less than this, milliseconds.
+/// A node that reads a message late finds it less ahead by that delay. No fault delays a node for longer than this, milliseconds.
 const LATE_MS: i64 = 20_000;
 
 /// How many inputs of gateways were used and refused, whose clocks are right and wrong.
@@ -133,7 +133,7 @@ fn message(gateway: &str, config: u64, slot: Slot, ms: i64) -> Read {
     Read { stamp: at(ms).wall, at: at(ms), header, logged: Some(Logged::Input(input)), has_more: false }
 }
 
-/// What an owner publishes at once.
+/// Publishes the slots that are due.
 fn published(cell: &mut Cell<Toy>, ms: i64, outputs: &mut Vec<Output>) {
     cell.pump(at(ms)).unwrap();
     while let Some(Wish::Append { output, .. }) = cell.wish() {

@@ -23,7 +23,7 @@ const STEP_MS: i64 = 20;
 pub(super) const LASTS_MS: i64 = 60_000;
 /// Faults are over by then, so that everybody recovers.
 const FAULTS_MS: std::ops::Range<i64> = 3_000..42_000;
-/// A gateway that comes again is heard for so long before it has a vote.
+/// Time until a gateway that comes again has a vote, with some to spare, milliseconds.
 const SETTLES_MS: i64 = 4_000;
 /// How long a node waits for sensors.
 pub(super) const WAIT: SignedDuration = SignedDuration::from_millis(500);
@@ -105,7 +105,7 @@ struct Log {
     inputs: Vec<Logged>,
     /// When each was stamped, by the clock of the log's leader.
     stamps: Vec<Time>,
-    /// Of each that a gateway sent, what is true of it.
+    /// The truth about each message that a gateway sent.
     sent: Vec<Option<Sent>>,
     /// When each output was written, by true time.
     written_at: Vec<i64>,
@@ -202,7 +202,7 @@ pub(super) struct World<E> {
     /// Messages on their way to the log.
     sent: VecDeque<gateways::OnItsWay>,
     clocks: Clocks,
-    /// Somebody writes what no member would.
+    /// Odd messages are written, which no member would write.
     is_odd: bool,
     now: i64,
     takeovers: usize,
@@ -260,29 +260,6 @@ impl<E: Engine> World<E> {
     /// The same with owners that leave things out now and then, as if they could not keep up.
     pub(super) fn relieving(self) -> Self {
         Self { relieves: true, ..self }
-    }
-
-    /// The same with clocks that are wrong.
-    pub(super) fn with(self, clocks: Clocks) -> Self {
-        Self { clocks, ..self }
-    }
-
-    /// The same with inputs of slots that are far away, by nobody.
-    pub(super) fn odd(self) -> Self {
-        Self { is_odd: true, ..self }
-    }
-
-    /// What gateways sent, with its sequence.
-    pub(super) fn sent(&self) -> impl Iterator<Item = (u64, Option<&Sent>)> {
-        (1..).zip(self.log.sent.iter().map(Option::as_ref))
-    }
-
-    /// How much earlier than it was due a slot was written at most, milliseconds of true time.
-    pub(super) fn early_ms(&self) -> i64 {
-        let due_ms =
-            |output: &Output| SlotGrid::default().open(output.slot.plus(25)).nanos() / 1_000_000 - BEGINS_MS;
-        let early = self.log.outputs.iter().zip(&self.log.written_at).map(|(output, at)| due_ms(output) - at);
-        early.max().unwrap_or_default()
     }
 
     pub(super) fn inputs(&self) -> &[Logged] {

@@ -3,12 +3,12 @@
 use std::collections::VecDeque;
 
 use asterix::DataSource;
-use fusion::slots::Slot;
+use fusion::slots::{Slot, SlotGrid};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Engine, FAULTS_MS, GATEWAYS, NODES, World, time};
-use crate::cluster::message::{Header, Heard, Input, Logged, Origin};
+use super::{BEGINS_MS, Engine, FAULTS_MS, GATEWAYS, NODES, World, time};
+use crate::cluster::message::{Header, Heard, Input, Logged, Origin, Output};
 use crate::cluster::region::{Letter, Word};
 use crate::territory::CellName;
 
@@ -108,6 +108,29 @@ pub(super) fn header(logged: &Logged) -> Option<Header> {
 }
 
 impl<E: Engine> World<E> {
+    /// The same with clocks that are wrong.
+    pub(in super::super) fn with(self, clocks: Clocks) -> Self {
+        Self { clocks, ..self }
+    }
+
+    /// The same with odd messages: inputs and letters of slots that are far away.
+    pub(in super::super) fn odd(self) -> Self {
+        Self { is_odd: true, ..self }
+    }
+
+    /// What gateways sent, with its sequence.
+    pub(in super::super) fn sent(&self) -> impl Iterator<Item = (u64, Option<&Sent>)> {
+        (1..).zip(self.log.sent.iter().map(Option::as_ref))
+    }
+
+    /// How much earlier than it was due a slot was written at most, milliseconds of true time.
+    pub(in super::super) fn early_ms(&self) -> i64 {
+        let due_ms =
+            |output: &Output| SlotGrid::default().open(output.slot.plus(25)).nanos() / 1_000_000 - BEGINS_MS;
+        let early = self.log.outputs.iter().zip(&self.log.written_at).map(|(output, at)| due_ms(output) - at);
+        early.max().unwrap_or_default()
+    }
+
     /// Gateways hear the sensors, and write a message a sensor and slot.
     pub(super) fn gather(&mut self) {
         for gateway in 0..GATEWAYS {
@@ -141,7 +164,7 @@ impl<E: Engine> World<E> {
 
     fn hear(&mut self, index: usize) {
         let error_ms = self.clocks.error_ms(Who::Gateway(index), self.now);
-        let over = (super::BEGINS_MS + self.now + error_ms).div_euclid(SLOT_MS) - 1;
+        let over = (BEGINS_MS + self.now + error_ms).div_euclid(SLOT_MS) - 1;
         let gateway = &mut self.gateways[index];
         if self.now < gateway.down_until || gateway.slot == 0 || (over - gateway.slot).abs() > 8 {
             if self.now < gateway.down_until {
@@ -156,7 +179,7 @@ impl<E: Engine> World<E> {
         }
         gateway.slot = over;
         for slot in first..=over {
-            let end = (slot + 1) * SLOT_MS - super::BEGINS_MS - error_ms;
+            let end = (slot + 1) * SLOT_MS - BEGINS_MS - error_ms;
             let within = std::mem::replace(&mut self.gateways[index].heard, end)..end;
             for sensor in self.sensors.clone() {
                 self.send(index, (slot, sensor), within.clone(), error_ms);
@@ -192,7 +215,7 @@ impl<E: Engine> World<E> {
     /// Writes what no member would: slots, and letters of slots, that are far away.
     fn intrude(&mut self) {
         let far = [14_400, 40, -14_400, -400_000_000, i64::MAX - 1, i64::MIN][self.random.random_range(0..6)];
-        let slot = Slot(((super::BEGINS_MS + self.now) / SLOT_MS).saturating_add(far));
+        let slot = Slot(((BEGINS_MS + self.now) / SLOT_MS).saturating_add(far));
         let name = CellName::new("toy").unwrap();
         let word = Word::Unknown { id: "x".to_owned() };
         let logged = match self.random.random_range(0..3) {
