@@ -526,6 +526,8 @@ export type GatewayState = {
   silent: boolean;
   /** Datagrams that it did not publish while it was silent. */
   withheld: number;
+  /** How far its clock is ahead of reference time, the median of the log's and the gateways' clocks, seconds; negative where it is behind; absent: not known yet. Beyond 1 s what it sends is refused. */
+  clock_ahead_s?: number;
 };
 
 /** A place, a line, or an area. */
@@ -823,6 +825,8 @@ export type NodeState = {
   published: number;
   /** Checkpoints that it wrote. */
   checkpoints: number;
+  /** How far its clock is ahead of reference time, the median of the log's and the gateways' clocks, seconds; negative where it is behind; absent: not known yet. */
+  clock_ahead_s?: number;
 };
 
 export type OperatorLocation = {

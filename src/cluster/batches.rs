@@ -80,7 +80,14 @@ impl Batch {
         let part = self.part;
         self.part = if is_last { 0 } else { part.saturating_add(1) };
         self.octets = 0;
-        Input { sensor: self.sensor, slot, part, is_last, heard: std::mem::take(&mut self.heard) }
+        Input {
+            origin: None,
+            sensor: self.sensor,
+            slot,
+            part,
+            is_last,
+            heard: std::mem::take(&mut self.heard),
+        }
     }
 }
 

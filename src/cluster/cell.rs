@@ -1,5 +1,6 @@
 //! A cell on one node: it follows the owner's output, or owns it.
 
+mod inputs;
 mod outputs;
 
 use std::collections::VecDeque;
@@ -9,12 +10,17 @@ use fusion::time::Time;
 use jiff::SignedDuration;
 
 use super::message::{Heard, Logged, Output};
+use super::reference_clock::{EARLY, Moment, NodeTime};
 use super::region::Letter;
 use super::relief::{Relief, Step};
 use super::watermarks::Watermarks;
+pub use inputs::{Read, Refusals};
+use outputs::{Made, Unmatched};
 
 /// What is handled after a slot was made is handled this much later than it was due, and before the next one is by as much.
 const APART: SignedDuration = SignedDuration::from_micros(1);
+/// Inputs that are refused within a slot, at most: its output is to fit a message. More are handled with the next slot.
+const MOST_REFUSED: usize = 10_000;
 /// Slots that an owner makes before it looks up.
 const AT_ONCE: usize = 4;
 
@@ -47,23 +53,6 @@ pub trait Fusing {
     fn recent_letters(&self) -> Vec<Letter> {
         Vec::new()
     }
-}
-
-/// A slot that this node has made, and what it writes to other cells.
-#[derive(Clone, Debug)]
-struct Made {
-    output: Output,
-    letters: Vec<Letter>,
-}
-
-/// A slot that was made to compare it with what the owner published.
-#[derive(Clone, Debug)]
-struct Unmatched {
-    slot: Slot,
-    picture: Vec<u8>,
-    letters: Vec<Letter>,
-    /// Whether an output of this slot was left out.
-    has_other: bool,
 }
 
 /// Why a node has to begin this cell anew, from a checkpoint.
@@ -139,8 +128,15 @@ pub struct Cell<E> {
     /// How long after a slot is due sensors are waited for.
     wait: SignedDuration,
     role: Role,
-    /// Read and not handled yet, with their sequences.
-    inputs: VecDeque<(u64, Logged)>,
+    /// Read and not handled yet, with their sequences, and whether an owner refuses them.
+    inputs: VecDeque<(u64, Logged, bool)>,
+    /// Hash of the shared configuration; 0: inputs of any are used.
+    config: u64,
+    /// Reference time, by what was read.
+    time: NodeTime,
+    /// Sequences of inputs that this owner has refused since the slot before, and what is to be said of that.
+    refused: Vec<u64>,
+    refusals: Refusals,
     /// Sequences of the last input that was read, and of the last that was handled.
     read: u64,
     handled: u64,
@@ -177,6 +173,8 @@ pub struct Cell<E> {
     relief: Relief,
     step: Step,
     is_lease_free: bool,
+    /// A state without slots or refused inputs that are not in the log yet is wanted.
+    is_rest_wanted: bool,
     /// An answer is awaited; whether the fate of the output in front is in doubt.
     is_asking: bool,
     /// Whether more could be made at once than was.
@@ -193,6 +191,10 @@ impl<E: Fusing> Cell<E> {
             wait,
             role: Role::Follows,
             inputs: VecDeque::new(),
+            config: 0,
+            time: NodeTime::default(),
+            refused: Vec::new(),
+            refusals: Refusals::default(),
             read: handled,
             handled,
             has_more: false,
@@ -213,6 +215,7 @@ impl<E: Fusing> Cell<E> {
             relief: Relief::default(),
             step: Step::default(),
             is_lease_free: false,
+            is_rest_wanted: false,
             is_asking: false,
             is_pressed: false,
             is_in_doubt: false,
@@ -222,6 +225,11 @@ impl<E: Fusing> Cell<E> {
     /// The same, which publishes no slot up to this one: whoever knew what was in them is gone.
     pub fn silent_until(self, slot: Slot) -> Self {
         Self { silent_until: Some(slot), ..self }
+    }
+
+    /// The same, which as an owner refuses inputs of members with another shared configuration than that of this hash.
+    pub fn configured(self, config: u64) -> Self {
+        Self { config, ..self }
     }
 
     /// Whether this node publishes.
@@ -249,7 +257,13 @@ impl<E: Fusing> Cell<E> {
 
     /// Sequences of the last input handled and the last output made, where the engine's state is that of just these.
     pub fn rests_at(&self) -> Option<(u64, u64)> {
-        (self.made.is_empty() && self.unmatched.is_none()).then_some((self.handled, self.published))
+        (self.made.is_empty() && self.unmatched.is_none() && self.refused.is_empty())
+            .then_some((self.handled, self.published))
+    }
+
+    /// Whether such a state is wanted: an owner then handles nothing between a slot and the next look.
+    pub const fn want_rest(&mut self, is_wanted: bool) {
+        self.is_rest_wanted = is_wanted;
     }
 
     /// Whether the last slot that was made here is another one than what is published of it so far.
@@ -268,10 +282,11 @@ impl<E: Fusing> Cell<E> {
     }
 
     /// Looks, after [`Cell::pump`], whether an owner keeps up at `now`: whether what could be made by then is made.
-    pub fn look(&mut self, now: Time) {
-        if !self.owns() {
+    pub fn look(&mut self, now: Moment) {
+        if !self.owns() || !self.time.is_settled() {
             return;
         }
+        let now = self.now(now);
         let waits = self.engine.next_due().filter(|due| self.is_time_for(*due, now));
         let behind = waits.map_or(SignedDuration::ZERO, |due| now - due - self.wait);
         self.step = self.relief.look(behind, now);
@@ -294,14 +309,6 @@ impl<E: Fusing> Cell<E> {
         &mut self.engine
     }
 
-    /// A message of the input, in order of its sequence; again is as good as once.
-    pub fn input(&mut self, sequence: u64, logged: Logged) {
-        if sequence > self.read {
-            self.read = sequence;
-            self.inputs.push_back((sequence, logged));
-        }
-    }
-
     /// Whether the log held more input when the last was read. As long as it does no sensor is given up: what it sent may be there.
     pub const fn more(&mut self, has_more: bool) {
         self.has_more = has_more;
@@ -317,12 +324,12 @@ impl<E: Fusing> Cell<E> {
         self.is_lease_free = !is_held;
     }
 
-    /// What there is to do at `now`, by this node's clock: inputs are handled, slots made. An owner makes a few of them, so that
+    /// Handles inputs and makes slots at `now`. An owner makes a few of them, so that
     /// what is made is published, and what is left out is looked at, however much there is to be made.
     ///
     /// # Errors
     /// This node has to begin anew.
-    pub fn pump(&mut self, now: Time) -> Result<(), Lost> {
+    pub fn pump(&mut self, now: Moment) -> Result<(), Lost> {
         self.is_pressed = false;
         if !self.owns() {
             self.follow()?;
@@ -337,7 +344,7 @@ impl<E: Fusing> Cell<E> {
             self.post.extend(self.engine.recent_letters());
         }
         if let Role::Owns { epoch } = self.role {
-            self.lead(epoch, now);
+            self.lead(epoch, self.now(now));
         }
         Ok(())
     }
@@ -396,6 +403,9 @@ impl<E: Fusing> Cell<E> {
 
     /// Handles what is there, and makes each slot once every sensor has been heard until it is due, or was waited for.
     fn lead(&mut self, epoch: u64, now: Time) {
+        if !self.time.is_settled() {
+            return;
+        }
         let mut left = AT_ONCE;
         loop {
             if let Some(due) = self.engine.next_due()
@@ -413,38 +423,46 @@ impl<E: Fusing> Cell<E> {
                         continue;
                     }
                     let (behind, step) = (self.handled, self.step);
-                    let output = Output { slot, epoch, behind, step, picture };
+                    let refused = std::mem::take(&mut self.refused);
+                    let output = Output { slot, epoch, behind, refused, step, picture };
                     self.made.push_back(Made { output, letters });
                 }
-            } else if !self.handle() {
+            } else if self.refused.len() >= MOST_REFUSED
+                || self.is_rest_wanted && self.published > 0 && self.refused.is_empty()
+            {
                 return;
+            } else {
+                let Some((sequence, logged, is_refused)) = self.inputs.pop_front() else { return };
+                self.handled = sequence;
+                match is_refused {
+                    true => self.refused.push(sequence),
+                    false => self.handle(logged),
+                }
             }
         }
     }
 
+    /// Whether a slot is made, `now` by reference time.
     fn is_time_for(&self, due: Time, now: Time) -> bool {
+        if due - now > EARLY {
+            return false;
+        }
         let latest = due + self.wait;
         let is_whole = self.watermarks.whole().is_some_and(|slot| self.grid.open(slot.plus(1)) >= due);
         // What is that new would not be in the log if older things were still on their way.
         let is_passed = match self.inputs.front() {
-            Some((_, Logged::Input(input))) => self.grid.open(input.slot) >= latest,
-            Some((_, Logged::Letter(_))) | None => false,
+            Some((_, Logged::Input(input), false)) => self.grid.open(input.slot) >= latest,
+            Some(_) | None => false,
         };
         // Who is late with reading must not take it for silence.
-        let is_all_heard = self.inputs.is_empty() && !self.has_more;
+        let is_all_heard = self.inputs.is_empty() && !self.has_more || self.refused.len() >= MOST_REFUSED;
         is_whole || is_passed || is_all_heard && now >= latest
     }
 
-    /// Handles the next input; whether there was one.
-    fn handle(&mut self) -> bool {
-        let Some((sequence, message)) = self.inputs.pop_front() else { return false };
-        self.handled = sequence;
-        let input = match message {
+    fn handle(&mut self, logged: Logged) {
+        let input = match logged {
             Logged::Input(input) => input,
-            Logged::Letter(letter) => {
-                self.engine.letter(&letter);
-                return true;
-            }
+            Logged::Letter(letter) => return self.engine.letter(&letter),
         };
         let slot = self.grid.slot();
         for heard in &input.heard {
@@ -458,7 +476,6 @@ impl<E: Fusing> Cell<E> {
         if input.is_last {
             self.watermarks.note(input.sensor, input.slot);
         }
-        true
     }
 
     fn make(&mut self, due: Time) -> Option<(Slot, Vec<u8>)> {

@@ -19,11 +19,14 @@ use tracing::warn;
 use super::batches::Batches;
 use super::clocks::{ClockRule, GatewayClock, Keeper, Stamps};
 use super::log::{Log, LogError};
-use super::message::Input;
+use super::member_clock::{MemberClock, written};
+use super::message::{Input, Origin};
+use super::seat::clocks;
 use crate::config::{Cluster, Config};
-use crate::live::{Clock, ClockStanding, GatewayState, LineStatus, Listening, listen};
+use crate::live::{Clock, ClockStanding, GatewayState, LineStatus, Listening, listen, now};
 use crate::net::listen::{self as udp, Arrival, Line, LineCounters};
 use fusion::slots::SlotGrid;
+use fusion::time::Time;
 
 /// Most octets that wait while the log is away: about a minute of a busy gateway. Then the oldest are dropped.
 const WAITING: usize = 64 << 20;
@@ -70,6 +73,10 @@ pub struct GatewayReport {
     pub heard: Vec<(u64, i64)>,
     /// Hash of its shared configuration; 0: not stated.
     pub config: u64,
+    /// When it said this, by its own clock.
+    pub sent: Time,
+    /// How far its clock is ahead of reference time, seconds; `None`: not known.
+    pub ahead_s: Option<f64>,
 }
 
 impl GatewayReport {
@@ -78,12 +85,20 @@ impl GatewayReport {
     /// # Errors
     /// The log does not answer.
     pub async fn all(log: &Log) -> Result<Vec<Self>, LogError> {
-        let read = |(name, said): (String, Vec<u8>)| {
+        Ok(Self::all_stamped(log).await?.into_iter().map(|(_, report)| report).collect())
+    }
+
+    /// The same, each with the log's stamp.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn all_stamped(log: &Log) -> Result<Vec<(Time, Self)>, LogError> {
+        let read = |(name, stamp, said): (String, Time, Vec<u8>)| {
             let report = postcard::from_bytes(&said).ok().filter(|report: &Self| report.node == name);
             if report.is_none() {
                 log.skips.unreadable("gateway", &said);
             }
-            report
+            report.map(|report| (stamp, report))
         };
         Ok(log.all_said("gateway.").await?.into_iter().filter_map(read).collect())
     }
@@ -92,7 +107,7 @@ impl GatewayReport {
 impl GatewayReport {
     /// As it is shown.
     pub fn state(&self) -> GatewayState {
-        let Self { node, counts, lines, clock, .. } = self;
+        let Self { node, counts, lines, clock, ahead_s, .. } = self;
         let GatewayCounts { written, waiting, dropped, withheld, .. } = *counts;
         GatewayState {
             node: node.clone(),
@@ -106,6 +121,7 @@ impl GatewayReport {
             unfit: clock.is_unfit,
             silent: clock.is_silent,
             withheld,
+            clock_ahead_s: *ahead_s,
         }
     }
 }
@@ -163,7 +179,7 @@ impl Gateway {
             gather(&mut batches, &arrivals, &clock, &queue, &stopped);
             readers.stop();
         })?;
-        let writing = runtime.spawn(write(log.clone(), waiting.clone()));
+        let writing = runtime.spawn(write(log.clone(), cluster.node.clone(), waiting.clone()));
         let saying =
             runtime.spawn(say(log.clone(), cluster.clone(), lines, waiting.clone(), Keeper::start()?));
         Ok(Self { stop, thread, tasks: [writing, saying], waiting, log, name: cluster.node.clone() })
@@ -272,14 +288,22 @@ fn octets(input: &Input) -> usize {
 }
 
 /// Writes what waits, in order. What was not acknowledged is written again, with what came after it: the log knows copies.
-async fn write(log: Log, waiting: Arc<Waiting>) {
+///
+/// Nothing is handed to the client while there is no connection: it would wait there, and state a time of sending that is long past.
+async fn write(log: Log, gateway: String, waiting: Arc<Waiting>) {
     loop {
+        while !log.is_connected() {
+            tokio::time::sleep(AGAIN).await;
+        }
         let next: Vec<Input> = waiting.inputs().queue.iter().take(UNACKNOWLEDGED).cloned().collect();
         if next.is_empty() {
             waiting.more.notified().await;
             continue;
         }
-        let written = join_all(next.iter().map(|input| log.publish(input))).await;
+        let origin = Origin { gateway: gateway.clone(), sent: now(), config: log.config };
+        let sent: Vec<Input> =
+            next.iter().map(|input| Input { origin: Some(origin.clone()), ..input.clone() }).collect();
+        let written = join_all(sent.iter().map(|input| log.publish(input))).await;
         let stored = written.iter().take_while(|written| written.is_ok()).count();
         {
             let mut inputs = waiting.inputs();
@@ -307,11 +331,12 @@ async fn say(
     waiting: Arc<Waiting>,
     keeper: Keeper,
 ) {
-    let node = &cluster.node;
+    let (node, key) = (&cluster.node, format!("gateway.{}", cluster.node));
     let mut seconds = tokio::time::interval(SAYS);
     let began = tokio::time::Instant::now();
     let (mut dropped, mut was_away, mut is_unexpected) = (0, false, true);
     let (mut rule, mut told) = (ClockRule::default(), None);
+    let (mut own, mut was_wrong) = (MemberClock::default(), false);
     for said in 0.. {
         seconds.tick().await;
         let table = udp::kernel_table();
@@ -322,9 +347,24 @@ async fn say(
         let lines: Vec<_> = lines.iter().map(status).collect();
         let asked = keeper.state();
         let mut clock = rule.note(asked.unwrap_or_default(), began.elapsed());
+        let others = match written(&log, None).await {
+            Ok((written, mut reports)) => {
+                own.look((node, true), written, clocks());
+                reports.retain(|report| report.node != *node);
+                Some(reports)
+            }
+            Err(_) => None,
+        };
         if rule.wants_others() {
-            let others = others(&log, node).await.ok();
             clock = rule.decide(&lines, others.as_deref(), began.elapsed());
+        }
+        let ahead_s = own.ahead_s();
+        match (own.is_wrong(), std::mem::replace(&mut was_wrong, own.is_wrong())) {
+            (true, false) => {
+                warn!(ahead_s, "the clock of this machine is wrong: what is heard here is refused");
+            }
+            (false, true) => tracing::info!(ahead_s, "the clock of this machine is right again"),
+            _ => {}
         }
         let counts = waiting.silence(clock.is_silent);
         if counts.dropped > dropped {
@@ -332,16 +372,16 @@ async fn say(
             dropped = counts.dropped;
         }
         let heard = waiting.heard();
-        let config = log.config;
-        let report = GatewayReport { node: node.clone(), counts, lines, said, clock, heard, config };
+        let (node, config) = (node.clone(), log.config);
+        let report = GatewayReport { node, counts, lines, said, clock, heard, config, sent: now(), ahead_s };
         if is_unexpected || said % EXPECTED == 0 {
-            is_unexpected = log.expect_gateway(node).await.is_err();
+            is_unexpected = log.expect_gateway(&report.node).await.is_err();
         }
         if asked.is_some() {
             tell(&report, told.replace(clock));
         }
         let octets = postcard::to_stdvec(&report).expect("it can be written");
-        let is_away = log.say(&format!("gateway.{node}"), octets).await.is_err();
+        let is_away = log.say(&key, octets).await.is_err();
         if is_away && let Ok(again) = log.again(&cluster).await {
             // What the servers lost is there again.
             log = again;
@@ -354,12 +394,6 @@ async fn say(
             was_away = is_away;
         }
     }
-}
-
-/// What the other gateways say.
-async fn others(log: &Log, node: &str) -> Result<Vec<GatewayReport>, LogError> {
-    let all = GatewayReport::all(log).await?;
-    Ok(all.into_iter().filter(|other| other.node != node).collect())
 }
 
 /// A line of the log where the clock is worth another thing than before, or for that reason something else is done.
@@ -387,7 +421,6 @@ mod tests {
     use super::*;
     use crate::cluster::message::Heard;
     use fusion::slots::Slot;
-    use fusion::time::Time;
 
     #[test]
     fn while_the_log_is_away_the_newest_64_mib_wait_and_what_was_dropped_is_counted() {
@@ -396,6 +429,7 @@ mod tests {
         let datagram =
             Heard { received: Time::default(), from: address, to: address, payload: vec![0; 65_000] };
         let input = |slot| Input {
+            origin: None,
             sensor: DataSource { sac: 1, sic: 2 },
             slot: Slot(slot),
             part: 0,
@@ -418,6 +452,7 @@ mod tests {
         let address = SocketAddr::from(([127, 0, 0, 1], 8600));
         let heard = Heard { received: Time::default(), from: address, to: address, payload: vec![0; 9] };
         let input = |slot| Input {
+            origin: None,
             sensor: DataSource { sac: 1, sic: 2 },
             slot: Slot(slot),
             part: 0,

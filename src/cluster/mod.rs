@@ -17,11 +17,14 @@ mod engine;
 mod gateway;
 #[cfg(feature = "cluster")]
 mod log;
+#[cfg(feature = "cluster")]
+mod member_clock;
 mod message;
 #[cfg(feature = "cluster")]
 mod node;
 #[cfg(feature = "cluster")]
 mod recording;
+mod reference_clock;
 pub mod region;
 mod relief;
 mod report;
@@ -36,7 +39,7 @@ mod watermarks;
 mod window;
 
 pub use batches::Batches;
-pub use cell::{Appended, Cell, Fusing, Lost, Tail, Wish};
+pub use cell::{Appended, Cell, Fusing, Lost, Read, Refusals, Tail, Wish};
 pub use cells::{Audience, Cells, WHOLE};
 #[cfg(feature = "cluster")]
 pub use clocks::{ClockState, GatewayClock, differences};
@@ -45,11 +48,14 @@ pub use engine::{SiteEngine, pictures};
 pub use gateway::{Gateway, GatewayCounts, GatewayReport};
 #[cfg(feature = "cluster")]
 pub use log::{Checkpoint, Held, Holder, Log, LogError, Mark, Place, Reading, Skipped, check, reach};
-pub use message::{Heard, Input, Logged, Malformed, Output};
+#[cfg(feature = "cluster")]
+pub use member_clock::{MemberClock, Written, written};
+pub use message::{Header, Heard, Input, Logged, Malformed, Origin, Output};
 #[cfg(feature = "cluster")]
 pub use node::{CellCounts, Node, NodeReport, Part, run_number};
 #[cfg(feature = "cluster")]
 pub use recording::{NotRecorded, record, record_region};
+pub use reference_clock::{BOUND, Moment, NodeTime, ReferenceClock, Refusal};
 pub use relief::{Relief, Step};
 pub use report::CellReport;
 #[cfg(feature = "cluster")]

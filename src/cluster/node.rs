@@ -10,6 +10,7 @@ mod disk;
 mod grant;
 mod heard;
 mod hold;
+mod inputs;
 mod keep;
 mod post;
 
@@ -19,13 +20,16 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
-use tracing::{Instrument, error_span, info};
+use tracing::{Instrument, error_span, info, warn};
 
 use super::cells::Cells;
 use super::log::{Holder, Log};
+use super::member_clock::{MemberClock, written};
 use super::relief::Step;
+use super::seat::clocks;
 use crate::areas::Areas;
 use crate::config::{Cluster, Config};
+use crate::live::now;
 use crate::state::StateHealth;
 use balance::Peer;
 use desk::Desk;
@@ -56,6 +60,10 @@ struct Shared {
     nodes: Mutex<Heard>,
     /// When a seat or a cell was left to another node.
     moved: Mutex<Option<Instant>>,
+    /// The clock of this machine, compared with reference time.
+    clock: Mutex<MemberClock>,
+    /// When a gateway whose messages are refused was named last.
+    refused: Mutex<BTreeMap<String, Instant>>,
 }
 
 fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -139,8 +147,11 @@ impl Shared {
 /// Says each second how this node is, hears how the others are, and looks whether it is to give up its cells.
 async fn say(log: Log, cluster: Cluster, me: Holder, shared: Arc<Shared>, stop: Arc<watch::Sender<bool>>) {
     let drained = format!("drain.{}", me.node);
+    let mut was_wrong = false;
     loop {
         let report = NodeReport {
+            sent: now(),
+            ahead_s: locked(&shared.clock).ahead_s(),
             holder: me.clone(),
             cells: shared.counts(),
             owns: cluster.owns.clone(),
@@ -150,6 +161,16 @@ async fn say(log: Log, cluster: Cluster, me: Holder, shared: Arc<Shared>, stop: 
         let octets = postcard::to_stdvec(&report).expect("it can be written");
         // Who hears nothing of it for some seconds takes it to be gone.
         _ = log.say(&format!("node.{}", me.node), octets).await;
+        if let Ok((written, _)) = written(&log, Some(&me.node)).await {
+            let mut clock = locked(&shared.clock);
+            clock.look((&me.node, false), written, clocks());
+            let (is_wrong, ahead_s) = (clock.is_wrong(), clock.ahead_s().unwrap_or_default());
+            match (is_wrong, std::mem::replace(&mut was_wrong, is_wrong)) {
+                (true, false) => warn!(ahead_s, "the clock of this machine is wrong: it decides nothing"),
+                (false, true) => info!(ahead_s, "the clock of this machine is right again"),
+                _ => {}
+            }
+        }
         if let Ok(said) = NodeReport::said(&log).await {
             locked(&shared.nodes).note(&said);
             let reports = said.iter().filter_map(|(_, report)| report.as_ref());
@@ -167,6 +188,5 @@ async fn say(log: Log, cluster: Cluster, me: Holder, shared: Arc<Shared>, stop: 
 
 /// A number that no other run of a node has.
 pub fn run_number() -> u64 {
-    let at: fusion::time::Time = crate::live::now();
-    u64::try_from(at.nanos()).unwrap_or_default()
+    u64::try_from(now().nanos()).unwrap_or_default()
 }

@@ -11,6 +11,7 @@ use super::cells::{Audience, WHOLE};
 use super::engine::{SiteEngine, pictures};
 use super::log::{Log, LogError};
 use super::message::{Heard, Input, Logged};
+use super::reference_clock::Moment;
 use super::region::{Letter, Word};
 use super::relief::Step;
 use crate::areas::{Areas, Masks};
@@ -217,7 +218,7 @@ pub async fn record(
                 }
             }
         }
-        following.pump(now())?;
+        following.pump(Moment::default())?;
     }
     drop(following);
     ended(recorder).await

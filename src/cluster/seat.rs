@@ -1,14 +1,16 @@
 //! A cell on a node: the engine on a thread of its own, which knows neither network nor log.
 
+use std::sync::LazyLock;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use jiff::SignedDuration;
 use tokio::sync::mpsc::UnboundedSender;
 
-use super::cell::{Appended, Cell, Lost, Tail, Wish};
+use super::cell::{Appended, Cell, Lost, Read, Refusals, Tail, Wish};
 use super::engine::SiteEngine;
-use super::message::{Logged, Output};
+use super::message::Output;
+use super::reference_clock::Moment;
 use super::region::Letter;
 use super::relief::Step;
 use super::report::CellReport;
@@ -26,8 +28,10 @@ const AT_ONCE: usize = 1000;
 /// What the cell is told.
 #[derive(Debug)]
 pub(super) enum Told {
-    /// A message of the input and its sequence, where it concerns the cell; whether the log held more when it was sent.
-    Input(Option<(u64, Logged)>, bool),
+    /// A message of the input, and its sequence.
+    Input(u64, Box<Read>),
+    /// A message of the input that cannot be read; whether the log held more.
+    NoInput(bool),
     /// An output of the cell, and its sequence.
     Output(u64, Output),
     /// A message among the outputs of the cell that is none.
@@ -77,6 +81,8 @@ pub(super) enum Says {
     Relieved(Step),
     /// Outputs that were left out because no owner can have made them.
     Foreign(u64),
+    /// Messages that were refused within the last second.
+    Refused(Refusals),
     /// Letters to others.
     Post(Vec<Letter>),
     /// What of the region's numbers is the cell's: blocks, and those of identities.
@@ -122,12 +128,14 @@ pub(super) fn work(
                 return;
             }
         }
-        let at = now();
-        if let Err(lost) = cell.pump(at) {
+        cell.want_rest(is_wanted);
+        if let Err(lost) = cell.pump(clocks()) {
             _ = says.send(Says::Lost(lost, cell.published()));
             return;
         }
-        cell.look(now());
+        cell.look(clocks());
+        // By reference time: whatever is said of the cell is as if this machine's clock were right.
+        let at = cell.now(clocks());
         if cell.step() != step {
             step = cell.step();
             _ = says.send(Says::Relieved(step));
@@ -154,6 +162,10 @@ pub(super) fn work(
         // Also where the clock was set back.
         if at >= next_report || next_report.nanos() - at.nanos() > SECOND {
             next_report = Time::from_nanos((at.nanos() / SECOND + 1) * SECOND);
+            let refusals = cell.refusals();
+            if !refusals.is_empty() {
+                _ = says.send(Says::Refused(refusals));
+            }
             if owned.is_some() && (at >= next_claims || next_claims - at > CLAIMS) {
                 next_claims = at + CLAIMS;
                 let (blocks, numbers) = cell.engine().claims();
@@ -171,10 +183,8 @@ pub(super) fn work(
 
 fn hear(cell: &mut Cell<SiteEngine>, told: Told) -> Result<(), Lost> {
     match told {
-        Told::Input(input, has_more) => {
-            cell.more(has_more);
-            input.into_iter().for_each(|(sequence, input)| cell.input(sequence, input));
-        }
+        Told::Input(sequence, read) => cell.read(sequence, *read),
+        Told::NoInput(has_more) => cell.more(has_more),
         Told::Output(sequence, output) => cell.output(sequence, output)?,
         Told::Skipped(sequence) => cell.skip(sequence),
         Told::Lease(is_held) => cell.lease(is_held),
@@ -186,6 +196,14 @@ fn hear(cell: &mut Cell<SiteEngine>, told: Told) -> Result<(), Lost> {
         Told::Write | Told::Stop | Told::Unseated | Told::Move => {}
     }
     Ok(())
+}
+
+/// The clocks of this process.
+#[expect(clippy::disallowed_methods, reason = "what is due is timed by a clock that nobody sets")]
+pub(super) fn clocks() -> Moment {
+    static BEGAN: LazyLock<Instant> = LazyLock::new(Instant::now);
+    let steady = SignedDuration::try_from(BEGAN.elapsed()).unwrap_or(SignedDuration::MAX);
+    Moment { steady, wall: now() }
 }
 
 /// Tells the cell; whether it still listens.

@@ -14,6 +14,7 @@ use super::cells::Cells;
 use super::engine::SiteEngine;
 use super::log::{Log, LogError};
 use super::message::{Logged, Output};
+use super::reference_clock::Moment;
 use crate::areas::Areas;
 use crate::config::{Cluster, Config};
 use crate::live::now;
@@ -219,7 +220,7 @@ fn make(mut alone: Cell<SiteEngine>, reads: &Receiver<Read>) -> Made {
                 }
             }
         }
-        if let Err(lost) = alone.pump(now()) {
+        if let Err(lost) = alone.pump(Moment::default()) {
             return made(read, &alone, lost == Lost::Diverged);
         }
     }

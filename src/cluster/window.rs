@@ -19,10 +19,12 @@ use super::clocks::Comparison;
 use super::engine::pictures;
 use super::gateway::GatewayReport;
 use super::log::{Holder, Log, LogError};
+use super::member_clock::{MemberClock, written};
 use super::node::NodeReport;
 use super::region::{Letter, Word};
 use super::relief::Step;
 use super::report::CellReport;
+use super::seat::clocks;
 use super::shared::{Different, SharedConfiguration};
 use crate::config::{Cluster, Config};
 use crate::live::{CellState, Decision, LineStatus, Members, Seen, now};
@@ -36,6 +38,8 @@ use reports::joined;
 const LOOKS: Duration = Duration::from_secs(1);
 /// Beyond the lease: how long a cell is waited for whose owner is lost.
 const TAKES_OVER_S: f64 = 2.0;
+/// The time of the picture is corrected anew where it is wrong by more than this.
+const CORRECTED: SignedDuration = SignedDuration::from_millis(100);
 /// Longest time between two looks at whether a slot has been waited for.
 const LOOK_UP: Duration = Duration::from_millis(20);
 
@@ -63,9 +67,10 @@ impl Window {
             config.fusion.latency() - config.fusion.slot / 2,
             SignedDuration::from_nanos((patience_s * 1e9) as i64),
         );
-        let merging = Arc::new(Mutex::new(merging));
+        let (merging, clock) = (Arc::new(Mutex::new(merging)), Arc::<Mutex<MemberClock>>::default());
         let mut tasks = JoinSet::new();
-        tasks.spawn(slots(log.clone(), cluster.clone(), merging.clone(), seen.clone()));
+        tasks.spawn(slots(log.clone(), cluster.clone(), (merging.clone(), clock.clone()), seen.clone()));
+        tasks.spawn(compare(log.clone(), clock, seen.clone()));
         tasks.spawn(decide(log.clone(), cluster.node.clone(), cells.names().to_vec(), decided));
         let homes = cells.homes(config);
         let shared = (cells.clone(), homes, shared);
@@ -96,8 +101,14 @@ async fn decide(log: Log, node: String, cells: Vec<CellName>, mut decided: Recei
 }
 
 /// The slots. Where the stream was lost, and made anew, they go on with those in it.
-async fn slots(mut log: Log, cluster: Cluster, merging: Arc<Mutex<Merging>>, seen: Sender<Seen>) {
+async fn slots(
+    mut log: Log,
+    cluster: Cluster,
+    (merging, clock): (Arc<Mutex<Merging>>, Arc<Mutex<MemberClock>>),
+    seen: Sender<Seen>,
+) {
     let locked = || merging.lock().unwrap_or_else(PoisonError::into_inner);
+    let compared = || clock.lock().unwrap_or_else(PoisonError::into_inner);
     let mut reading = log.all_outputs(0);
     loop {
         // A slot that waits for a cell that is away is looked at again soon.
@@ -108,12 +119,20 @@ async fn slots(mut log: Log, cluster: Cluster, merging: Arc<Mutex<Merging>>, see
         };
         match read {
             Ok(Some((_, cell, octets))) => {
+                if !reading.has_more() {
+                    compared().read(reading.stamp(), now());
+                }
                 let Some(cell) = CellName::new(&cell).ok().filter(|cell| locked().has(cell)) else {
                     log.skips.note("out", "of no cell of the configuration");
                     continue;
                 };
                 let Some(output) = log.worth(cell.as_str(), &octets).await else { continue };
                 let Some(part) = pictures(&output.picture) else { continue };
+                let due = locked().due(output.slot);
+                if compared().is_early(due, reading.stamp()) {
+                    log.skips.note(&format!("out.{cell}"), "published before it was due");
+                    continue;
+                }
                 locked().take(&cell, output.epoch, part);
             }
             Ok(None) => {
@@ -129,7 +148,7 @@ async fn slots(mut log: Log, cluster: Cluster, merging: Arc<Mutex<Merging>>, see
         }
         let (before, mut ready) = (locked().away().clone(), Vec::new());
         {
-            let (mut merging, now) = (locked(), now());
+            let (mut merging, now) = (locked(), now() + -corrected(&clock));
             ready.extend(std::iter::from_fn(|| merging.next(now)));
         }
         let away = locked().away().clone();
@@ -138,6 +157,38 @@ async fn slots(mut log: Log, cluster: Cluster, merging: Arc<Mutex<Merging>>, see
         before.difference(&away).for_each(|cell| info!(%cell, "the cell is part of the picture again"));
         for (picture, now) in ready {
             if seen.send(Seen::Slot(picture.into(), now.map(Box::new))).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// By how much the clock of this machine is ahead of reference time, where it is wrong.
+fn corrected(clock: &Mutex<MemberClock>) -> SignedDuration {
+    let clock = clock.lock().unwrap_or_else(PoisonError::into_inner);
+    clock.ahead().filter(|_| clock.is_wrong()).unwrap_or_default()
+}
+
+/// Compares the clock of this machine with those of the gateways, each second: where it is wrong the picture is timed by theirs.
+async fn compare(log: Log, clock: Arc<Mutex<MemberClock>>, seen: Sender<Seen>) {
+    let mut was = SignedDuration::ZERO;
+    let mut looks = tokio::time::interval(LOOKS);
+    loop {
+        looks.tick().await;
+        let Ok((written, _)) = written(&log, None).await else { continue };
+        clock.lock().unwrap_or_else(PoisonError::into_inner).look(("", false), written, clocks());
+        let ahead = corrected(&clock);
+        if (ahead - was).abs() > CORRECTED {
+            let ahead_s = ahead.as_secs_f64();
+            match ahead.is_zero() {
+                false => warn!(
+                    ahead_s,
+                    "the clock of this machine is wrong: the picture is timed by the gateways'"
+                ),
+                true => info!("the clock of this machine is right again"),
+            }
+            was = ahead;
+            if seen.send(Seen::Ahead(ahead)).is_err() {
                 return;
             }
         }

@@ -303,9 +303,10 @@ impl Said {
         recent.map(text).collect()
     }
 
-    /// The gateways with their clocks, by this one look.
+    /// The members with their clocks, by this one look.
     fn clocks(&self) -> Members {
         Members {
+            nodes: self.nodes.iter().map(NodeReport::state).collect(),
             gateways: self.gateways.iter().map(GatewayReport::state).collect(),
             clocks: differences(&self.gateways),
             ..Members::default()
@@ -336,9 +337,19 @@ impl Said {
     }
 
     fn nodes(&self) -> Table {
-        let names =
-            ["node", "machine", "is", "owns", "beside", "take-overs", "fenced", "diverged", "checkpoints"];
-        let mut table = Table::new("lllrrrrrr", &names);
+        let names = [
+            "node",
+            "machine",
+            "is",
+            "owns",
+            "beside",
+            "take-overs",
+            "fenced",
+            "diverged",
+            "checkpoints",
+            "clock",
+        ];
+        let mut table = Table::new("lllrrrrrrr", &names);
         for node in &self.nodes {
             let sum = node.sum();
             table.row([
@@ -351,14 +362,16 @@ impl Said {
                 sum.fenced.to_string(),
                 sum.diverged.to_string(),
                 sum.checkpoints.to_string(),
+                ahead(node.ahead_s),
             ]);
         }
         table
     }
 
     fn gateways(&self) -> Table {
-        let names = ["gateway", "lines", "datagrams", "waiting", "dropped", "withheld", "clock", "differs"];
-        let mut table = Table::new("lrrrrrll", &names);
+        let names =
+            ["gateway", "lines", "datagrams", "waiting", "dropped", "withheld", "clock", "ahead", "differs"];
+        let mut table = Table::new("lrrrrrlrl", &names);
         let Members { gateways, clocks, .. } = self.clocks();
         for (GatewayReport { node, counts, lines, .. }, state) in self.gateways.iter().zip(&gateways) {
             let received = lines.iter().map(|(_, line)| line.received).sum();
@@ -370,6 +383,7 @@ impl Said {
                 grouped(counts.dropped),
                 grouped(counts.withheld),
                 state.clock_text(),
+                ahead(state.clock_ahead_s),
                 worst(node, &clocks),
             ]);
         }
@@ -391,7 +405,7 @@ impl Said {
         let Members { gateways, clocks, .. } = self.clocks();
         let gateways = self.gateways.iter().zip(gateways).map(|(gateway, state)| {
             json!({ "node": gateway.node, "lines": gateway.lines.len(), "counts": gateway.counts, "clock": {
-                "standing": state.clock, "bound_s": state.clock_bound_s, "by": state.clock_by, "unfit": state.unfit, "silent": state.silent,
+                "standing": state.clock, "bound_s": state.clock_bound_s, "by": state.clock_by, "unfit": state.unfit, "silent": state.silent, "ahead_s": state.clock_ahead_s,
             } })
         });
         let gateways: Vec<Value> = gateways.collect();
@@ -400,6 +414,11 @@ impl Said {
             "cells": cells, "nodes": nodes, "gateways": gateways, "missing_gateways": missing, "clocks": clocks, "wrong": wrong,
         })
     }
+}
+
+/// How far a clock is ahead of reference time.
+fn ahead(ahead_s: Option<f64>) -> String {
+    ahead_s.map_or("not known".to_owned(), |ahead_s| format!("{ahead_s:+.2} s"))
 }
 
 /// By how much a gateway's clock differs most from another one's, and from which.

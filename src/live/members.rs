@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use super::alerts::{Severity, Trouble};
 
+/// A clock that is further from reference time than this is wrong, seconds.
+const WRONG_S: f64 = 1.0;
+
 /// The members of a cluster, as of a second ago at most.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Members {
@@ -77,7 +80,7 @@ pub enum NodePart {
 fusion::interface_names!(NodePart { Owner = "owner", Standby = "standby", None = "none", Drained = "drained" });
 
 /// A node.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct NodeState {
     /// Its name.
     pub node: String,
@@ -100,6 +103,10 @@ pub struct NodeState {
     pub published: u64,
     /// Checkpoints that it wrote.
     pub checkpoints: u64,
+    /// How far its clock is ahead of reference time, the median of the log's and the gateways' clocks, seconds; negative where it is
+    /// behind; absent: not known yet.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clock_ahead_s: Option<f64>,
 }
 
 /// A gateway.
@@ -130,6 +137,10 @@ pub struct GatewayState {
     pub silent: bool,
     /// Datagrams that it did not publish while it was silent.
     pub withheld: u64,
+    /// How far its clock is ahead of reference time, the median of the log's and the gateways' clocks, seconds; negative where it is
+    /// behind; absent: not known yet. Beyond 1 s what it sends is refused.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clock_ahead_s: Option<f64>,
 }
 
 /// What a clock is worth.
@@ -180,10 +191,12 @@ pub struct ClockDifference {
 }
 
 impl Members {
-    /// What is wrong with cells and with the gateways' clocks; each becomes an alert.
+    /// What is wrong with cells and with the clocks of gateways and nodes; each becomes an alert.
     pub fn troubles(&self) -> Vec<Trouble> {
         let cells = self.cells.iter().filter_map(CellState::trouble);
         let gateways = self.gateways.iter().filter_map(GatewayState::trouble);
+        let refused = self.gateways.iter().filter_map(GatewayState::refused);
+        let nodes = self.nodes.iter().filter_map(NodeState::trouble);
         let missing = self.missing_gateways.iter().map(|gateway| Trouble {
             about: format!("{} gateway {gateway}", Trouble::CLUSTER).into(),
             severity: Severity::Warning,
@@ -202,7 +215,8 @@ impl Members {
             text: format!("another configuration than this one's: {different}"),
         });
         let clocks = self.clocks.iter().filter_map(ClockDifference::trouble);
-        cells.chain(gateways).chain(missing).chain(different).chain(clocks).collect()
+        let troubles = cells.chain(gateways).chain(refused).chain(nodes);
+        troubles.chain(missing).chain(different).chain(clocks).collect()
     }
 }
 
@@ -228,7 +242,37 @@ impl CellState {
     }
 }
 
+/// By how much a clock is wrong, in words; `None`: it is within the bound, or not known.
+fn wrong(ahead_s: Option<f64>) -> Option<String> {
+    let ahead_s = ahead_s.filter(|ahead_s| ahead_s.abs() > WRONG_S)?;
+    Some(format!("{:.1} s {}", ahead_s.abs(), if ahead_s > 0.0 { "ahead" } else { "behind" }))
+}
+
+impl NodeState {
+    fn trouble(&self) -> Option<Trouble> {
+        let Self { node, clock_ahead_s, .. } = self;
+        let wrong = wrong(*clock_ahead_s)?;
+        Some(Trouble {
+            about: format!("{} reference clock {node}", Trouble::CLUSTER).into(),
+            severity: Severity::Warning,
+            text: format!(
+                "the clock of node {node} is {wrong}: it decides nothing, and other nodes go first"
+            ),
+        })
+    }
+}
+
 impl GatewayState {
+    fn refused(&self) -> Option<Trouble> {
+        let Self { node, clock_ahead_s, .. } = self;
+        let wrong = wrong(*clock_ahead_s)?;
+        Some(Trouble {
+            about: format!("{} reference clock {node}", Trouble::CLUSTER).into(),
+            severity: Severity::Warning,
+            text: format!("the clock of gateway {node} is {wrong}: what it sends is refused"),
+        })
+    }
+
     /// What is known of its clock, in words.
     pub fn clock_text(&self) -> String {
         let bound = match self.clock_bound_s {
@@ -326,5 +370,31 @@ mod tests {
         let severe = troubles.iter().filter(|trouble| trouble.severity == Severity::Critical);
         assert_eq!(severe.map(|trouble| &*trouble.about).collect::<Vec<_>>(), ["cluster clock g2"]);
         assert!(troubles[3].text.contains("differ by 50 ms: g3 is ahead of g0"), "{}", troubles[3].text);
+    }
+    #[test]
+    fn clock_beyond_the_bound_is_named_with_seconds() {
+        let node = |node: &str, ahead_s| NodeState {
+            node: node.to_owned(),
+            clock_ahead_s: ahead_s,
+            ..NodeState::default()
+        };
+        let gateway = |node: &str, ahead_s| GatewayState {
+            node: node.to_owned(),
+            clock_ahead_s: ahead_s,
+            ..GatewayState::default()
+        };
+        let members = Members {
+            nodes: vec![node("n0", Some(0.9)), node("n1", Some(-30.04)), node("n2", None)],
+            gateways: vec![gateway("g0", Some(-0.9)), gateway("g1", Some(600.0))],
+            ..Members::default()
+        };
+        let texts: Vec<String> = members.troubles().into_iter().map(|trouble| trouble.text).collect();
+        assert_eq!(
+            texts,
+            [
+                "the clock of gateway g1 is 600.0 s ahead: what it sends is refused",
+                "the clock of node n1 is 30.0 s behind: it decides nothing, and other nodes go first"
+            ]
+        );
     }
 }

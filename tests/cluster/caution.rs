@@ -17,7 +17,7 @@ use crate::site::{NODES, SLACK_S, Setup, Site, until, variable};
 /// Longest time without a new slot that is allowed while others write, seconds: less than a lost owner costs.
 const SILENCE_S: f64 = 1.0 + SLACK_S;
 /// Beginnings of messages that are cut, unknown or none.
-const BEGINNINGS: [&[u8]; 5] = [b"", b"UTO2", b"UTO3", b"UTL1", b"{\"node\":"];
+const BEGINNINGS: [&[u8]; 8] = [b"", b"UTM1", b"UTM2", b"UTO2", b"UTO3", b"UTO4", b"UTL1", b"{\"node\":"];
 
 /// Where new slots of the cell come, and when.
 struct Slots {
@@ -149,14 +149,14 @@ async fn one_message_of_anybody_stops_no_owner() {
     let Some(site) = Site::start(Setup::default()).await else { return };
     let (slots, attacker) = (Slots::watch(&site).await, Attacker::of(&site, 1).await);
     let held = site.owner().await.unwrap();
-    for octets in [&b"hello"[..], b"UTO3 of tomorrow", b"", b"UTO2 cut"] {
+    for octets in [&b"hello"[..], b"UTO4 of tomorrow", b"", b"UTO2 cut"] {
         attacker.write("utm.out.trial.all", octets).await;
         slots.more(4).await;
     }
     assert_eq!(site.owner().await.unwrap(), held);
     let status = site.command(&["status"]).await;
     let said = String::from_utf8_lossy(&status.stderr).into_owned();
-    assert!(status.status.code() == Some(1) && said.contains("a message of version UTO3"), "{said}");
+    assert!(status.status.code() == Some(1) && said.contains("a message of version UTO4"), "{said}");
     told(slots, "four messages that are no outputs");
 }
 

@@ -17,7 +17,7 @@ use crate::site::{GATEWAYS, GOOD_CLOCK, LOST_CLOCK, SLACK_S, Setup, Site, until,
 const ALONE: &str = "alone";
 
 /// The library that shifts a process's clock; `None`, and a word about it, where there is none.
-fn faketime() -> Option<PathBuf> {
+pub fn faketime() -> Option<PathBuf> {
     let named = std::env::var_os("UTM_FUSION_FAKETIME").map(PathBuf::from);
     let machine = std::env::consts::ARCH;
     let usual = ["libfaketimeMT.so.1", "libfaketime.so.1"].into_iter().flat_map(|name| {

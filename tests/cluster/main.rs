@@ -26,6 +26,7 @@ mod recording;
 mod servers;
 mod site;
 mod takeover;
+mod times;
 mod troubles;
 mod watcher;
 

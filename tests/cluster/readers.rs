@@ -110,6 +110,7 @@ async fn whoever_gives_up_waiting_and_asks_again_gets_every_message() {
     let output = |slot: i64| Output {
         slot: Slot(slot),
         epoch: 1,
+        refused: Vec::new(),
         behind: 1,
         step: Step::default(),
         picture: vec![7; 100],

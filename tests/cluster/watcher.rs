@@ -9,7 +9,7 @@ use fusion::time::Time;
 use jiff::SignedDuration;
 use tokio::task::JoinSet;
 use utm_fusion::areas::Masks;
-use utm_fusion::cluster::{Cell, Cells, Checkpoint, Log, Logged, Output, pictures};
+use utm_fusion::cluster::{Cell, Cells, Checkpoint, Log, Logged, Moment, Output, pictures};
 use utm_fusion::config::{Cluster, Config};
 use utm_fusion::live::now;
 use utm_fusion::territory::CellName;
@@ -66,6 +66,8 @@ pub struct Summary {
     /// The longest time in which nothing came, and the latest slot after it was due, seconds.
     pub silence_s: f64,
     pub latest_s: f64,
+    /// How much earlier than it was due a slot came at most, seconds.
+    pub early_s: f64,
     /// Aircraft of the last picture, by transponder number.
     pub numbers: Vec<u32>,
     /// Of each slot, which aircraft are published: their ids, and serial numbers where they have one.
@@ -172,7 +174,12 @@ impl Watcher {
         seen.inputs.iter().for_each(|input| alone.input(input.sequence, input.message.clone()));
         for output in outputs.iter().filter(|output| output.message.behind <= behind) {
             alone.output(output.sequence, output.message.clone()).unwrap();
-            assert_eq!(alone.pump(now()), Ok(()), "slot {} is another one", output.message.slot.0);
+            assert_eq!(
+                alone.pump(Moment::default()),
+                Ok(()),
+                "slot {} is another one",
+                output.message.slot.0
+            );
             assert_eq!(alone.behind(), 0, "slot {} cannot be made", output.message.slot.0);
         }
         let is_heard = |logged: &Logged| matches!(logged, Logged::Input(input) if !input.heard.is_empty());
@@ -187,6 +194,7 @@ impl Watcher {
         let due_after = self.due_after();
         let late = |output: &&Read<Output>| output.clock - (grid.centre(output.message.slot) + due_after);
         let latest = live.iter().map(late).max().unwrap_or_default();
+        let earliest = live.iter().map(late).min().unwrap_or_default();
         let (picture, _) = pictures(&outputs.last().unwrap().message.picture).unwrap();
         let mut numbers: Vec<u32> = picture.tracks.iter().map(|track| track.point.number).collect();
         numbers.sort_unstable();
@@ -209,6 +217,7 @@ impl Watcher {
             steps,
             silence_s: silence.as_secs_f64(),
             latest_s: latest.as_secs_f64(),
+            early_s: (-earliest).as_secs_f64(),
             numbers,
             aircraft,
         }

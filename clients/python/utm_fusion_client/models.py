@@ -485,6 +485,7 @@ GatewayState = TypedDict(
         "unfit": bool,
         "silent": bool,
         "withheld": int,
+        "clock_ahead_s": NotRequired[float],
     },
 )
 
@@ -769,6 +770,7 @@ NodeState = TypedDict(
         "diverged": int,
         "published": int,
         "checkpoints": int,
+        "clock_ahead_s": NotRequired[float],
     },
 )
 

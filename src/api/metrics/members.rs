@@ -65,6 +65,12 @@ impl Metrics {
             gateway.clock_bound_s.map(|bound_s| (gateway.node.clone(), bound_s))
         };
         self.by("cluster_clock_bound_seconds", help, "gateway", gateways.iter().filter_map(bound));
+        let ahead = nodes.iter().map(|node| (&node.node, node.clock_ahead_s));
+        let ahead = ahead.chain(gateways.iter().map(|gateway| (&gateway.node, gateway.clock_ahead_s)));
+        let help =
+            "How far the clock of a node or gateway is ahead of reference time; absent where it is not known";
+        let known = ahead.filter_map(|(member, ahead_s)| Some((member.clone(), ahead_s?)));
+        self.by("cluster_clock_ahead_seconds", help, "member", known);
         let name = "cluster_clock_difference_seconds";
         self.family(
             name,

@@ -1,7 +1,29 @@
 //! A cell's handling of the messages among its outputs: its own, those of another owner, and those that no owner has written.
 
-use super::{Cell, Fusing, Lost, Made, Role, Tail, Unmatched};
-use crate::cluster::message::Output;
+use fusion::slots::Slot;
+
+use super::{Cell, Fusing, Lost, Role, Tail};
+use crate::cluster::message::{Logged, Output};
+use crate::cluster::region::Letter;
+
+/// A slot that this node has made, and what it writes to other cells.
+#[derive(Clone, Debug)]
+pub(super) struct Made {
+    pub(super) output: Output,
+    pub(super) letters: Vec<Letter>,
+}
+
+/// A slot that was made to compare it with what the owner published.
+#[derive(Clone, Debug)]
+pub(super) struct Unmatched {
+    pub(super) slot: Slot,
+    pub(super) picture: Vec<u8>,
+    pub(super) letters: Vec<Letter>,
+    /// Sequences of the inputs that were not used for it.
+    pub(super) refused: Vec<u64>,
+    /// Whether an output of this slot was left out.
+    pub(super) has_other: bool,
+}
 
 impl<E: Fusing> Cell<E> {
     /// An output of the cell, in order of its sequence; again is as good as once.
@@ -90,9 +112,11 @@ impl<E: Fusing> Cell<E> {
 
     /// Begins to publish. A slot that was made to compare it is published now, unless the log holds another one of it.
     pub(super) fn own(&mut self, epoch: u64) {
-        let Some(Unmatched { slot, picture, letters, has_other }) = self.unmatched.take() else { return };
+        let Some(Unmatched { slot, picture, letters, refused, has_other }) = self.unmatched.take() else {
+            return;
+        };
         if !has_other {
-            let output = Output { slot, epoch, behind: self.handled, step: self.step, picture };
+            let output = Output { slot, epoch, behind: self.handled, refused, step: self.step, picture };
             self.made.push_back(Made { output, letters });
         }
     }
@@ -119,7 +143,8 @@ impl<E: Fusing> Cell<E> {
                 } else if output.behind > self.read {
                     break;
                 } else {
-                    self.compare(output.behind)?;
+                    let (behind, refused) = (output.behind, output.refused.clone());
+                    self.compare(behind, refused)?;
                 }
                 continue;
             };
@@ -146,15 +171,21 @@ impl<E: Fusing> Cell<E> {
         self.foreign += 1;
     }
 
-    /// Makes the next slot behind that input, to compare it.
-    fn compare(&mut self, behind: u64) -> Result<(), Lost> {
-        while self.inputs.front().is_some_and(|(sequence, _)| *sequence <= behind) {
-            self.handle();
+    /// Makes the next slot behind that input, without those that the owner has refused, to compare it. What is not used is the
+    /// owner's to say: each node has read the input at another time.
+    fn compare(&mut self, behind: u64, refused: Vec<u64>) -> Result<(), Lost> {
+        let is_before = |(sequence, ..): &(u64, Logged, bool)| *sequence <= behind;
+        while self.inputs.front().is_some_and(is_before) {
+            let Some((sequence, logged, _)) = self.inputs.pop_front() else { break };
+            self.handled = sequence;
+            if refused.binary_search(&sequence).is_err() {
+                self.handle(logged);
+            }
         }
         let due = self.engine.next_due().ok_or(Lost::Behind)?;
         let (slot, picture) = self.make(due).ok_or(Lost::Diverged)?;
         let letters = self.engine.letters();
-        self.unmatched = Some(Unmatched { slot, picture, letters, has_other: false });
+        self.unmatched = Some(Unmatched { slot, picture, letters, refused, has_other: false });
         Ok(())
     }
 }

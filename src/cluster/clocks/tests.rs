@@ -31,7 +31,17 @@ fn report(
 ) -> GatewayReport {
     let clock = GatewayClock { state: state(is_synchronised, None), ..GatewayClock::default() };
     let (counts, heard) = (GatewayCounts::default(), Vec::new());
-    GatewayReport { node: node.to_owned(), counts, lines: lines.to_vec(), said, clock, heard, config: 0 }
+    GatewayReport {
+        node: node.to_owned(),
+        counts,
+        lines: lines.to_vec(),
+        said,
+        clock,
+        heard,
+        config: 0,
+        sent: Time::default(),
+        ahead_s: None,
+    }
 }
 
 #[test]

@@ -3,7 +3,9 @@
 use async_nats::jetstream::kv::{Operation, UpdateErrorKind};
 use serde::{Deserialize, Serialize};
 
+use super::reading::stamped;
 use super::{Log, LogError, keys};
+use fusion::time::Time;
 
 /// The holder of an entry until it is no longer renewed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -117,15 +119,25 @@ impl Log {
     /// # Errors
     /// The log does not answer.
     pub async fn said(&self, key: &str) -> Result<Option<Vec<u8>>, LogError> {
-        let entry = self.held.entry(key).await.map_err(LogError::unanswered)?;
-        Ok(entry.filter(|entry| entry.operation == Operation::Put).map(|entry| entry.value.to_vec()))
+        Ok(self.said_at(key).await?.map(|(_, said)| said))
     }
 
-    /// All entries whose name begins so: the rest of their names, and their octets. A name that no member can have is skipped.
+    /// The same with the log's stamp.
     ///
     /// # Errors
     /// The log does not answer.
-    pub async fn all_said(&self, beginning: &str) -> Result<Vec<(String, Vec<u8>)>, LogError> {
+    pub async fn said_at(&self, key: &str) -> Result<Option<(Time, Vec<u8>)>, LogError> {
+        let entry = self.held.entry(key).await.map_err(LogError::unanswered)?;
+        let put = entry.filter(|entry| entry.operation == Operation::Put);
+        Ok(put.map(|entry| (stamped(entry.created.unix_timestamp_nanos()), entry.value.to_vec())))
+    }
+
+    /// All entries whose name begins so: the rest of their names, the log's stamps, and their octets. A name that no member can have
+    /// is skipped.
+    ///
+    /// # Errors
+    /// The log does not answer.
+    pub async fn all_said(&self, beginning: &str) -> Result<Vec<(String, Time, Vec<u8>)>, LogError> {
         let mut all = Vec::new();
         for key in keys(&self.held, &self.held_stream, beginning).await? {
             let Some(name) = key.strip_prefix(beginning) else { continue };
@@ -133,7 +145,7 @@ impl Log {
                 self.skips.note(beginning.trim_end_matches('.'), "under a name that no member can have");
                 continue;
             }
-            all.extend(self.said(&key).await?.map(|said| (name.to_owned(), said)));
+            all.extend(self.said_at(&key).await?.map(|(stamp, said)| (name.to_owned(), stamp, said)));
         }
         Ok(all)
     }

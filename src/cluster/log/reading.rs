@@ -10,6 +10,8 @@ use futures_util::StreamExt;
 use tokio::time::{Instant, timeout, timeout_at};
 use tracing::debug;
 
+use fusion::time::Time;
+
 use super::{LogError, PATIENCE};
 
 /// A reader is told that often that there is nothing, and asks anew when it hears nothing for some of these.
@@ -42,12 +44,23 @@ pub struct Reading {
     /// Counts the messages of this reader, so that none is left out.
     count: u64,
     has_more: bool,
+    stamp: Time,
 }
 
 impl Reading {
     pub(super) fn new(stream: Stream, subject: String, next: u64) -> Self {
         let patience = Instant::now() + SILENT;
-        Self { stream, subject, next, beginning: None, messages: None, patience, count: 0, has_more: false }
+        Self {
+            stream,
+            subject,
+            next,
+            beginning: None,
+            messages: None,
+            patience,
+            count: 0,
+            has_more: false,
+            stamp: Time::default(),
+        }
     }
 
     /// The next message and its sequence; waits for it. `None`: the stream was lost, and what it is now is shorter than what was
@@ -88,8 +101,8 @@ impl Reading {
             };
             self.patience = Instant::now() + SILENT;
             match self.place(&message) {
-                Some((sequence, count, waiting)) if count == self.count + 1 => {
-                    (self.count, self.has_more) = (count, waiting > 0);
+                Some((sequence, count, waiting, stamp)) if count == self.count + 1 => {
+                    (self.count, self.has_more, self.stamp) = (count, waiting > 0, stamp);
                     if sequence >= self.next {
                         self.next = sequence + 1;
                         let of = last_part(&message.message.subject);
@@ -108,6 +121,7 @@ impl Reading {
         match timeout(PATIENCE, asked).await {
             Ok(Ok(message)) => {
                 (self.next, self.has_more) = (message.sequence + 1, false);
+                self.stamp = stamped(message.time.unix_timestamp_nanos());
                 Some((message.sequence, last_part(&message.subject), message.payload))
             }
             Ok(Err(error)) if error.kind() != DirectGetErrorKind::NotFound => {
@@ -123,9 +137,20 @@ impl Reading {
         self.has_more
     }
 
-    /// Its sequence, which one of this reader it is, and how many were behind it.
-    fn place(&self, message: &Message) -> Option<(u64, u64, u64)> {
-        message.info().ok().map(|info| (info.stream_sequence, info.consumer_sequence, info.pending))
+    /// When the log stamped the last message: the same for all who read it.
+    pub const fn stamp(&self) -> Time {
+        self.stamp
+    }
+
+    /// Its sequence, which one of this reader it is, how many were behind it, and its stamp.
+    fn place(&self, message: &Message) -> Option<(u64, u64, u64, Time)> {
+        let info = message.info().ok()?;
+        Some((
+            info.stream_sequence,
+            info.consumer_sequence,
+            info.pending,
+            stamped(info.published.unix_timestamp_nanos()),
+        ))
     }
 }
 
@@ -152,6 +177,11 @@ async fn begin(stream: Stream, subject: String, next: u64) -> Result<Option<pull
     let state = stream.get_info().await.map(|info| info.state);
     let is_shorter = state.is_ok_and(|state| state.last_sequence + 1 < next);
     Ok((!is_shorter).then_some(messages))
+}
+
+/// A stamp of the log, nanoseconds since 1970.
+pub(super) fn stamped(nanos: i128) -> Time {
+    Time::from_nanos(i64::try_from(nanos).unwrap_or(i64::MAX))
 }
 
 fn last_part(subject: &str) -> String {

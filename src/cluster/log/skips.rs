@@ -17,7 +17,7 @@ const TOLD: Duration = Duration::from_secs(60);
 /// Pairs of place and reason that are counted each; all further ones are counted as one.
 const KINDS: usize = 64;
 /// Beginnings of the messages that are read.
-const KNOWN: [&[u8]; 3] = [b"UTM1", b"UTO2", b"UTL1"];
+const KNOWN: [&[u8]; 5] = [b"UTM1", b"UTM2", b"UTO2", b"UTO3", b"UTL1"];
 
 /// Messages that were skipped at one place for one reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -102,13 +102,13 @@ mod tests {
     #[test]
     fn skipped_messages_are_counted_and_unknown_versions_named() {
         let skips = Skips::default();
-        for octets in [&b"hello"[..], b"UTO3....", b"UTO2", b"", b"UTO3", b"UTM2 of a later version"] {
+        for octets in [&b"hello"[..], b"UTO4....", b"UTO2", b"", b"UTO4", b"UTM3 of a later version"] {
             skips.unreadable("out.all", octets);
         }
         let reasons: Vec<_> = skips.all().into_iter().map(|of| (of.reason, of.count, of.is_recent)).collect();
         let expected = [
-            ("a message of version UTM2", 1),
-            ("a message of version UTO3", 2),
+            ("a message of version UTM3", 1),
+            ("a message of version UTO4", 2),
             ("not a message of a cluster", 2),
             ("the message is cut or damaged", 1),
         ];

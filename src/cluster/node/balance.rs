@@ -1,6 +1,7 @@
 //! Which node is to have a cell: rules by which the cells of a region are shared evenly. Sans-IO.
 
 use super::counts::{NodeReport, Part};
+use crate::cluster::reference_clock::BOUND;
 
 /// A node, as the others know it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -11,6 +12,8 @@ pub(super) struct Peer {
     owned: usize,
     beside: usize,
     is_draining: bool,
+    /// Whether its clock is further from reference time than the bound.
+    is_wrong: bool,
     may_own: Vec<String>,
 }
 
@@ -23,6 +26,7 @@ impl From<&NodeReport> for Peer {
             owned: of(Part::Owner),
             beside: of(Part::Standby),
             is_draining: report.is_draining,
+            is_wrong: report.ahead_s.is_some_and(|ahead_s| ahead_s.abs() > BOUND.as_secs_f64()),
             may_own: report.owns.clone(),
         }
     }
@@ -40,32 +44,42 @@ impl Peer {
 }
 
 /// Whether another node is to take the free seat beside an owner: one of another machine than the owner's where this one is of
-/// the same, else one with fewer cells.
+/// the same, else one with fewer cells. Before all that, one whose clock is right where this one's is wrong.
 pub(super) fn is_for_others(peers: &[Peer], me: &str, cell: &str, owner: Option<&str>) -> bool {
     let Some(own) = peers.iter().find(|peer| peer.node == me) else { return false };
     let machine =
         owner.and_then(|owner| peers.iter().find(|peer| peer.node == owner)).map(|peer| &peer.machine);
-    let rank = |peer: &Peer| (Some(&peer.machine) == machine, peer.load());
+    let rank = |peer: &Peer| (peer.is_wrong, Some(&peer.machine) == machine, peer.load());
     let others = peers.iter().filter(|peer| peer.node != me && Some(peer.node.as_str()) != owner);
     others.filter(|peer| peer.may_have(cell)).any(|peer| rank(peer) < rank(own))
 }
 
 /// Whether who stands beside an owner leaves the seat to a node that has two cells fewer, and is on another machine than the
-/// owner's.
+/// owner's; or to one whose clock is right where its own is wrong.
 pub(super) fn leaves_seat(peers: &[Peer], me: &str, cell: &str, owner: &str) -> bool {
     let of = |name: &str| peers.iter().find(|peer| peer.node == name);
     let (Some(own), Some(owner)) = (of(me), of(owner)) else { return false };
     let others = peers.iter().filter(|peer| peer.node != own.node && peer.node != owner.node);
     others
         .filter(|peer| peer.may_have(cell) && (peer.machine != owner.machine || own.machine == owner.machine))
-        .any(|peer| peer.load() + 2 <= own.load())
+        .any(|peer| match (own.is_wrong, peer.is_wrong) {
+            (true, false) => true,
+            (false, true) => false,
+            _ => peer.load() + 2 <= own.load(),
+        })
 }
 
-/// Whether an owner leaves a cell to who stands beside it, because that one owns two fewer.
+/// Whether an owner leaves a cell to who stands beside it, because that one owns two fewer, or its clock is right and the owner's
+/// is wrong.
 pub(super) fn leaves_cell(peers: &[Peer], me: &str, cell: &str, standby: &str) -> bool {
     let of = |name: &str| peers.iter().find(|peer| peer.node == name);
     let (Some(own), Some(beside)) = (of(me), of(standby)) else { return false };
-    beside.may_have(cell) && beside.owned + 2 <= own.owned
+    let is_better = match (own.is_wrong, beside.is_wrong) {
+        (true, false) => true,
+        (false, true) => false,
+        _ => beside.owned + 2 <= own.owned,
+    };
+    beside.may_have(cell) && is_better
 }
 
 /// Whether a node may take a cell over at all.
@@ -84,6 +98,7 @@ mod tests {
             owned,
             beside,
             is_draining: false,
+            is_wrong: false,
             may_own: vec!["*".to_owned()],
         }
     }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cluster::log::{Holder, Log, LogError, Skipped};
 use crate::live::{NodePart, NodeState};
+use fusion::time::Time;
 
 /// What a node is for a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -54,11 +55,15 @@ pub struct CellCounts {
     pub relieved: u64,
     /// Outputs of the cell that were left out because no owner can have made them.
     pub foreign: u64,
+    /// Inputs that were refused: the clock of their gateway is wrong, or its configuration another one, or their slot is not over.
+    pub refused: u64,
 }
 
 /// What a node says of itself, each second.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NodeReport {
+    /// When it said this, by its own clock.
+    pub sent: Time,
     /// Who.
     pub holder: Holder,
     /// What it counts, by cell.
@@ -69,6 +74,8 @@ pub struct NodeReport {
     pub is_draining: bool,
     /// Messages of the log that it has skipped.
     pub skipped: Vec<Skipped>,
+    /// How far its clock is ahead of reference time, seconds; `None`: not known.
+    pub ahead_s: Option<f64>,
 }
 
 impl NodeReport {
@@ -82,7 +89,7 @@ impl NodeReport {
 
     /// The same by name, also of those that say something else.
     pub(super) async fn said(log: &Log) -> Result<Vec<(String, Option<Self>)>, LogError> {
-        let read = |(node, said): (String, Vec<u8>)| {
+        let read = |(node, _, said): (String, Time, Vec<u8>)| {
             let report = postcard::from_bytes(&said).ok().filter(|report: &Self| report.holder.node == node);
             if report.is_none() {
                 log.skips.unreadable("node", &said);
@@ -117,13 +124,14 @@ impl NodeReport {
             published: sum.published + counts.published,
             checkpoints: sum.checkpoints + counts.checkpoints,
             relieved: sum.relieved + counts.relieved,
+            refused: sum.refused + counts.refused,
             foreign: sum.foreign + counts.foreign,
             ..sum
         })
     }
 
     /// As it is shown.
-    pub(in crate::cluster) fn state(&self) -> NodeState {
+    pub fn state(&self) -> NodeState {
         let CellCounts { takeovers, fenced, diverged, published, checkpoints, .. } = self.sum();
         let cells = |part| self.cells_as(part).map(str::to_owned).collect();
         NodeState {
@@ -137,6 +145,7 @@ impl NodeReport {
             diverged,
             published,
             checkpoints,
+            clock_ahead_s: self.ahead_s,
         }
     }
 }

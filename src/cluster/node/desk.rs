@@ -13,14 +13,14 @@ use tracing::{info, warn};
 
 use super::counts::{CellCounts, Part};
 use super::hold::Hold;
+use super::inputs::{input, read};
 use super::post::deliver;
 use super::{Shared, balance, disk, locked};
 use crate::areas::Areas;
 use crate::cluster::cell::{Cell, Lost};
 use crate::cluster::cells::{Audience, Cells};
 use crate::cluster::engine::SiteEngine;
-use crate::cluster::log::{Checkpoint, Holder, Log, LogError, Reading};
-use crate::cluster::message::Logged;
+use crate::cluster::log::{Checkpoint, Holder, Log, LogError};
 use crate::cluster::region::Letter;
 use crate::cluster::relief::Step;
 use crate::cluster::seat::{Says, Told, tell, work};
@@ -31,6 +31,7 @@ use crate::state::StateHealth;
 use crate::territory::CellName;
 use fusion::Identity;
 use fusion::slots::{Slot, SlotGrid};
+use fusion::time::Time;
 
 /// Pause before the log is asked again.
 const AGAIN: Duration = Duration::from_millis(250);
@@ -108,6 +109,11 @@ impl Desk {
 
     pub(super) fn lease(&self) -> Duration {
         Duration::from_secs_f64(self.cluster.lease_s)
+    }
+
+    /// Reference time, as far as this node knows it.
+    fn now(&self) -> Time {
+        now() + -locked(&self.shared.clock).ahead().unwrap_or_default()
     }
 
     fn is_stopped(&self) -> bool {
@@ -249,14 +255,7 @@ impl Desk {
         tasks.spawn(read(
             self.log.inputs(handled + 1),
             to_cell.clone(),
-            async move |sequence, octets, has_more| {
-                log.note_input(sequence);
-                let logged = Logged::parse(&octets, &own, &audience).unwrap_or_else(|_| {
-                    log.skips.unreadable("in", &octets);
-                    None
-                });
-                Told::Input(logged.map(|logged| (sequence, logged)), has_more)
-            },
+            async move |sequence, octets, place| input(&log, (&own, &audience), (sequence, &octets), place),
         ));
         tasks.spawn(deliver(self.log.clone(), letters));
         let desk = self.clone();
@@ -300,7 +299,7 @@ impl Desk {
         let (mut newest, mut is_unfit) = (0, false);
         let grid = SlotGrid::new(self.config.fusion.slot);
         let wait = SignedDuration::from_nanos((self.cluster.wait_s * 1e9) as i64);
-        let anew = || self.cells.engine(&self.config, self.areas.masks(), now(), &self.cell);
+        let anew = || self.cells.engine(&self.config, self.areas.masks(), self.now(), &self.cell);
         loop {
             let oldest = self.log.oldest_input().await?;
             let checkpoint = self.log.checkpoint(self.cell.as_str()).await?;
@@ -314,6 +313,7 @@ impl Desk {
                 match anew().restored(self.areas.masks(), engine) {
                     Ok(engine) => {
                         let cell = Cell::new(engine, grid, wait, *handled, *published);
+                        let cell = cell.configured(self.me.config);
                         return Ok(Some((cell, *handled, *published)));
                     }
                     // It may be of no owner: the owner writes another one then.
@@ -341,16 +341,17 @@ impl Desk {
                     last.map_or((0, None), |(sequence, last)| (sequence, Some(last.slot)));
                 // What was due by now is nobody's any more.
                 let due = self.config.fusion.latency();
-                let by_now = grid.of(now() + -due);
+                let by_now = grid.of(self.now() + -due);
                 let after = slot.map_or(by_now, |slot: Slot| slot.max(by_now));
                 let mut engine = anew();
                 let kept = checkpoint.map(|kept| kept.engine).or_else(|| self.copy().kept());
                 if let Some(kept) = kept {
-                    engine.remember(self.areas.masks(), &kept, now());
+                    engine.remember(self.areas.masks(), &kept, self.now());
                 }
                 warn!("begins without a state: the first 25 s are less than usual");
                 let handled = oldest.saturating_sub(1);
-                let cell = Cell::new(engine, grid, wait, handled, published).silent_until(after);
+                let cell = Cell::new(engine, grid, wait, handled, published).configured(self.me.config);
+                let cell = cell.silent_until(after);
                 return Ok(Some((cell, handled, published)));
             }
             // The owner writes one when it hears that.
@@ -420,6 +421,7 @@ impl Desk {
                     }
                     self.note(|counts| counts.foreign = counts.foreign.max(outputs));
                 }
+                Some(Says::Refused(refusals)) => self.refused(&refusals),
                 Some(Says::Behind(slots)) => self.note(|counts| counts.behind = slots),
                 Some(Says::Report(mut report)) => {
                     report.status.troubles.extend(disk::troubles(&self.health, &self.me.node));
@@ -466,24 +468,6 @@ impl Desk {
         let mark = self.log.mark(handled, published).await?;
         let mark = mark.ok_or_else(|| LogError::Unanswered("what was handled is gone".to_owned()))?;
         self.log.keep(self.cell.as_str(), &Checkpoint { mark, handled, published, engine }).await
-    }
-}
-
-/// Tells the cell what comes in a stream.
-async fn read(
-    mut reading: Reading,
-    to_cell: Sender<Told>,
-    of: impl AsyncFn(u64, bytes::Bytes, bool) -> Told,
-) {
-    loop {
-        let Some((sequence, octets)) = reading.next().await else {
-            warn!("the log has lost what it held: begun anew");
-            tell(&to_cell, Told::Unseated);
-            return;
-        };
-        if !tell(&to_cell, of(sequence, octets, reading.has_more()).await) {
-            return;
-        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Seeded schedules of faults in virtual time, over a model of the log's four operations.
 
 mod cells;
+mod clocks;
 mod office;
 mod site;
 mod toy;
@@ -9,11 +10,11 @@ mod world;
 use std::collections::BTreeSet;
 
 use fusion::slots::{Slot, SlotGrid};
-use fusion::time::Time;
 
 use super::cell::{Appended, Cell, Tail, Wish};
 use super::engine::{SiteEngine, pictures};
 use super::message::{Logged, Output};
+use super::reference_clock::Moment;
 use toy::Toy;
 use world::{Engine, Fault, Faults, WAIT, World};
 
@@ -32,7 +33,7 @@ fn checked<E: Engine>(world: &World<E>, what: &str) {
     for (index, output) in outputs.iter().enumerate() {
         alone.output(index as u64 + 1, output.clone()).unwrap();
     }
-    assert_eq!(alone.pump(Time::default()), Ok(()), "{what}: another picture");
+    assert_eq!(alone.pump(Moment::default()), Ok(()), "{what}: another picture");
     assert_eq!(alone.rests_at().map(|(_, published)| published), Some(outputs.len() as u64), "{what}");
 }
 
@@ -48,6 +49,11 @@ fn delivered(world: &World<Toy>, what: &str) {
     for output in &outputs[..outputs.len().saturating_sub(12)] {
         assert!(letters.contains(&output.slot), "{what}: the letter of slot {} is lost", output.slot.0);
     }
+}
+
+/// How many schedules are run.
+fn schedules() -> u64 {
+    std::env::var("UTM_FUSION_SCHEDULES").ok().and_then(|text| text.parse().ok()).unwrap_or(80)
 }
 
 fn flown(seed: u64, faults: Faults) -> World<Toy> {
@@ -97,7 +103,7 @@ fn a_node_without_the_log_is_replaced() {
 
 #[test]
 fn whatever_happens_nothing_is_doubled_and_nothing_is_missing() {
-    let count = std::env::var("UTM_FUSION_SCHEDULES").ok().and_then(|text| text.parse().ok()).unwrap_or(80);
+    let count = schedules();
     let (mut takeovers, mut refused, mut lost) = (0, 0, 0);
     for seed in 0..count {
         let world = flown(seed, Faults::any(seed));
@@ -128,6 +134,7 @@ fn who_is_late_leaves_nothing_out_and_publishes_as_it_goes() {
     let world = flown(0, Faults::none());
     let (inputs, expected) = (world.inputs(), world.outputs());
     let late = SlotGrid::default().open(expected.last().unwrap().slot.plus(40));
+    let late = Moment { wall: late, ..Moment::default() };
     let mut cell = owned();
     let (read, rest) = inputs.split_at(inputs.len() / 2);
     for (sequence, input) in (1..).zip(read) {
@@ -206,7 +213,9 @@ fn publishing() -> (Cell<Toy>, Output) {
     for (sequence, input) in (1..).zip(world.inputs()) {
         cell.input(sequence, input.clone());
     }
-    cell.pump(Time::default()).unwrap();
+    let slot = world.outputs()[10].slot;
+    let wall = SlotGrid::default().open(slot.plus(25));
+    cell.pump(Moment { wall, ..Moment::default() }).unwrap();
     assert!(matches!(cell.wish(), Some(Wish::Append { expected: 0, .. })));
     cell.appended(Appended::Stored(1));
     let Some(Wish::Append { expected: 1, output }) = cell.wish() else { panic!("the next one") };
@@ -262,7 +271,7 @@ fn standby_leaves_out_what_differs_where_the_owners_follows() {
             sequence += 1;
             follower.output(sequence, message).unwrap();
         }
-        assert_eq!(follower.pump(Time::default()), Ok(()), "slot {index}");
+        assert_eq!(follower.pump(Moment::default()), Ok(()), "slot {index}");
         assert_eq!(follower.published(), sequence, "slot {index}");
     }
     assert_eq!(follower.foreign(), 3 * (outputs.len() as u64 - 1));

@@ -1,5 +1,7 @@
 //! Three nodes, two gateways, and a log that is slow, forgets to answer, loses its leader or a node.
 
+mod gateways;
+
 use std::collections::{BTreeSet, VecDeque};
 
 use asterix::DataSource;
@@ -9,15 +11,20 @@ use jiff::SignedDuration;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::cluster::cell::{Appended, Cell, Fusing, Lost, Tail, Wish};
-use crate::cluster::message::{Heard, Input, Logged, Output};
+use crate::cluster::cell::{Appended, Cell, Fusing, Lost, Read, Tail, Wish};
+use crate::cluster::message::{Logged, Output};
+use crate::cluster::reference_clock::Moment;
 use crate::cluster::region::Letter;
 use crate::cluster::relief::Step;
+pub(super) use gateways::{Clocks, Sent, Who};
+use gateways::{Gateway, header};
 
 const STEP_MS: i64 = 20;
 pub(super) const LASTS_MS: i64 = 60_000;
 /// Faults are over by then, so that everybody recovers.
 const FAULTS_MS: std::ops::Range<i64> = 3_000..42_000;
+/// Time until a gateway that comes again has a vote, with some to spare, milliseconds.
+const SETTLES_MS: i64 = 4_000;
 /// How long a node waits for sensors.
 pub(super) const WAIT: SignedDuration = SignedDuration::from_millis(500);
 const LEASE_MS: i64 = 3_000;
@@ -82,12 +89,28 @@ impl Faults {
         };
         Self((0..count).map(fault).collect())
     }
+
+    /// The same without a gateway that ends while the log's or the other one's clock is wrong: of two no one is the majority.
+    pub(super) fn without_gateways(self, clocks: &Clocks) -> Self {
+        let is_apart = |(fault, from, until): &(Fault, i64, i64)| {
+            *fault != Fault::Gateway || !clocks.is_wrong_within(from - SETTLES_MS..until + SETTLES_MS)
+        };
+        Self(self.0.into_iter().filter(is_apart).collect())
+    }
 }
 
 /// The log.
 #[derive(Debug, Default)]
 struct Log {
     inputs: Vec<Logged>,
+    /// When each was stamped, by the clock of the log's leader.
+    stamps: Vec<Time>,
+    /// The truth about each message that a gateway sent.
+    sent: Vec<Option<Sent>>,
+    /// When each output was written, by true time.
+    written_at: Vec<i64>,
+    clock_ms: i64,
+    now: i64,
     /// What it knows copies of the inputs by.
     ids: Vec<String>,
     outputs: Vec<Output>,
@@ -100,11 +123,13 @@ struct Log {
 
 impl Log {
     /// The log knows copies; now and then it has forgotten.
-    fn write(&mut self, logged: Logged, random: &mut ChaCha8Rng) {
+    fn write(&mut self, logged: Logged, sent: Option<Sent>, random: &mut ChaCha8Rng) {
         let id = logged.id();
         let is_copy = self.ids.iter().rev().take(40).any(|known| *known == id);
         if !is_copy || random.random_bool(0.05) {
             self.inputs.push(logged);
+            self.stamps.push(time(self.now + self.clock_ms));
+            self.sent.push(sent);
             self.ids.push(id);
         }
     }
@@ -115,6 +140,7 @@ impl Log {
             return Appended::Refused;
         }
         self.outputs.push(output);
+        self.written_at.push(self.now);
         Appended::Stored(self.outputs.len() as u64)
     }
 
@@ -172,9 +198,12 @@ pub(super) struct World<E> {
     faults: Faults,
     log: Log,
     nodes: Vec<Node<E>>,
-    gateways_down: [i64; GATEWAYS],
+    gateways: [Gateway; GATEWAYS],
     /// Messages on their way to the log.
-    sent: VecDeque<(i64, Input)>,
+    sent: VecDeque<gateways::OnItsWay>,
+    clocks: Clocks,
+    /// Odd messages are written, which no member would write.
+    is_odd: bool,
     now: i64,
     takeovers: usize,
     lost: usize,
@@ -215,8 +244,10 @@ impl<E: Engine> World<E> {
             faults,
             log: Log::default(),
             nodes,
-            gateways_down: [0; GATEWAYS],
+            gateways: <[Gateway; GATEWAYS]>::default(),
             sent: VecDeque::new(),
+            clocks: Clocks::default(),
+            is_odd: false,
             now: 0,
             takeovers: 0,
             lost: 0,
@@ -258,6 +289,8 @@ impl<E: Engine> World<E> {
 
     pub(super) fn run(&mut self) {
         while self.now < LASTS_MS {
+            self.log.now = self.now;
+            self.log.clock_ms = self.clocks.error_ms(Who::Log, self.now);
             self.strike();
             self.gather();
             for index in 0..NODES {
@@ -271,7 +304,12 @@ impl<E: Engine> World<E> {
             self.now += STEP_MS;
         }
         let behind_ms = self.now - self.last_output.1;
-        assert!(behind_ms < 2_500, "nothing was published in the last {behind_ms} ms");
+        assert!(
+            behind_ms < 2_500,
+            "nothing was published in the last {behind_ms} ms: {:?} {:?}",
+            self.faults,
+            self.clocks
+        );
     }
 
     fn is_leaderless(&self) -> bool {
@@ -299,56 +337,9 @@ impl<E: Engine> World<E> {
                 }
                 Fault::Pause => node.paused_until = until,
                 Fault::Partition => node.cut_until = until,
-                Fault::Gateway => self.gateways_down[victim % GATEWAYS] = until,
+                Fault::Gateway => self.gateways[victim % GATEWAYS].down_until = until,
                 Fault::Leaderless => {}
             }
-        }
-    }
-
-    /// Gateways hear the sensors, and write a message a sensor and slot.
-    fn gather(&mut self) {
-        const SLOT_MS: i64 = 250;
-        if self.now % SLOT_MS < STEP_MS && self.now >= SLOT_MS {
-            let slot_ms = self.now / SLOT_MS * SLOT_MS - SLOT_MS;
-            for gateway in 0..GATEWAYS {
-                if self.now < self.gateways_down[gateway] {
-                    continue;
-                }
-                for &sensor in &self.sensors {
-                    let within = slot_ms..slot_ms + SLOT_MS;
-                    let mut heard = Vec::new();
-                    for (at_ms, from, payload) in &self.feed {
-                        // A gateway does not hear all of it.
-                        if within.contains(at_ms) && *from == sensor && self.random.random_bool(0.97) {
-                            heard.push(Heard {
-                                received: time(at_ms + gateway as i64),
-                                from: "127.0.0.1:5000".parse().unwrap(),
-                                to: "239.1.1.1:8048".parse().unwrap(),
-                                payload: payload.clone(),
-                            });
-                        }
-                    }
-                    let input = Input {
-                        sensor,
-                        slot: SlotGrid::default().of(time(slot_ms)),
-                        part: 0,
-                        is_last: true,
-                        heard,
-                    };
-                    let delay = if self.random.random_bool(0.02) { 400 } else { 40 };
-                    self.sent.push_back((self.now + self.random.random_range(1..delay), input));
-                }
-            }
-        }
-        if self.is_leaderless() {
-            return;
-        }
-        let now = self.now;
-        let (arrived, waiting): (VecDeque<_>, _) =
-            std::mem::take(&mut self.sent).into_iter().partition(|(at, _)| *at <= now);
-        self.sent = waiting;
-        for (_, input) in arrived {
-            self.log.write(Logged::Input(input), &mut self.random);
         }
     }
 
@@ -386,8 +377,10 @@ impl<E: Engine> World<E> {
     fn work(&mut self, index: usize) -> Result<(), Lost> {
         let (now, is_leaderless) = (self.now, self.is_leaderless());
         let has_faults = self.faults.0.len() > 1;
-        let Self { nodes, log, random, takeovers, relieves, .. } = self;
+        let Self { nodes, log, random, takeovers, relieves, clocks, .. } = self;
         let node = &mut nodes[index];
+        let wall = time(now + node.clock_ms + clocks.error_ms(Who::Node(index), now));
+        let at = Moment { steady: SignedDuration::from_millis(now), wall };
         let Some(cell) = &mut node.cell else { return Ok(()) };
         let is_cut = now < node.cut_until;
         if let Some((_, answer)) = node.answer.take_if(|(at, _)| *at <= now) {
@@ -404,8 +397,10 @@ impl<E: Engine> World<E> {
         }
         // Deliveries come late, in order, and now and then not at all for a while.
         if !is_cut && random.random_bool(0.8) {
-            for (sequence, input) in log.inputs.iter().enumerate().skip(node.read.0) {
-                cell.input(sequence as u64 + 1, input.clone());
+            for (index, logged) in log.inputs.iter().enumerate().skip(node.read.0) {
+                let (stamp, has_more) = (log.stamps[index], index + 1 < log.inputs.len());
+                let (header, logged) = (header(logged), Some(logged.clone()));
+                cell.read(index as u64 + 1, Read { stamp, at, header, logged, has_more });
             }
             node.read.0 = log.inputs.len();
         }
@@ -434,14 +429,15 @@ impl<E: Engine> World<E> {
         if *relieves && cell.owns() && random.random_bool(0.02) {
             cell.relieved(Step(random.random_range(0..8)));
         }
-        cell.pump(time(now + node.clock_ms))?;
+        cell.want_rest(now >= node.writes_at && !is_cut && !is_leaderless);
+        cell.pump(at)?;
         node.post.extend(std::iter::from_fn(|| cell.post()));
         while !is_cut
             && !is_leaderless
             && random.random_bool(0.7)
             && let Some(letter) = node.post.pop_front()
         {
-            log.write(Logged::Letter(Box::new(letter)), random);
+            log.write(Logged::Letter(Box::new(letter)), None, random);
         }
         if let Some(wish) = cell.wish() {
             // Now and then an answer is lost, where much goes wrong.

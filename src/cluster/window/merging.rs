@@ -87,6 +87,11 @@ impl Merging {
         self.epochs.get(cell).copied().unwrap_or_default()
     }
 
+    /// When a slot is due.
+    pub(super) fn due(&self, slot: Slot) -> Time {
+        self.grid.centre(slot) + self.due_after
+    }
+
     /// A slot of a cell; whether there is such a cell.
     pub(super) fn take(&mut self, cell: &CellName, epoch: u64, (picture, now): Merged) -> bool {
         let slot = picture.slot;

@@ -108,11 +108,13 @@ impl Settling {
 mod tests {
     use super::*;
     use crate::cluster::gateway::GatewayCounts;
+    use fusion::time::Time;
 
     fn report(node: &str, said: u64) -> GatewayReport {
         let (counts, lines, heard) = (GatewayCounts::default(), Vec::new(), Vec::new());
         let clock = crate::cluster::GatewayClock::default();
-        GatewayReport { node: node.to_owned(), counts, lines, said, clock, heard, config: 0 }
+        let (sent, ahead_s) = (Time::default(), None);
+        GatewayReport { node: node.to_owned(), counts, lines, said, clock, heard, config: 0, sent, ahead_s }
     }
 
     #[test]

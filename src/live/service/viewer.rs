@@ -43,6 +43,8 @@ pub enum Seen {
     Told(Box<Status>, Box<Integrities>, Vec<HeldCorrelation>),
     /// Who makes it.
     Members(Box<Members>),
+    /// How far the clock of this machine is ahead of those of the members, where it is wrong: the picture is timed by theirs.
+    Ahead(SignedDuration),
 }
 
 /// What was counted of the slots that came.
@@ -117,6 +119,8 @@ struct View {
     shelves: Option<SyncSender<Arc<str>>>,
     kept_shelves: Arc<str>,
     next_status: Time,
+    /// By how much its clock is corrected.
+    ahead: SignedDuration,
     /// Slots that came twice, until they are told.
     late: VecDeque<Slot>,
 }
@@ -145,6 +149,7 @@ impl View {
             shelves,
             kept_shelves: "".into(),
             next_status: clock.now(),
+            ahead: SignedDuration::ZERO,
             late: VecDeque::new(),
         }
     }
@@ -211,6 +216,9 @@ impl View {
                 let SeenCounts { shown, doubled, missing } = self.counts;
                 let members = Members { shown, doubled, missing, ..*members };
                 self.publisher.outlets.hub.tell_members(members);
+            }
+            Seen::Ahead(ahead) => {
+                self.publisher.clock.step(std::mem::replace(&mut self.ahead, ahead) - ahead);
             }
         }
     }
