@@ -74,7 +74,7 @@ struct Drone {
     period_s: f64,
     next_s: f64,
     late_s: f64,
-    /// What the forger knows from the latest plot.
+    /// The latest plot, as the forger knows it: azimuth error (radians) and range error (metres).
     known: (f64, f64),
 }
 

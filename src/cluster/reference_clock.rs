@@ -61,7 +61,7 @@ impl Differences {
         self.least.push_back((base, difference));
     }
 
-    /// Differences of before the window count no more: by the base clock, and by the log's, for a reader that catches up reads fast.
+    /// Removes differences that are older than the window: by the base clock, and by the log's, because a reader that catches up reads fast.
     fn expire(&mut self, (base, stamp): (i64, i64), window: i64) {
         if stamp.abs_diff(self.stamp) > window.unsigned_abs() {
             self.least.clear();

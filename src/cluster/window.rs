@@ -38,7 +38,7 @@ use reports::joined;
 const LOOKS: Duration = Duration::from_secs(1);
 /// Beyond the lease: how long a cell is waited for whose owner is lost.
 const TAKES_OVER_S: f64 = 2.0;
-/// The time of the picture is corrected anew where it is wrong by more than this.
+/// The time of the picture is corrected again where its error has changed by more than this.
 const CORRECTED: SignedDuration = SignedDuration::from_millis(100);
 /// Longest time between two looks at whether a slot has been waited for.
 const LOOK_UP: Duration = Duration::from_millis(20);

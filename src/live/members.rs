@@ -191,7 +191,7 @@ pub struct ClockDifference {
 }
 
 impl Members {
-    /// What is wrong with cells and with the clocks of gateways and nodes; each becomes an alert.
+    /// Faults of cells and of the clocks of gateways and nodes; each becomes an alert.
     pub fn troubles(&self) -> Vec<Trouble> {
         let cells = self.cells.iter().filter_map(CellState::trouble);
         let gateways = self.gateways.iter().filter_map(GatewayState::trouble);

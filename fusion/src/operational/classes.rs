@@ -85,7 +85,7 @@ impl ClassEvidence {
     }
 }
 
-/// A radar track whose class has settled, and of which it is known whether it is a drone.
+/// A radar track with a settled class that is known to be a drone, or to be none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LabelledTrack {
     /// The radar.

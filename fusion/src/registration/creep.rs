@@ -46,7 +46,7 @@ const KEPT: i64 = 150;
 const IDENTITIES_MAX: usize = 256;
 /// A slope of fewer deviations is not looked at any further.
 const STEEP: f64 = 2.0;
-/// Minimum number of witnesses, each weighted by what it tells of the slope.
+/// Minimum number of witnesses, each weighted by its share in the slope.
 const EFFECTIVE_MIN: f64 = 2.5;
 /// Standard deviation of a change that identities may have in common without a cause, radians: errors of the satellites'
 /// positions that are common to all.
@@ -57,7 +57,7 @@ const STEPS: i64 = 16;
 /// slope.
 const DELAY_S: f64 = 0.3;
 
-/// What a plot of an identity tells.
+/// The azimuth offset of a plot of an identity.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turned {
     pub(crate) time: Time,
@@ -169,7 +169,7 @@ impl Sums {
 }
 
 impl CreepMonitor {
-    /// A plot of an identity; whether there is room for the identity.
+    /// Adds a plot of an identity. False: too many identities are kept already.
     pub(crate) fn add(&mut self, of: (Host, Identity), turned: &Turned) -> bool {
         let Turned { time, begun, offset, rate } = *turned;
         let index = bin(time);

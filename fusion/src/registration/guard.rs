@@ -1,4 +1,4 @@
-//! What of a registration is used while the offsets that it is learnt from turn.
+//! Decides which estimate of a registration is used while the offsets that it is learnt from turn.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -46,14 +46,14 @@ pub struct Creep {
     pub bearing: BiasValue,
 }
 
-/// What a check has led to.
+/// The result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Checked {
     /// The same is used as before.
     Unchanged,
     /// The estimate is held, or is not held any more.
     Changed,
-    /// There is an alarm.
+    /// An alarm was raised.
     Alarm,
 }
 
@@ -65,7 +65,7 @@ pub(crate) struct CreepGuard {
     estimates: VecDeque<(Time, Misalignment)>,
     /// Copies of the registration: the older, the newer.
     copies: VecDeque<(Time, Registration)>,
-    /// What is used instead of the estimate.
+    /// The estimate that is used instead of the latest one.
     held: Option<Misalignment>,
     /// Number of the latest bin in which it was checked.
     checked: Option<i64>,
@@ -109,7 +109,7 @@ impl CreepGuard {
         self.alarm
     }
 
-    /// What is used: the estimate, or what is held instead.
+    /// The estimate that is used: this one, or an earlier one that is held.
     pub(crate) fn used(&self, estimate: Misalignment) -> Misalignment {
         self.held.unwrap_or(estimate)
     }

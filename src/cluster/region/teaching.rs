@@ -19,13 +19,13 @@ const EVERY: i64 = 40;
 /// What was learnt is used so many slots later, everywhere.
 const LATER: i64 = 16;
 
-/// What this cell tells others of sensors.
+/// Tells other cells about sensors.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Teaching {
     region: Option<Region>,
     /// The home of each radar.
     homes: BTreeMap<SensorIndex, CellName>,
-    /// What this cell is home to.
+    /// The sensors of which this cell is the home.
     subjects: Vec<Subject>,
 }
 
@@ -77,7 +77,7 @@ impl Teaching {
     fn labelled(&self, region: &Region, frame: &TangentPlane, engine: &mut Engine) -> Vec<(CellName, Word)> {
         let mut by_home = BTreeMap::<&CellName, Vec<LabelledTrack>>::new();
         for track in engine.take_labelled() {
-            // Those in the halo are told of by the cell in which they are.
+            // The cell that contains a track of the halo sends it.
             let is_here = region.contains(frame.to_geodetic(track.position));
             match self.homes.get(&track.radar).filter(|_| is_here) {
                 Some(home) if *home == region.cell => engine.count_labelled(&track),
@@ -88,7 +88,7 @@ impl Teaching {
         by_home.into_iter().map(|(home, tracks)| (home.clone(), Word::Labelled(tracks))).collect()
     }
 
-    /// What is to be said with a slot; the engine itself uses it from the same slot on.
+    /// The letters of a slot; the engine itself uses their values from the same slot on.
     pub(crate) fn turn(
         &self,
         slot: Slot,

@@ -100,7 +100,7 @@ pub(super) struct Found {
     /// Points that one engine has not.
     pub(super) extra: usize,
     pub(super) near_extra: usize,
-    /// Of all these: points of which radar alone tells.
+    /// Those of them that rest on radar alone.
     pub(super) radar_points: usize,
     pub(super) radar_lost: usize,
     pub(super) radar_extra: usize,
