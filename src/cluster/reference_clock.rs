@@ -61,7 +61,8 @@ impl Differences {
         self.least.push_back((base, difference));
     }
 
-    /// Removes differences that are older than the window: by the base clock, and by the log's, because a reader that catches up reads fast.
+    /// Removes differences that are older than the window: by the base clock, and by the log's, because a reader that catches up
+    /// reads fast.
     fn expire(&mut self, (base, stamp): (i64, i64), window: i64) {
         if stamp.abs_diff(self.stamp) > window.unsigned_abs() {
             self.least.clear();
@@ -81,18 +82,6 @@ impl Differences {
     }
 }
 
-impl Refusal {
-    /// The reason in words.
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::Ahead => "its clock is ahead",
-            Self::Behind => "its clock is behind",
-            Self::Slot => "the slot is not over, or of another day",
-            Self::Configuration => "its configuration is another one",
-        }
-    }
-}
-
 /// Why a message is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Refusal {
@@ -104,6 +93,18 @@ pub enum Refusal {
     Slot,
     /// The gateway has another shared configuration.
     Configuration,
+}
+
+impl Refusal {
+    /// The reason in words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Ahead => "its clock is ahead",
+            Self::Behind => "its clock is behind",
+            Self::Slot => "the slot is not over, or of another day",
+            Self::Configuration => "its configuration is another one",
+        }
+    }
 }
 
 /// Reference time by what is read of a log.

@@ -69,7 +69,7 @@ impl Clocks {
     }
 }
 
-/// What is true of a message of a gateway.
+/// The true values of a message of a gateway.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Sent {
     pub(in super::super) gateway: usize,
@@ -99,7 +99,7 @@ pub(super) struct Gateway {
     heard: i64,
 }
 
-/// What an input begins with.
+/// The header of an input.
 pub(super) fn header(logged: &Logged) -> Option<Header> {
     match logged {
         Logged::Input(input) => Header::of(&input.body()).unwrap(),
@@ -118,7 +118,7 @@ impl<E: Engine> World<E> {
         Self { is_odd: true, ..self }
     }
 
-    /// What gateways sent, with its sequence.
+    /// Messages of gateways, with their sequences.
     pub(in super::super) fn sent(&self) -> impl Iterator<Item = (u64, Option<&Sent>)> {
         (1..).zip(self.log.sent.iter().map(Option::as_ref))
     }
