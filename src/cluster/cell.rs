@@ -161,6 +161,10 @@ pub struct Cell<E> {
     stored_epoch: Option<u64>,
     /// Another node publishes under this greater number; whether it holds the lease is not known yet.
     rival: Option<u64>,
+    /// Whether that was read before the log was asked last.
+    is_rival_asked: bool,
+    /// The greatest number of a lease among the outputs that were read.
+    greatest_epoch: u64,
     /// The lease names another node: nothing is published until it is known whether that node owns the cell.
     is_held_back: bool,
     /// Own slots that are not in the log yet.
@@ -208,6 +212,8 @@ impl<E: Fusing> Cell<E> {
             foreign: 0,
             stored_epoch: None,
             rival: None,
+            is_rival_asked: false,
+            greatest_epoch: 0,
             is_held_back: false,
             made: VecDeque::new(),
             post: VecDeque::new(),
@@ -339,6 +345,7 @@ impl<E: Fusing> Cell<E> {
             && self.told >= until
         {
             self.role = Role::Owns { epoch };
+            self.is_in_doubt = self.rival.is_some();
             self.own(epoch);
             // Whether who owned it before has sent them is not known.
             self.post.extend(self.engine.recent_letters());
@@ -361,9 +368,9 @@ impl<E: Fusing> Cell<E> {
         }
         let wish = match self.role {
             Role::Follows => self.is_lease_free.then_some(Wish::Lease),
-            Role::Claims { until: None, .. } => Some(Wish::Last(self.told)),
+            Role::Claims { until: None, .. } => Some(self.ask()),
             Role::Claims { .. } => None,
-            Role::Owns { .. } if self.is_in_doubt => Some(Wish::Last(self.told)),
+            Role::Owns { .. } if self.is_in_doubt => Some(self.ask()),
             Role::Owns { .. } if self.is_held_back => None,
             Role::Owns { .. } => {
                 let output = self.made.front().map(|made| made.output.clone());
@@ -374,12 +381,18 @@ impl<E: Fusing> Cell<E> {
         wish
     }
 
+    const fn ask(&mut self) -> Wish {
+        self.is_rival_asked = true;
+        Wish::Last(self.told)
+    }
+
     /// The lease has been created under this number; `None`: somebody else was first, or nobody answered.
-    pub const fn leased(&mut self, epoch: Option<u64>) {
+    pub fn leased(&mut self, epoch: Option<u64>) {
         self.is_asking = false;
         self.is_lease_free = false;
         if let Some(epoch) = epoch {
             self.role = Role::Claims { epoch, until: None };
+            self.rival = Some(self.greatest_epoch).filter(|greatest| *greatest > epoch);
         }
     }
 

@@ -35,9 +35,15 @@ impl<E: Fusing> Cell<E> {
             return Ok(());
         }
         self.told = sequence;
+        self.greatest_epoch = self.greatest_epoch.max(output.epoch);
         match self.role {
             Role::Owns { epoch } => self.other(epoch, sequence, &output),
             Role::Follows | Role::Claims { .. } => {
+                if let Role::Claims { epoch, .. } = self.role
+                    && output.epoch > epoch
+                {
+                    self.note_rival(output.epoch);
+                }
                 self.outputs.push_back((sequence, output));
                 Ok(())
             }
@@ -58,7 +64,8 @@ impl<E: Fusing> Cell<E> {
             return Ok(());
         }
         if output.epoch > epoch {
-            (self.rival, self.is_in_doubt) = (self.rival.max(Some(output.epoch)), true);
+            self.note_rival(output.epoch);
+            self.is_in_doubt = true;
         } else if output.epoch == epoch || self.stored_epoch.is_some_and(|stored| output.epoch <= stored) {
             // The former owner is refused since the first output of this node.
             self.foreign += 1;
@@ -66,6 +73,10 @@ impl<E: Fusing> Cell<E> {
             return Err(Lost::Fenced);
         }
         Ok(())
+    }
+
+    fn note_rival(&mut self, epoch: u64) {
+        (self.rival, self.is_rival_asked) = (self.rival.max(Some(epoch)), false);
     }
 
     /// An owner in whose place another name stands in the lease publishes nothing, until it is known whether that one publishes.
@@ -80,18 +91,20 @@ impl<E: Fusing> Cell<E> {
     pub fn last(&mut self, tail: Result<Tail, ()>) -> Result<(), Lost> {
         self.is_asking = false;
         let Ok(Tail { outputs, last, is_whole, is_mine }) = tail else { return Ok(()) };
+        // The lease may have changed between the answer and an output that was read meanwhile: it is asked for again.
+        let is_current = self.rival.is_none() || self.is_rival_asked;
         for (sequence, output) in outputs {
             self.output(sequence, output)?;
         }
         self.skip(last);
-        if !is_whole {
+        if !is_whole || !is_current {
             return Ok(());
         }
         match &mut self.role {
             Role::Follows => {}
-            Role::Claims { epoch, until } => {
+            Role::Claims { until, .. } => {
                 // The lease has come late: another node has been given it since.
-                if !is_mine && self.outputs.iter().any(|(_, output)| output.epoch > *epoch) {
+                if self.rival.take().is_some() && !is_mine {
                     return Err(Lost::Fenced);
                 }
                 *until = Some(self.told);

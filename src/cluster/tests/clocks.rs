@@ -9,7 +9,7 @@ use jiff::SignedDuration;
 
 use super::toy::{self, Toy};
 use super::world::{BEGINS_MS, Clocks, Faults, Who, World};
-use super::{checked, owned, schedules};
+use super::{MANY, checked, owned, schedules};
 use crate::cluster::cell::{Appended, Cell, Read, Wish};
 use crate::cluster::message::{Header, Heard, Input, Logged, Origin, Output};
 use crate::cluster::reference_clock::{Moment, Refusal};
@@ -93,7 +93,7 @@ fn wrong_clock_of_any_member_delays_and_advances_nothing() {
 #[test]
 fn no_clock_decides_whatever_else_happens() {
     let (mut all, mut takeovers) = (Judged::default(), 0);
-    for seed in 0..schedules() {
+    for seed in schedules() {
         let clocks = Clocks::any(seed);
         let faults = Faults::any(seed).without_gateways(&clocks);
         let mut world = World::new(seed, faults, toy::feed()).with(clocks).odd();
@@ -110,6 +110,9 @@ fn no_clock_decides_whatever_else_happens() {
         takeovers += world.takeovers();
     }
     println!("{all:?}; {takeovers} take-overs");
+    if schedules().count() < MANY as usize {
+        return;
+    }
     assert!(all.right > 1_000 && all.wrong > 100 && takeovers > 2, "{all:?} {takeovers}");
     assert!(all.right_refused * 2_000 <= all.right && all.wrong_used * 10 < all.wrong, "{all:?}");
 }

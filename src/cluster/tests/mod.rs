@@ -51,9 +51,15 @@ fn delivered(world: &World<Toy>, what: &str) {
     }
 }
 
-/// How many schedules are run.
-fn schedules() -> u64 {
-    std::env::var("UTM_FUSION_SCHEDULES").ok().and_then(|text| text.parse().ok()).unwrap_or(80)
+/// Number of schedules from which on each kind of fault is among them.
+const MANY: u64 = 40;
+
+/// The seeds of the schedules that are run: `UTM_FUSION_SCHEDULES` is their number, or the first and the number behind the last
+/// (`2000..4000`).
+fn schedules() -> std::ops::Range<u64> {
+    let Ok(text) = std::env::var("UTM_FUSION_SCHEDULES") else { return 0..80 };
+    let (first, end) = text.split_once("..").unwrap_or(("0", &text));
+    first.parse().unwrap()..end.parse().unwrap()
 }
 
 fn flown(seed: u64, faults: Faults) -> World<Toy> {
@@ -103,9 +109,10 @@ fn a_node_without_the_log_is_replaced() {
 
 #[test]
 fn whatever_happens_nothing_is_doubled_and_nothing_is_missing() {
-    let count = schedules();
+    let seeds = schedules();
+    let count = seeds.end - seeds.start;
     let (mut takeovers, mut refused, mut lost) = (0, 0, 0);
-    for seed in 0..count {
+    for seed in seeds {
         let world = flown(seed, Faults::any(seed));
         checked(&world, &format!("seed {seed}"));
         delivered(&world, &format!("seed {seed}"));
@@ -114,7 +121,8 @@ fn whatever_happens_nothing_is_doubled_and_nothing_is_missing() {
         lost += world.lost();
     }
     // The schedules would say nothing if nothing happened in them.
-    assert!(takeovers > 2 * count as usize && refused > 0 && lost > 0, "{takeovers} {refused} {lost}");
+    let is_some = takeovers > 2 * count as usize && refused > 0 && lost > 0;
+    assert!(is_some || count < MANY, "{takeovers} {refused} {lost}");
 }
 
 /// A cell that is owned by nobody else, and the first output of which is the log's first.
@@ -253,6 +261,31 @@ fn owner_is_fenced_by_a_greater_lease_that_is_not_its_own() {
     cell.wish();
     cell.leased_again(12);
     assert_eq!(cell.last(tail(Vec::new(), 2, true)), Err(super::cell::Lost::Fenced));
+}
+
+/// An answer is of before the other node had the lease where that one's output is read after the question.
+#[test]
+fn greater_lease_read_after_the_question_is_asked_for_again() {
+    let (mut cell, output) = publishing();
+    cell.appended(Appended::Unknown);
+    assert_eq!(cell.wish(), Some(Wish::Last(1)));
+    cell.output(2, forged(&output, 9)).unwrap();
+    cell.last(tail(Vec::new(), 1, true)).unwrap();
+    assert_eq!(cell.wish(), Some(Wish::Last(2)));
+    assert_eq!(cell.last(tail(Vec::new(), 2, false)), Err(super::cell::Lost::Fenced));
+}
+
+/// The lease is given late: another node has it, and has published since.
+#[test]
+fn lease_that_comes_late_is_none_where_a_greater_one_has_published() {
+    let mut cell = Cell::new(Toy::new(), SlotGrid::default(), WAIT, 0, 0);
+    cell.lease(false);
+    assert_eq!(cell.wish(), Some(Wish::Lease));
+    let (_, output) = publishing();
+    cell.output(1, forged(&output, 9)).unwrap();
+    cell.leased(Some(1));
+    assert_eq!(cell.wish(), Some(Wish::Last(1)));
+    assert_eq!(cell.last(tail(Vec::new(), 1, false)), Err(super::cell::Lost::Fenced));
 }
 
 #[test]
