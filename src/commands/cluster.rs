@@ -1,8 +1,8 @@
 //! `cluster`: how a cluster is, from outside.
 
 mod connection;
+mod status;
 
-use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,27 +10,24 @@ use std::time::Duration;
 
 use futures_util::future::join_all;
 use jiff::SignedDuration;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::moment::duration;
-use super::table::{Table, grouped};
+use super::table::grouped;
 use super::{CommandResult, Outcome, Usage};
 use crate::app::{Failure, Signals, runtime};
 use crate::areas::Areas;
 use crate::cluster::{
-    CellReport, Cells, Different, GatewayReport, Holder, Log, NodeReport, Part, SharedConfiguration, Skipped,
-    differences, record as recorded, record_region, verify,
+    Cells, Different, GatewayReport, Log, NodeReport, Part, SharedConfiguration, record as recorded,
+    record_region, verify,
 };
 use crate::config::{Cluster, Config};
-use crate::live::{ClockDifference, Members, milliseconds, now};
 use crate::territory::CellName;
-use fusion::time::Time;
 
 use connection::opened;
 pub(super) use connection::{checked_proofs, reached};
+use status::ClusterStatus;
 
-/// A picture older than this beyond its latency is late, seconds.
-const LATE_S: f64 = 1.0;
 /// Longest time for which is waited for the servers, and for a node to give up its cells.
 const PATIENCE: Duration = Duration::from_secs(5);
 const DRAINS: Duration = Duration::from_secs(15);
@@ -133,29 +130,6 @@ pub(super) fn cells(config: &Config) -> Result<Vec<String>, Failure> {
     Ok([first].into_iter().chain(cells.names().iter().map(of)).collect())
 }
 
-/// What is said of a cell.
-struct CellSaid {
-    cell: String,
-    owner: Option<Holder>,
-    standby: Option<Holder>,
-    report: Option<CellReport>,
-    /// The newest slot, and when it is of.
-    latest: Option<Time>,
-}
-
-/// What those of a cluster say.
-struct Said {
-    cells: Vec<CellSaid>,
-    nodes: Vec<NodeReport>,
-    gateways: Vec<GatewayReport>,
-    /// Gateways that were not ended in order.
-    expected: Vec<String>,
-    /// Members with another configuration than that of the command.
-    different: Vec<Different>,
-    /// The messages that this command could not read.
-    skipped: Vec<Skipped>,
-}
-
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
     let config = Arc::new(Config::load(&args.config)?);
@@ -172,19 +146,23 @@ pub fn run(args: &Args) -> CommandResult {
         match &args.command {
             Command::Status { json } => {
                 let areas = Areas::load(&config.areas)?;
-                let said = Said::hear(&log, &cells, &SharedConfiguration::of(&config, &areas)?).await?;
+                let status =
+                    ClusterStatus::read(&log, &cells, &SharedConfiguration::of(&config, &areas)?).await?;
                 match json {
-                    true => writeln!(out, "{:#}", said.json(&config))?,
-                    false => write!(out, "{}\n{}\n{}", said.cells(&config), said.nodes(), said.gateways())?,
+                    true => writeln!(out, "{:#}", status.json(&config))?,
+                    false => {
+                        write!(out, "{}\n{}\n{}", status.cells(&config), status.nodes(), status.gateways())?
+                    }
                 }
-                let wrong = said.wrong(&config);
+                let wrong = status.wrong(&config);
                 wrong.iter().for_each(|wrong| tracing::warn!("{wrong}"));
                 Ok(if wrong.is_empty() { Outcome::Done } else { Outcome::Incomplete })
             }
             Command::Cells => {
                 let areas = Areas::load(&config.areas)?;
-                let said = Said::hear(&log, &cells, &SharedConfiguration::of(&config, &areas)?).await?;
-                write!(out, "{}", said.cells(&config))?;
+                let status =
+                    ClusterStatus::read(&log, &cells, &SharedConfiguration::of(&config, &areas)?).await?;
+                write!(out, "{}", status.cells(&config))?;
                 Ok(Outcome::Done)
             }
             Command::Drain { node } => drain(&log, node, &mut out).await,
@@ -207,236 +185,6 @@ fn chosen(cells: &Cells, name: Option<&str>) -> Result<Vec<CellName>, Usage> {
     found
         .map(|cell| vec![cell])
         .ok_or_else(|| Usage(format!("no cell is called {name}: there are {}", names())))
-}
-
-impl CellSaid {
-    async fn hear(log: &Log, cell: &CellName) -> Result<Self, crate::cluster::LogError> {
-        let holder = async |part: &str| log.holder(&format!("{cell}.{part}")).await;
-        let report = log.said(&format!("{cell}.report")).await?;
-        let latest = log.last(cell.as_str()).await?;
-        Ok(Self {
-            cell: cell.to_string(),
-            owner: holder("owner").await?.map(|held| held.by),
-            standby: holder("standby").await?.map(|held| held.by),
-            report: report.and_then(|report| CellReport::parse(&report)),
-            latest: latest
-                .and_then(|(_, output)| crate::cluster::pictures(&output.picture))
-                .map(|(of, _)| of.time),
-        })
-    }
-
-    /// How late the newest slot is, seconds: beyond the latency that is configured, and the slot after it.
-    fn late_s(&self, config: &Config) -> Option<f64> {
-        let latest = self.latest?;
-        let due = latest + config.fusion.latency() + config.fusion.slot;
-        Some((now() - due).as_secs_f64().max(0.0))
-    }
-
-    /// How long before it is due the newest slot was published, seconds.
-    fn early_s(&self, config: &Config) -> f64 {
-        let due = self.latest.map(|latest| latest + config.fusion.latency() - config.fusion.slot / 2);
-        due.map_or(0.0, |due| (due - now()).as_secs_f64().max(0.0))
-    }
-
-    fn wrong(&self, config: &Config) -> Vec<String> {
-        let (mut wrong, cell) = (Vec::new(), &self.cell);
-        if self.owner.is_none() {
-            wrong.push(format!("nobody owns cell {cell}"));
-        }
-        if self.standby.is_none() {
-            wrong.push(format!("nobody stands by for cell {cell}"));
-        }
-        let early_s = self.early_s(config);
-        if early_s > LATE_S {
-            wrong.push(format!("the newest slot of cell {cell} is {early_s:.1} s early: a clock is wrong"));
-        }
-        match self.late_s(config) {
-            None => wrong.push(format!("nothing has been published of cell {cell}")),
-            Some(late_s) if late_s > LATE_S => {
-                wrong.push(format!("the newest slot of cell {cell} is {late_s:.1} s late"));
-            }
-            Some(_) => {}
-        }
-        wrong
-    }
-}
-
-impl Said {
-    async fn hear(log: &Log, cells: &Cells, shared: &SharedConfiguration) -> Result<Self, Failure> {
-        let (nodes, gateways) = (NodeReport::all(log).await?, GatewayReport::all(log).await?);
-        let different = shared.different(log, &nodes, &gateways).await?;
-        let expected = log.expected_gateways().await?;
-        let mut said = Vec::new();
-        for cell in cells.names() {
-            said.push(CellSaid::hear(log, cell).await?);
-        }
-        Ok(Self { cells: said, nodes, gateways, expected, different, skipped: log.skips.all() })
-    }
-
-    fn wrong(&self, config: &Config) -> Vec<String> {
-        let clocks = self.clocks().troubles().into_iter().map(|trouble| trouble.text);
-        let missing = self.missing(config).into_iter().map(|name| format!("gateway {name} says nothing"));
-        let different = self.different.iter().map(|Different { member, text }| {
-            format!("{member} has another configuration than {}: {text}", "this command's")
-        });
-        let all = self.cells.iter().flat_map(|cell| cell.wrong(config)).chain(missing).chain(different);
-        all.chain(self.unreadable()).chain(clocks).collect()
-    }
-
-    /// Gateways that ought to be heard of, and are not.
-    fn missing(&self, config: &Config) -> BTreeSet<String> {
-        let configured = config.cluster.iter().flat_map(|cluster| &cluster.gateways);
-        let is_missing = |name: &&String| self.gateways.iter().all(|gateway| gateway.node != **name);
-        self.expected.iter().chain(configured).filter(is_missing).cloned().collect()
-    }
-
-    /// Messages that were skipped within the last minute, by those who tell.
-    fn unreadable(&self) -> Vec<String> {
-        let nodes = self.nodes.iter().flat_map(|node| {
-            node.skipped.iter().map(move |skipped| (format!("node {}", node.holder.node), skipped))
-        });
-        let own = self.skipped.iter().map(|skipped| ("this command".to_owned(), skipped));
-        let recent = nodes.chain(own).filter(|(_, skipped)| skipped.is_recent);
-        let text = |(who, Skipped { place, reason, count, .. }): (String, &Skipped)| {
-            format!("{who} skips messages of the log: {place}: {reason} ({count} so far)")
-        };
-        recent.map(text).collect()
-    }
-
-    /// The members with their clocks, by this one look.
-    fn clocks(&self) -> Members {
-        Members {
-            nodes: self.nodes.iter().map(NodeReport::state).collect(),
-            gateways: self.gateways.iter().map(GatewayReport::state).collect(),
-            clocks: differences(&self.gateways),
-            ..Members::default()
-        }
-    }
-
-    fn cells(&self, config: &Config) -> Table {
-        let names = ["cell", "owner", "lease", "standby", "behind", "published", "late"];
-        let mut table = Table::new("llrlrrr", &names);
-        let name = |of: &Option<Holder>| of.as_ref().map_or("nobody".to_owned(), |of| of.node.clone());
-        for said in &self.cells {
-            let counts = |of: &Option<Holder>| {
-                let node = self.nodes.iter().find(|node| Some(&node.holder) == of.as_ref());
-                node.map(|node| node.counts(&said.cell)).unwrap_or_default()
-            };
-            let (owner, standby) = (counts(&said.owner), counts(&said.standby));
-            table.row([
-                said.cell.clone(),
-                name(&said.owner),
-                owner.epoch.to_string(),
-                name(&said.standby),
-                format!("{} slots", standby.behind),
-                grouped(owner.published),
-                said.late_s(config).map_or("nothing yet".to_owned(), |late_s| format!("{late_s:.2} s")),
-            ]);
-        }
-        table
-    }
-
-    fn nodes(&self) -> Table {
-        let names = [
-            "node",
-            "machine",
-            "is",
-            "owns",
-            "beside",
-            "take-overs",
-            "fenced",
-            "diverged",
-            "checkpoints",
-            "clock",
-        ];
-        let mut table = Table::new("lllrrrrrrr", &names);
-        for node in &self.nodes {
-            let sum = node.sum();
-            table.row([
-                node.holder.node.clone(),
-                node.holder.machine.clone(),
-                node.part().to_owned(),
-                node.cells_as(Part::Owner).count().to_string(),
-                node.cells_as(Part::Standby).count().to_string(),
-                sum.takeovers.to_string(),
-                sum.fenced.to_string(),
-                sum.diverged.to_string(),
-                sum.checkpoints.to_string(),
-                ahead(node.ahead_s),
-            ]);
-        }
-        table
-    }
-
-    fn gateways(&self) -> Table {
-        let names =
-            ["gateway", "lines", "datagrams", "waiting", "dropped", "withheld", "clock", "ahead", "differs"];
-        let mut table = Table::new("lrrrrrlrl", &names);
-        let Members { gateways, clocks, .. } = self.clocks();
-        for (GatewayReport { node, counts, lines, .. }, state) in self.gateways.iter().zip(&gateways) {
-            let received = lines.iter().map(|(_, line)| line.received).sum();
-            table.row([
-                node.clone(),
-                lines.len().to_string(),
-                grouped(received),
-                counts.waiting.to_string(),
-                grouped(counts.dropped),
-                grouped(counts.withheld),
-                state.clock_text(),
-                ahead(state.clock_ahead_s),
-                worst(node, &clocks),
-            ]);
-        }
-        table
-    }
-
-    fn json(&self, config: &Config) -> Value {
-        let cell = |said: &CellSaid| {
-            json!({
-                "cell": said.cell,
-                "owner": said.owner,
-                "standby": said.standby,
-                "late_s": said.late_s(config),
-                "aircraft_numbers": said.report.as_ref().map(|report| report.status.numbers_used),
-            })
-        };
-        let cells: Vec<Value> = self.cells.iter().map(cell).collect();
-        let nodes: Vec<Value> = self.nodes.iter().map(|node| json!(node)).collect();
-        let Members { gateways, clocks, .. } = self.clocks();
-        let gateways = self.gateways.iter().zip(gateways).map(|(gateway, state)| {
-            json!({ "node": gateway.node, "lines": gateway.lines.len(), "counts": gateway.counts, "clock": {
-                "standing": state.clock, "bound_s": state.clock_bound_s, "by": state.clock_by, "unfit": state.unfit, "silent": state.silent, "ahead_s": state.clock_ahead_s,
-            } })
-        });
-        let gateways: Vec<Value> = gateways.collect();
-        let (wrong, missing) = (self.wrong(config), self.missing(config));
-        json!({
-            "cells": cells, "nodes": nodes, "gateways": gateways, "missing_gateways": missing, "clocks": clocks, "wrong": wrong,
-        })
-    }
-}
-
-/// How far a clock is ahead of reference time.
-fn ahead(ahead_s: Option<f64>) -> String {
-    ahead_s.map_or("not known".to_owned(), |ahead_s| format!("{ahead_s:+.2} s"))
-}
-
-/// By how much a gateway's clock differs most from another one's, and from which.
-fn worst(node: &str, clocks: &[ClockDifference]) -> String {
-    let own = clocks.iter().filter_map(|clock| match clock {
-        ClockDifference { gateway, other, difference_s, .. } if gateway == node => {
-            Some((other, *difference_s))
-        }
-        ClockDifference { gateway, other, difference_s, .. } if other == node => {
-            Some((gateway, -difference_s))
-        }
-        _ => None,
-    });
-    let worst = own.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-    worst.map_or("not known".to_owned(), |(other, by_s)| {
-        let sign = if by_s < 0.0 { "-" } else { "+" };
-        format!("{sign}{} ms from {other}", milliseconds(by_s.abs()))
-    })
 }
 
 /// Misses a gateway no longer.
