@@ -151,7 +151,7 @@ pub fn run(args: &Args) -> CommandResult {
                 match json {
                     true => writeln!(out, "{:#}", status.json(&config))?,
                     false => {
-                        write!(out, "{}\n{}\n{}", status.cells(&config), status.nodes(), status.gateways())?
+                        write!(out, "{}\n{}\n{}", status.cells(&config), status.nodes(), status.gateways())?;
                     }
                 }
                 let wrong = status.wrong(&config);
