@@ -9,7 +9,7 @@ use utm_fusion::cluster::{Output, WHOLE, pictures};
 
 use crate::clocks::faketime;
 use crate::site::{GATEWAYS, NODES, SLACK_S, Setup, Site, until};
-use crate::watcher::Summary;
+use crate::watcher::{Summary, Watcher};
 
 /// Seconds by which clocks are wrong: those of `UTM_FUSION_WRONG_S`, with commas between them, or these.
 fn errors_s(otherwise: &[i64]) -> Vec<i64> {
@@ -50,6 +50,18 @@ async fn set(site: &Site, member: &str, error_s: i64, meanwhile: impl AsyncFnOnc
     println!("  right again, and so said after {:.1} s", began.elapsed().as_secs_f64());
 }
 
+/// Watches the cell from when its aircraft are shown and its slots are in time.
+async fn watched(site: &Site) -> Watcher {
+    until("aircraft", async || {
+        let (_, tracks) = site.ask("/api/v1/tracks").await?;
+        (tracks["features"].as_array()?.len() >= 3).then_some(())
+    })
+    .await;
+    let watcher = site.watch().await;
+    watcher.in_time().await;
+    watcher
+}
+
 /// No slot from that place on was early or empty; that none was missing or doubled was looked at before.
 fn full(summary: &Summary, from: usize) {
     let count = |slot: &(i64, Vec<crate::watcher::Called>)| slot.1.len();
@@ -65,13 +77,7 @@ async fn gateway_with_wrong_clock_is_refused_and_named() {
     let wrong = GATEWAYS[1];
     let setup = Setup { shifted: Some((wrong, library)), checkpoint_s: 5.0, ..Setup::default() };
     let Some(site) = Site::start(setup).await else { return };
-    until("aircraft", async || {
-        let (_, tracks) = site.ask("/api/v1/tracks").await?;
-        (tracks["features"].as_array()?.len() >= 3).then_some(())
-    })
-    .await;
-    let watcher = site.watch().await;
-    watcher.in_time().await;
+    let watcher = watched(&site).await;
     let before = watcher.slots();
     for error_s in errors_s(&[10, -3]) {
         let began = watcher.slots();
@@ -108,16 +114,10 @@ async fn node_with_wrong_clock_decides_nothing_and_hands_over() {
     let wrong = NODES[0];
     let setup = Setup { shifted: Some((wrong, library)), checkpoint_s: 5.0, ..Setup::default() };
     let Some(mut site) = Site::start(setup).await else { return };
-    until("aircraft", async || {
-        let (_, tracks) = site.ask("/api/v1/tracks").await?;
-        (tracks["features"].as_array()?.len() >= 3).then_some(())
-    })
-    .await;
-    let watcher = site.watch().await;
-    watcher.in_time().await;
+    let watcher = watched(&site).await;
     let before = watcher.slots();
     for error_s in errors_s(&[30]) {
-        // It is to own the cell first.
+        // The node with the wrong clock has to own the cell first.
         loop {
             let [owner, _] = site.pair().await;
             if owner == wrong {
