@@ -147,7 +147,7 @@ impl City {
                 return Ok(());
             }
             self.driver.receive(&Reception {
-                received: Some(self.driver.reception(received.at)),
+                received: Some(self.driver.reception(received.at, received.at)),
                 input: received.line,
                 from: Some(([127, 0, 0, 1], 40_000).into()),
                 kind: ReceptionKind::Datagram,

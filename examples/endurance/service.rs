@@ -134,7 +134,7 @@ impl Service {
     pub fn receive(&mut self, line: usize, now: Time, payload: &[u8]) -> Result<()> {
         let Some(life) = &mut self.life else { return Ok(()) };
         let reception = Reception {
-            received: Some(life.driver.reception(now)),
+            received: Some(life.driver.reception(now, now)),
             input: line,
             from: Some(FROM),
             kind: ReceptionKind::Datagram,

@@ -155,10 +155,10 @@ impl Driver {
         Self { lookout, ..self }
     }
 
-    /// The time at which an arrival is handled, and recorded: its own, or just after the last slot was to be made where
-    /// that has been while it waited. Where the clock was set back by more than the window it is its own.
-    pub fn reception(&self, received: Time) -> Time {
-        if self.pipeline.engine().is_set_back(received) {
+    /// The time at which an arrival is handled at `now`, and recorded: its own, or just after the last slot was to be made
+    /// where that has been while it waited. Where the clock was set back by more than the window it is its own.
+    pub fn reception(&self, received: Time, now: Time) -> Time {
+        if self.pipeline.engine().is_set_back(received.max(now)) {
             return received;
         }
         self.made_at.map_or(received, |made| received.max(made + AFTER_MAKING))

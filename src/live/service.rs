@@ -305,8 +305,9 @@ impl Engine {
     }
 
     fn receive(&mut self, arrival: Arrival) {
-        self.publisher.waited += usize::from(self.publisher.clock.now() - arrival.received > WAITED);
-        let received = self.driver.reception(arrival.received);
+        let now = self.publisher.clock.now();
+        self.publisher.waited += usize::from(now - arrival.received > WAITED);
+        let received = self.driver.reception(arrival.received, now);
         self.publisher.record(|| Recorded::Input {
             received,
             line: arrival.line,

@@ -71,7 +71,7 @@ impl Flown {
             driver.tick(datagram.received);
             keep(&mut driver);
             let reception = Reception {
-                received: Some(driver.reception(datagram.received)),
+                received: Some(driver.reception(datagram.received, datagram.received)),
                 input: 0,
                 from: None,
                 kind: ReceptionKind::Datagram,

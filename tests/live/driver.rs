@@ -235,7 +235,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
         }
         let from = FROM;
         let line = usize::from(datagram.flow.port != 8048);
-        let received = driver.reception(wall(datagram.received));
+        let received = driver.reception(wall(datagram.received), wall(steady));
         let payload = datagram.payload.clone();
         if fate.checkpoint_every > 0 && index % fate.checkpoint_every == 0 {
             assert!(recorder.wait(Recorded::Checkpoint(driver.checkpoint(config))));
@@ -337,6 +337,17 @@ fn midnight_is_a_moment_like_any_other() {
     assert!(flown.1.iter().any(|(since, ..)| *since < seconds(40)), "nothing before");
     assert!(flown.1.iter().any(|(since, is_fused, _)| *since > seconds(40) && *is_fused), "nothing after");
     assert!(flown == fly_at(over_midnight + seconds(-36_000)), "the same flight in the afternoon");
+}
+
+#[test]
+fn datagrams_that_waited_longer_than_the_window_come_after_the_fresh_start() {
+    // The service stands still for 26 s and looks at the clock before it has handled all that came before: the engine starts
+    // afresh, and the clock was not set back.
+    let decide_s = vec![27, 29];
+    let (silence_s, pause_s) = (Some((17, 14)), Some((16, 26)));
+    let fate = Fate { seed: 20, silence_s, pause_s, decide_s, ..Fate::default() };
+    let flown = recorded_equals_replayed(SCENARIO, None, &fate);
+    assert_eq!(flown.correlations, 2);
 }
 
 proptest! {
@@ -606,7 +617,7 @@ fn a_tick_shortens_no_memory() {
     let mut driver = Driver::new(&simulation.config, Masks::default(), at(0.0), 1);
     driver.receive(&reception(0, at(0.22), datagram.payload.clone()));
     driver.tick(at(2.32));
-    let received = driver.reception(at(2.17));
+    let received = driver.reception(at(2.17), at(2.32));
     assert_eq!(received, at(2.17), "no slot was made since");
     driver.receive(&reception(0, received, datagram.payload.clone()));
     assert_eq!(driver.pipeline().tally().duplicates, 1);

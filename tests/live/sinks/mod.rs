@@ -54,7 +54,7 @@ fn flown() -> &'static Flown {
             driver.tick(datagram.received);
             keep(&mut driver, &mut frames);
             driver.receive(&Reception {
-                received: Some(driver.reception(datagram.received)),
+                received: Some(driver.reception(datagram.received, datagram.received)),
                 input: 0,
                 from: None,
                 kind: ReceptionKind::Datagram,
