@@ -249,7 +249,7 @@ impl Reader {
 
     async fn more(&mut self) -> bool {
         let mut octets = [0; 1 << 16];
-        let read = tokio::time::timeout(Duration::from_secs(20), receive(&self.socket, &mut octets));
+        let read = tokio::time::timeout(Duration::from_secs(60), receive(&self.socket, &mut octets));
         let count = read.await.expect("nothing comes for 20 s");
         self.text.push_str(&String::from_utf8_lossy(&octets[..count]));
         count > 0

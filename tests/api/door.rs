@@ -23,7 +23,7 @@ async fn ask(socket: &TcpStream, request: &str) -> Option<u16> {
     // What is closed already takes nothing.
     let _ = socket.try_write(request.as_bytes());
     let mut octets = [0; 1 << 16];
-    let count = tokio::time::timeout(Duration::from_secs(20), receive(socket, &mut octets)).await.unwrap();
+    let count = tokio::time::timeout(Duration::from_secs(60), receive(socket, &mut octets)).await.unwrap();
     let text = String::from_utf8_lossy(&octets[..count]);
     text.split(' ').nth(1)?.parse().ok()
 }

@@ -129,7 +129,7 @@ async fn each_event_of_a_compressed_stream_arrives_at_once_and_the_file_is_whole
         let (mut head, mut unpacker) = (Vec::new(), flate2::write::GzDecoder::new(Vec::new()));
         let mut more = async |unpacker: &mut flate2::write::GzDecoder<Vec<u8>>| {
             let mut octets = [0; 1 << 16];
-            let count = tokio::time::timeout(Duration::from_secs(20), receive(&socket, &mut octets));
+            let count = tokio::time::timeout(Duration::from_secs(60), receive(&socket, &mut octets));
             let count = count.await.expect("an event waits for the next one");
             let mut rest = &octets[..count];
             if !head.ends_with(b"\r\n\r\n") {

@@ -23,7 +23,7 @@ fn connect(from: u8, to: SocketAddr) -> TcpStream {
     socket.bind(&SocketAddrV4::new(Ipv4Addr::new(127, 0, 1, from), 0).into()).unwrap();
     socket.connect(&to.into()).unwrap();
     let stream: TcpStream = socket.into();
-    stream.set_read_timeout(Some(Duration::from_secs(15))).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
     stream.set_write_timeout(Some(Duration::from_secs(5))).unwrap();
     stream
 }

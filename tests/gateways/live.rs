@@ -15,7 +15,7 @@ use super::decode;
 use super::program::{Scratch, utm_fusion};
 
 /// What is waited for comes within this time, or never.
-const PATIENCE: Duration = Duration::from_secs(40);
+const PATIENCE: Duration = Duration::from_secs(60);
 
 fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
     let until = Instant::now() + PATIENCE;

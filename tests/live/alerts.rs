@@ -36,7 +36,7 @@ fn stage() -> Stage {
 /// The alerts and the conflicts of a stream, until the service closes it.
 fn overhear(port: u16) -> JoinHandle<[Vec<Value>; 2]> {
     let mut socket = TcpStream::connect(("127.0.0.1", port)).unwrap();
-    socket.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    socket.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
     socket.write_all(b"GET /api/v1/stream?source=radar HTTP/1.0\r\nHost: localhost\r\n\r\n").unwrap();
     std::thread::spawn(move || {
         let mut events = [Vec::new(), Vec::new()];

@@ -32,7 +32,7 @@ fn systemd_is_told_that_it_is_ready_alive_and_stopping() {
         (abstract_name, format!("@{name}")),
     ] {
         let socket = UnixDatagram::bind_addr(&address).unwrap();
-        socket.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+        socket.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
         let mut run = utm_fusion("run");
         run.arg("--config").arg(&site).args(["--log-format", "json"]).env("NOTIFY_SOCKET", variable);
         let mut service = Running::start(&mut run, scratch.path("run.log"));

@@ -54,7 +54,7 @@ impl Stage {
         fs::write(&self.site, text).unwrap();
         self.service.signal("-HUP");
         self.reloads += 1;
-        for _ in 0..200 {
+        for _ in 0..1200 {
             std::thread::sleep(Duration::from_millis(50));
             let log = self.service.log();
             let told: Vec<&str> = log.split(" read anew\n").collect();
@@ -77,7 +77,7 @@ impl Stage {
 
     fn open(&self, path: &str, headers: &str) -> TcpStream {
         let mut socket = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
-        socket.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+        socket.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
         socket
             .write_all(format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n{headers}\r\n").as_bytes())
             .unwrap();
@@ -122,6 +122,9 @@ fn a_revoked_token_is_refused_at_once_and_its_stream_ends() {
     let mut stage = Stage::new(22_400, with_tokens);
     assert_eq!(stage.statuses(), [200, 401, 401]);
     let mut stream = stage.open("/api/v1/stream", "Authorization: Bearer alpha\r\nConnection: close\r\n");
+    let mut head = [0; 15];
+    stream.read_exact(&mut head).unwrap();
+    assert_eq!(&head, b"HTTP/1.1 200 OK");
     tokens(&stage.scratch, BETA);
     let told = stage.reload();
     assert!(told.contains("1 tokens are accepted") && !told.contains("restart"), "{told}");

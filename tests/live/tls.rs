@@ -56,7 +56,7 @@ impl Issued {
         socket.bind(&std::net::SocketAddr::from((from, 0)).into())?;
         socket.connect(&std::net::SocketAddr::from(([127, 0, 0, 1], port)).into())?;
         let socket: TcpStream = socket.into();
-        socket.set_read_timeout(Some(Duration::from_secs(20)))?;
+        socket.set_read_timeout(Some(Duration::from_secs(60)))?;
         let mut stream = StreamOwned::new(connection, socket);
         // The handshake.
         stream.flush()?;
@@ -122,7 +122,7 @@ fn write(scratch: &Scratch, certificate: &str, key: &str) {
 fn reload(service: &Running) -> String {
     let before = service.log().len();
     service.signal("-HUP");
-    for _ in 0..400 {
+    for _ in 0..1200 {
         std::thread::sleep(Duration::from_millis(50));
         let told = service.log().split_off(before);
         if told.contains("SIGHUP is done") || told.contains("SIGHUP is refused") {

@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-const PATIENCE: Duration = Duration::from_secs(30);
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Markup as the name of an area; the alerts of tracks inside say it.
 pub const HOSTILE: &str = "<img src=x onerror=alert(1)>";

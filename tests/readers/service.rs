@@ -55,7 +55,7 @@ pub(crate) fn get(address: SocketAddr, path: &str) -> String {
 pub(crate) fn try_get(address: SocketAddr, path: &str) -> Result<String, String> {
     let ask = || {
         let mut socket = TcpStream::connect(address)?;
-        socket.set_read_timeout(Some(Duration::from_secs(20)))?;
+        socket.set_read_timeout(Some(Duration::from_secs(60)))?;
         write!(socket, "GET {path} HTTP/1.0\r\nHost: {address}\r\n\r\n")?;
         let mut answer = String::new();
         socket.read_to_string(&mut answer).map(|_| answer)

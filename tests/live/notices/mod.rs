@@ -14,7 +14,7 @@ use utm_fusion::live::{Alert, AlertKind, Change, Details, Messenger, Severity};
 use utm_fusion::notices::{Counts, Deliveries, Notices, Receivers};
 
 /// How long anything may take that these tests wait for.
-const PATIENCE: Duration = Duration::from_secs(30);
+const PATIENCE: Duration = Duration::from_secs(60);
 
 const SITE: &str = "[site]\nname = \"north\"\nsac = 25\nsic = 1\n\n[[sensors]]\nid = \"radar\"\nkind = \"radar\"\n\
                     sac = 25\nsic = 200\nlatitude_deg = 52.0\nlongitude_deg = -0.5\nheight_amsl_m = 90.0\n";

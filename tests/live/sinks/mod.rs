@@ -22,7 +22,7 @@ use utm_fusion::sinks::{Counts, Loss, PictureSinks, SinkMeter};
 use crate::common::flight;
 
 /// How long anything may take that these tests wait for.
-const PATIENCE: Duration = Duration::from_secs(30);
+const PATIENCE: Duration = Duration::from_secs(60);
 
 struct Flown {
     config: Config,
