@@ -21,7 +21,7 @@ const MAGIC: &[u8; 8] = b"utmckpt\0";
 
 /// The layout of the state: one more whenever a type that belongs to it has changed, or what its numbers mean. A kept test
 /// holds it to the types (`tests/engine/checkpoint.rs`).
-pub(crate) const LAYOUT: u16 = 8;
+pub(crate) const LAYOUT: u16 = 9;
 
 /// Octets in front of the state.
 const FRONT: usize = MAGIC.len() + size_of::<u16>() + size_of::<u64>();

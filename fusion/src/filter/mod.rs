@@ -10,6 +10,7 @@
 //! | `plane`, `height` | the state over ground, the state above it, each with the biases of radars |
 //! | `errors`, `bias` | a radar's errors; the part of them that lasts for a while |
 //! | `state` | what is known at an instant, and what a measurement adds |
+//! | `departure` | a transponder far from where the motion led: did the aircraft fly there, or did its receiver jump? |
 //! | `smoother` | measurements in order of their time: forward filter, backward smoother |
 //! | `measurement`, `target` | measurements and state; the filter of one target, whichever the model |
 //!
@@ -23,6 +24,7 @@
 )]
 
 mod bias;
+mod departure;
 mod errors;
 mod gaussian;
 mod height;

@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::gaussian::{Back, Gaussian};
-use super::measurement::{Measurement, StateEstimate};
+use super::measurement::{By, Measurement, StateEstimate};
 use super::state::{Jumps, Moves, State};
 use crate::time::Time;
 
@@ -84,13 +84,17 @@ where
         if same == measurements.len() && old + same == self.nodes.len() {
             return;
         }
-        self.nodes.truncate(old + same);
-        for measurement in &measurements[same..] {
+        let kept = self.settled(old + same);
+        let anew: Vec<Measurement> = self.nodes.drain(kept..).map(|node| node.measurement).collect();
+        let again = (old + same - kept).min(anew.len());
+        let measurements = [&anew[..again], &measurements[same..]].concat();
+        for (index, measurement) in measurements.iter().enumerate() {
             let (state, back) = match self.nodes.back() {
                 None => (State::first(measurement, &self.models), None),
                 Some(last) => {
                     let dt = measurement.time.seconds_since(last.measurement.time);
-                    let (state, (plane, height)) = last.state.next(measurement, dt, &self.models);
+                    let (state, (plane, height)) =
+                        last.state.next(measurement, &measurements[index + 1..], dt, &self.models);
                     (state, Some((plane.back(), height.back())))
                 }
             };
@@ -102,6 +106,14 @@ where
             self.nodes.push_back(Box::new(Node { measurement: *measurement, placed, state, back, smoothed }));
         }
         self.smooth();
+    }
+
+    /// How many of the first `count` nodes stay as they are whatever comes behind these: a report that may have been a jump
+    /// is judged by the next one. Of the first node, what was before it is forgotten: it stays.
+    fn settled(&self, count: usize) -> usize {
+        let is_report = |node: &Node<P, M, H, S>| matches!(node.measurement.by, By::Transponder { .. });
+        let last = self.nodes.iter().take(count).rposition(|node| is_report(node));
+        last.filter(|&last| last > 0 && self.nodes[last].state.jumps.rests_on_next).unwrap_or(count)
     }
 
     /// How many nodes there are up to a time. Counted from the oldest on: few are kept that are settled.

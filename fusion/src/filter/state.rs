@@ -4,6 +4,7 @@ use nalgebra::{Matrix2, SVector, Vector1, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::bias::{Bias, SlowChange};
+use super::departure::{Cause, Departure};
 use super::errors::RadarErrors;
 use super::gaussian::{Bridge, Gaussian};
 use super::height::{self, AboveGround};
@@ -13,8 +14,8 @@ use super::plane::{self, OverGround};
 use crate::frames::Enu;
 use crate::time::Time;
 
-/// A transponder further from where the motion led (squared Mahalanobis distance) has not flown there: turns and stops stay
-/// below half of it.
+/// A transponder further from where the motion led (squared Mahalanobis distance) has turned or stopped hard, or its receiver has
+/// jumped: usual turns and stops stay below half of it.
 const LEAP: f64 = 100.0;
 /// A receiver's false place is forgotten to 1/e in this time, seconds.
 const JUMP_LASTS_S: f64 = 30.0;
@@ -62,6 +63,10 @@ pub(super) struct Jumps {
     in_height: Jumped<1>,
     /// When the last report came that was one.
     pub(super) last: Option<Time>,
+    /// When the transponder was heard last.
+    heard: Option<Time>,
+    /// Whether what the last report was rests on the one after it.
+    pub(super) rests_on_next: bool,
 }
 
 /// On some axes, metres.
@@ -79,10 +84,25 @@ impl Jumps {
         self.in_height.fade(dt);
     }
 
+    /// The cause of a departure at `time`, which is noted; of the next report, what [`Departure::cause`] asks for.
+    fn cause<const D: usize>(
+        &mut self,
+        time: Time,
+        departure: &Departure<D>,
+        next: Option<(SVector<f64, D>, f64)>,
+    ) -> Cause {
+        self.rests_on_next |= departure.is_in_reach();
+        let cause = departure.cause(next);
+        if cause != Cause::Motion {
+            self.last = Some(time);
+        }
+        cause
+    }
+
     /// Of two states between which a time lies: what may be wrong there.
     pub(super) fn between(before: &Self, after: &Self) -> Self {
         let over_ground = Jumped::larger(&before.over_ground, &after.over_ground);
-        Self { over_ground, in_height: Jumped::larger(&before.in_height, &after.in_height), last: after.last }
+        Self { over_ground, in_height: Jumped::larger(&before.in_height, &after.in_height), ..*after }
     }
 }
 
@@ -167,17 +187,17 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         self.ahead_to(next, dt, models).1
     }
 
-    /// The state with the next measurement, and the bridges back.
+    /// The state with the next measurement, and the bridges back. `later`: what is measured after that, in order of time.
     pub(super) fn next(
         &self,
         measurement: &Measurement,
+        later: &[Measurement],
         dt: f64,
         models: &impl Moves<P, M, H>,
     ) -> (Self, Bridges<P, H>) {
         let (mut state, mut bridges) = self.ahead_to(measurement, dt, models);
         state.jumps.fade(dt);
-        state.leap(measurement, &mut bridges.0.predicted);
-        state.leap_in_height(measurement, &mut bridges.1.predicted);
+        state.hear(measurement, later, &mut bridges);
         state.settle(measurement, &bridges.0.predicted, &bridges.1.predicted);
         let height = state.height;
         state.observe(measurement, &bridges.0.predicted);
@@ -238,33 +258,74 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         (state, (over_ground, above))
     }
 
-    /// A transponder that is far from where the motion led has jumped: its receiver takes a reflection for a satellite, or
-    /// no longer does. That says nothing of the speed.
-    fn leap(&mut self, measurement: &Measurement, predicted: &mut Gaussian<P>) {
-        let By::Transponder { horizontal_m, .. } = measurement.by else { return };
-        let place = measurement.position.0.xy();
-        if predicted.distance(&plane::fix(place, horizontal_m)) <= LEAP {
-            return;
+    /// A transponder's report may be a jump of its receiver, over ground or in height: that says nothing of the speed.
+    fn hear(&mut self, measurement: &Measurement, later: &[Measurement], bridges: &mut Bridges<P, H>) {
+        let By::Transponder { horizontal_m, vertical_m } = measurement.by else { return };
+        let heard = self.jumps.heard.replace(measurement.time);
+        self.jumps.rests_on_next = false;
+        let within_s = heard.map_or(0.0, |heard| measurement.time.seconds_since(heard));
+        let next = later.iter().find(|later| matches!(later.by, By::Transponder { .. }));
+        if let Some(away) = self.jumped(measurement, next, (horizontal_m, within_s), &bridges.0.predicted) {
+            plane::spread(&mut bridges.0.predicted, away);
+            self.plane.parts.iter_mut().for_each(|part| plane::spread(part, away));
         }
-        let away = place - Vector2::new(predicted.mean[0], predicted.mean[1]);
-        self.jumps.over_ground.add(away);
-        self.jumps.last = Some(measurement.time);
-        plane::spread(predicted, away);
-        self.plane.parts.iter_mut().for_each(|part| plane::spread(part, away));
+        if let Some(away_m) = self.jumped_in_height(measurement, next, (vertical_m, within_s)) {
+            bridges.1.predicted.covariance.add_at(0, 0, away_m * away_m);
+            self.height.covariance.add_at(0, 0, away_m * away_m);
+        }
+    }
+
+    /// How far it has jumped over ground, if it has. What may have been a jump is in doubt, and followed as motion.
+    fn jumped(
+        &mut self,
+        measurement: &Measurement,
+        next: Option<&Measurement>,
+        (sigma_m, within_s): (f64, f64),
+        predicted: &Gaussian<P>,
+    ) -> Option<Vector2<f64>> {
+        let place = measurement.position.0.xy();
+        if predicted.distance(&plane::fix(place, sigma_m)) <= LEAP {
+            return None;
+        }
+        let [east, north, east_rate, north_rate] = std::array::from_fn(|at| predicted.mean[at]);
+        let away = place - Vector2::new(east, north);
+        let sigma_m = predicted.covariance.at(0, 0).max(predicted.covariance.at(1, 1)).sqrt();
+        let departure = Departure { away, sigma_m, velocity: Vector2::new(east_rate, north_rate), within_s };
+        let next = next.map(|next| {
+            let after_s = next.time.seconds_since(measurement.time);
+            ((next.position.0.xy() - place) / after_s, after_s)
+        });
+        let cause = self.jumps.cause(measurement.time, &departure, next);
+        if cause != Cause::Motion {
+            self.jumps.over_ground.add(away);
+        }
+        (cause == Cause::Receiver).then_some(away)
     }
 
     /// The same in height, which is in no doubt where only the place over ground is, nor the other way about.
-    fn leap_in_height(&mut self, measurement: &Measurement, predicted: &mut Gaussian<H>) {
-        let By::Transponder { vertical_m, .. } = measurement.by else { return };
-        let away_m = measurement.position.0.z - predicted.mean[0];
-        let variance_m2 = predicted.covariance.at(0, 0) + vertical_m * vertical_m;
-        if !measurement.height_measured || away_m * away_m <= LEAP * variance_m2 {
-            return;
+    fn jumped_in_height(
+        &mut self,
+        measurement: &Measurement,
+        next: Option<&Measurement>,
+        (sigma_m, within_s): (f64, f64),
+    ) -> Option<f64> {
+        let [height_m, climb] = [self.height.mean[0], self.height.mean[1]];
+        let away_m = measurement.position.0.z - height_m;
+        let variance_m2 = self.height.covariance.at(0, 0);
+        if !measurement.height_measured || away_m * away_m <= LEAP * (variance_m2 + sigma_m * sigma_m) {
+            return None;
         }
-        self.jumps.in_height.add(Vector1::new(away_m));
-        self.jumps.last = Some(measurement.time);
-        predicted.covariance.add_at(0, 0, away_m * away_m);
-        self.height.covariance.add_at(0, 0, away_m * away_m);
+        let (away, velocity) = (Vector1::new(away_m), Vector1::new(climb));
+        let departure = Departure { away, sigma_m: variance_m2.sqrt(), velocity, within_s };
+        let next = next.filter(|next| next.height_measured).map(|next| {
+            let after_s = next.time.seconds_since(measurement.time);
+            (Vector1::new((next.position.0.z - measurement.position.0.z) / after_s), after_s)
+        });
+        let cause = self.jumps.cause(measurement.time, &departure, next);
+        if cause != Cause::Motion {
+            self.jumps.in_height.add(away);
+        }
+        (cause == Cause::Receiver).then_some(away_m)
     }
 
     /// A plot of the aircraft shows how far off a transponder that has jumped can be: as far as the plot is from where the motion

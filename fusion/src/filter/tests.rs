@@ -257,6 +257,82 @@ proptest! {
             prop_assert_eq!(track.at(time), tracked(&all, &dynamics).at(time));
         }
     }
+
+    /// Nor does it where reports are far from where the motion led, and the next ones say why.
+    #[test]
+    fn the_order_of_arrival_plays_no_part_in_stops_and_jumps(
+        moves in prop::collection::vec((0.5..2.0, prop::sample::select(vec![0.0, 0.0, 0.0, 25.0, -40.0]), 0..=1_usize), 6..20),
+        pieces in prop::collection::vec(1..4_usize, 20),
+        late in 0..20_usize,
+    ) {
+        let mut away = 0.0;
+        let rows: Vec<_> = moves.iter().map(|&(later, by, radar)| {
+            away += by;
+            (later, 0.0, away, radar)
+        }).collect();
+        let all = measurements(&rows);
+        let held_up = 1 + late % (all.len() - 1);
+        let last = all.last().unwrap().time;
+        for dynamics in dynamics() {
+            let mut track = TargetFilter::new(&dynamics, 2);
+            let mut known = 0;
+            for piece in &pieces {
+                known = (known + piece).min(all.len());
+                let mut so_far: Vec<Measurement> = all[..known].to_vec();
+                if known < all.len() && held_up < known {
+                    so_far.remove(held_up);
+                }
+                track.measure(Time::from_nanos(i64::MIN), &so_far);
+                let time = so_far.last().unwrap().time;
+                prop_assert_eq!(track.at(time), tracked(&so_far, &dynamics).at(time));
+            }
+            track.measure(Time::from_nanos(i64::MIN), &all);
+            for at in [last, all[held_up].time, all[0].time] {
+                prop_assert_eq!(track.at(at), tracked(&all, &dynamics).at(at));
+            }
+        }
+    }
+}
+
+/// Who brakes hard is where its transponder says, without a doubt as soon as the next report has come; a receiver that jumps as
+/// far and flies on is in doubt.
+#[test]
+fn who_brakes_hard_has_not_jumped() {
+    // 10 s at 16 m/s, then from there to rest within 2 s.
+    let braking = |at: f64| match at {
+        ..10.0 => 16.0 * at,
+        10.0..12.0 => 160.0 + 16.0 * (at - 10.0) - 4.0 * (at - 10.0).powi(2),
+        _ => 176.0,
+    };
+    let jumping = |at: f64| 16.0 * at - if at < 10.5 { 0.0 } else { 28.0 };
+    for dynamics in dynamics() {
+        for period_s in [1.0, 2.0, 3.0] {
+            let flown = |north: &dyn Fn(f64) -> f64, until: f64| {
+                let report = |index: u32| {
+                    let at = 0.5 + period_s * f64::from(index);
+                    let by = By::Transponder { horizontal_m: 0.4, vertical_m: 0.6 };
+                    let position = Enu::new(0.0, north(at), 50.0);
+                    let (velocity, climb) = (None, None);
+                    Measurement { time: seconds(at), position, height_measured: true, by, velocity, climb }
+                };
+                let reports: Vec<_> =
+                    (0..60).map(report).take_while(|report| report.time <= seconds(until)).collect();
+                tracked(&reports, &dynamics)
+            };
+            let track = flown(&braking, 40.0);
+            for at in 5..39 {
+                let estimate = track.at(seconds(f64::from(at))).unwrap();
+                let error_m = (estimate.position.north() - braking(f64::from(at))).abs();
+                assert!(
+                    error_m < 5.0 && estimate.sigma_m() < 8.0,
+                    "{at} s: {error_m} ± {} m",
+                    estimate.sigma_m()
+                );
+            }
+            let doubtful = flown(&jumping, 20.0).at(seconds(20.0)).unwrap();
+            assert!(period_s > 2.0 || doubtful.sigma_m() > 5.0, "{period_s} s: {} m", doubtful.sigma_m());
+        }
+    }
 }
 
 /// On a circle of 60 m at 15 m/s, its centre at (0, 0, 50): a report every 2.5 s.

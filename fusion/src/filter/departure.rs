@@ -1,0 +1,106 @@
+//! A transponder's report far from where the motion led: the aircraft has turned or stopped, or its receiver has jumped.
+//!
+//! Who has turned or stopped has another velocity afterwards, and one that could lead there. Who flies on as before, beside the
+//! path of before, has a receiver that takes a reflection for a satellite, or no longer does. So the next report decides.
+
+use nalgebra::SVector;
+
+/// No drone accelerates more, metres a second squared;
+const MOST_M_S2: f64 = 15.0;
+/// nor turns faster at its speed, radians a second: what is fast accelerates more.
+const MOST_TURN: f64 = 0.5;
+/// Share of the way that the change of the velocity has to explain. Steady acceleration over the whole interval explains
+/// twice the way, a sudden one at its beginning just the way.
+const EXPLAINED: f64 = 0.5;
+/// The motion before is uncertain by so many standard deviations.
+const SIGMAS: f64 = 3.0;
+
+/// A report far from where the motion led, on some axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Departure<const D: usize> {
+    /// From where the motion led to the report, metres.
+    pub(super) away: SVector<f64, D>,
+    /// How uncertain that is along it, one standard deviation, metres.
+    pub(super) sigma_m: f64,
+    /// The velocity before, metres a second.
+    pub(super) velocity: SVector<f64, D>,
+    /// Time since the transponder's report before, seconds.
+    pub(super) within_s: f64,
+}
+
+/// What a departure was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Cause {
+    /// The aircraft has turned, stopped or begun to fly.
+    Motion,
+    /// The receiver has jumped.
+    Receiver,
+    /// The next report decides.
+    Undecided,
+}
+
+impl<const D: usize> Departure<D> {
+    /// Whether an aircraft can have flown there.
+    pub(super) fn is_in_reach(&self) -> bool {
+        let accelerating_m = 0.5 * self.most_m_s2() * self.within_s.powi(2);
+        self.away.norm() <= accelerating_m + SIGMAS * self.sigma_m
+    }
+
+    fn most_m_s2(&self) -> f64 {
+        MOST_M_S2.max(MOST_TURN * self.velocity.norm())
+    }
+
+    /// Its cause; `next`: the mean velocity from this report to the next one, metres a second, and the time between, seconds.
+    pub(super) fn cause(&self, next: Option<(SVector<f64, D>, f64)>) -> Cause {
+        if !self.is_in_reach() {
+            return Cause::Receiver;
+        }
+        let Some((velocity, after_s)) = next else { return Cause::Undecided };
+        let change = velocity - self.velocity;
+        let away_m = self.away.norm();
+        let explained_m = change.dot(&self.away) / away_m * self.within_s;
+        let can_be = change.norm() <= self.most_m_s2() * (self.within_s + after_s);
+        if can_be && explained_m >= EXPLAINED * away_m { Cause::Motion } else { Cause::Receiver }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Vector2, vector};
+
+    use super::*;
+
+    /// What flies eastward at 16 m/s is heard each 2 s: where it is at the second report and at the third, from the first.
+    fn cause(second: Vector2<f64>, third: Option<Vector2<f64>>) -> Cause {
+        let velocity = vector![16.0, 0.0];
+        let departure = Departure { away: second - velocity * 2.0, sigma_m: 1.0, velocity, within_s: 2.0 };
+        departure.cause(third.map(|third| ((third - second) / 2.0, 2.0)))
+    }
+
+    #[test]
+    fn who_stops_turns_or_starts_has_moved() {
+        // It brakes over the whole interval, or at its beginning; it turns to the north and flies on.
+        for (second, third) in [
+            (vector![16.0, 0.0], vector![16.0, 0.0]),
+            (vector![8.0, 0.0], vector![8.0, 0.0]),
+            (vector![18.0, 14.0], vector![18.0, 46.0]),
+        ] {
+            assert_eq!(cause(second, None), Cause::Undecided);
+            assert_eq!(cause(second, Some(third)), Cause::Motion, "{second} {third}");
+        }
+    }
+
+    #[test]
+    fn who_flies_on_beside_its_path_or_is_back_on_it_has_jumped() {
+        for third in [vector![64.0, 25.0], vector![64.0, 0.0], vector![60.0, 20.0]] {
+            assert_eq!(cause(vector![32.0, 25.0], Some(third)), Cause::Receiver, "{third}");
+        }
+    }
+
+    #[test]
+    fn what_nobody_can_reach_is_a_jump_at_once() {
+        assert_eq!(cause(vector![32.0, 40.0], None), Cause::Receiver);
+        // Nor can anybody be as fast as this afterwards.
+        assert_eq!(cause(vector![32.0, 25.0], Some(vector![32.0, 225.0])), Cause::Receiver);
+    }
+}
