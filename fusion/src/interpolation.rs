@@ -109,6 +109,11 @@ impl Piece {
         (time.seconds_since(self.from.time), self.to.time.seconds_since(time))
     }
 
+    /// Mean speed over ground between its knots, metres a second.
+    pub(crate) fn speed_m_s(&self) -> f64 {
+        (self.to.position - self.from.position).xy().norm() / self.length_s
+    }
+
     /// The position at `time`, between the piece's knots.
     pub(crate) fn at(&self, time: Time) -> Vector3<f64> {
         let h = self.length_s;

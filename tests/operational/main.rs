@@ -11,6 +11,7 @@ mod invented;
 mod learning;
 mod liars;
 mod now;
+mod worlds;
 
 use fusion::time::Time;
 use utm_fusion::areas::Masks;

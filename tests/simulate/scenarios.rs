@@ -23,6 +23,8 @@ fn every_scenario_flies() {
         "paper",
         "spoof",
         "gaps",
+        "braking",
+        "fast",
         "flock",
         "city",
         "midnight",

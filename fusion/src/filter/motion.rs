@@ -73,7 +73,29 @@ pub(crate) struct Course {
     noise: [f64; 3],
 }
 
+/// What is disturbed less flies straight on, m²/s³.
+const STRAIGHT: f64 = 1.0;
+/// The models are those of drones up to this speed over ground, m/s.
+const USUAL_M_S: f64 = 25.0;
+
+/// How much harder than a drone a target of that speed turns: its rate of turn is theirs, so that the
+/// acceleration rises in proportion to the speed.
+pub(crate) fn how_fast(speed_m_s: f64) -> f64 {
+    (speed_m_s / USUAL_M_S).max(1.0)
+}
+
 impl Model {
+    /// The same of a target of that speed over ground, m/s: one that manoeuvres does so harder, one that flies straight on as
+    /// straight.
+    pub(super) fn at_speed(self, speed_m_s: f64) -> Self {
+        let more = how_fast(speed_m_s).powi(2);
+        match self {
+            Self::ConstantVelocity { noise } if noise < STRAIGHT => self,
+            Self::ConstantVelocity { noise } => Self::ConstantVelocity { noise: noise * more },
+            Self::Turn { rate, noise } => Self::Turn { rate, noise: noise * more },
+        }
+    }
+
     /// Over `dt` seconds, not negative.
     pub(crate) fn over(&self, dt: f64) -> Course {
         match *self {

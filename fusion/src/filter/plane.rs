@@ -7,7 +7,7 @@ use super::bias::{Bias, SlowChange};
 use super::errors::{LineOfSight, RadarErrors};
 use super::gaussian::{Gaussian, Motion, Pair, Slow};
 use super::imm::Mixture;
-use super::motion::{Course, MODELS, Models};
+use super::motion::{Course, MODELS, Models, how_fast};
 use super::singer::{OverGroundAxes, Singer};
 use super::symmetric::Symmetric;
 
@@ -46,8 +46,8 @@ pub(super) trait OverGround<const D: usize, const M: usize> {
     /// A target somewhere about there, before anything is measured; of the biases nothing is known.
     fn first(&self, place: Vector2<f64>) -> Mixture<D, M>;
 
-    /// Each model's motion over `dt` seconds.
-    fn motions(&self, dt: f64) -> [Self::Motion; M];
+    /// Each model's motion over `dt` seconds, of a target of that speed over ground, m/s.
+    fn motions(&self, dt: f64, speed_m_s: f64) -> [Self::Motion; M];
 
     /// Probabilities to change from one model to another within `dt` seconds.
     fn switch(&self, dt: f64) -> [[f64; M]; M];
@@ -60,8 +60,8 @@ impl<const D: usize> OverGround<D, MODELS> for Models {
         Mixture { weights: FIRST_WEIGHTS, parts: [resting(place); MODELS] }
     }
 
-    fn motions(&self, dt: f64) -> [Course; MODELS] {
-        self.each.map(|model| model.over(dt))
+    fn motions(&self, dt: f64, speed_m_s: f64) -> [Course; MODELS] {
+        self.each.map(|model| model.at_speed(speed_m_s).over(dt))
     }
 
     fn switch(&self, dt: f64) -> [[f64; MODELS]; MODELS] {
@@ -80,8 +80,8 @@ impl<const D: usize> OverGround<D, 1> for Singer {
         Mixture { weights: [1.0], parts: [part] }
     }
 
-    fn motions(&self, dt: f64) -> [OverGroundAxes; 1] {
-        [OverGroundAxes(self.over(dt, self.horizontal))]
+    fn motions(&self, dt: f64, speed_m_s: f64) -> [OverGroundAxes; 1] {
+        [OverGroundAxes(self.over(dt, self.horizontal * how_fast(speed_m_s)))]
     }
 
     fn switch(&self, _dt: f64) -> [[f64; 1]; 1] {

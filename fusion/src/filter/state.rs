@@ -243,7 +243,7 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
     ) -> (Self, Bridges<P, H>) {
         let (plane, over_ground) = self.plane.predicted(
             &self.told,
-            &models.motions(dt),
+            &models.motions(dt, self.told.mean[2].hypot(self.told.mean[3])),
             &plane::slow(changes),
             &OverGround::switch(models, dt),
         );

@@ -162,7 +162,7 @@ fn at_once<const STATES: usize, const M: usize, const S: usize>(
             _ => SlowChange::NONE,
         };
         let changes: [SlowChange; S] = std::array::from_fn(change);
-        let (transition, shift, noise) = linear(&models.motions(dt)[0], &plane::slow(&changes));
+        let (transition, shift, noise) = linear(&models.motions(dt, 0.0)[0], &plane::slow(&changes));
         let (before, here) = (STATES * (index - 1), STATES * index);
         let next = transition * mean.fixed_rows::<STATES>(before) + shift;
         mean.rows_mut(here, STATES).copy_from(&next);

@@ -11,6 +11,7 @@ use super::tuning::{
     BETWEEN_REPORTS_M_S2, DELAY_BETWEEN_TRANSPONDERS_S, FRESH_SHARE, HEIGHT_KEPT_S, NOISE_CHANGE_S, POORER,
     SAME_REPORT, TRANSPONDER_SILENT_S,
 };
+use crate::filter::how_fast;
 use crate::frames::Enu;
 use crate::interpolation::{Curve, Knot, Piece};
 use crate::learning::{Likelihoods, WhiteNoise, likelihoods};
@@ -95,7 +96,8 @@ impl Walk<'_> {
         }
         let piece = self.piece.as_ref()?;
         let (since_s, until_s) = piece.apart_s(time);
-        let between_m = 0.5 * BETWEEN_REPORTS_M_S2 * since_s * until_s;
+        let acceleration_m_s2 = BETWEEN_REPORTS_M_S2 * how_fast(piece.speed_m_s()).powi(2);
+        let between_m = 0.5 * acceleration_m_s2 * since_s * until_s;
         Some(OnCurve {
             position: Enu::from(piece.at(time)),
             sigma_m: between_m.hypot(self.white_m),

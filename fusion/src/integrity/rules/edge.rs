@@ -26,6 +26,9 @@ const UNSEEN_M_S2: f64 = 2.0;
 const MORE_THAN_SEEN: f64 = 1.4;
 /// and no harder than this, m/s².
 const TURN_MAX_M_S2: f64 = 10.0;
+/// What is faster than drones mostly are, m/s, turns harder in proportion, and that turn changes faster in proportion, too: at
+/// that speed as hard as said above.
+const FAST_M_S: f64 = 25.0;
 
 /// Motion at the edge of a gap: a parabola through the three reports nearest to it, the line through two, or one place.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -85,7 +88,8 @@ impl Edge {
             return ((later.position.xy() - self.place).norm(), CRUISE_M_S * ahead_s.abs());
         };
         let led = self.place + motion.velocity * ahead_s;
-        let turned_m = turn_m_s2(motion.acceleration_m_s2()) * ahead_s * ahead_s / 2.0;
+        let turn_m_s2 = turn_m_s2(motion.acceleration_m_s2(), motion.velocity.norm());
+        let turned_m = turn_m_s2 * ahead_s * ahead_s / 2.0;
         ((later.position.xy() - led).norm(), turned_m + motion.unsure_m_s * ahead_s.abs())
     }
 }
@@ -111,9 +115,10 @@ impl Motion {
             let places = [edge, middle, far.unwrap_or(edge)].map(|heard| heard.position.xy());
             places.iter().zip(weights).map(|(place, weight)| place * weight).sum()
         };
+        let velocity: Vector2<f64> = weigh(velocity_weights);
         Some(Self {
-            velocity: weigh(velocity_weights),
-            unsure_m_s: changed_m_s2 * x1.abs(),
+            velocity,
+            unsure_m_s: changed_m_s2 * faster(velocity.norm()).powi(2) * x1.abs(),
             acceleration: far.map(|_| weigh(acceleration_weights)),
             velocity_weights,
             acceleration_weights,
@@ -165,19 +170,26 @@ impl Miss {
         });
         let turned_m_s2 = (velocity_after - velocity_before).norm() / gap_s;
         let seen_m_s2 = sides.iter().map(Motion::acceleration_m_s2).fold(turned_m_s2, f64::max);
+        let speed_m_s = velocity_before.norm().max(velocity_after.norm());
         let unsure_m_s = sides[0].unsure_m_s(&sides[1]) + sides[1].unsure_m_s(&sides[0]);
         Some(Self {
             distance_m: (after.place - led).norm(),
             noise_gain: gains[0].hypot(gains[1]),
             gap_s,
-            by_turns_m: turn_m_s2(seen_m_s2) * apart_s + unsure_m_s * half_s,
+            by_turns_m: turn_m_s2(seen_m_s2, speed_m_s) * apart_s + unsure_m_s * half_s,
         })
     }
 }
 
-/// How hard an aircraft may turn that is seen to turn so hard, m/s².
-fn turn_m_s2(seen_m_s2: f64) -> f64 {
-    (UNSEEN_M_S2 + MORE_THAN_SEEN * seen_m_s2).min(TURN_MAX_M_S2)
+/// How hard an aircraft of that speed may turn that is seen to turn so hard, m/s².
+fn turn_m_s2(seen_m_s2: f64, speed_m_s: f64) -> f64 {
+    let faster = faster(speed_m_s);
+    (UNSEEN_M_S2 * faster.powi(2) + MORE_THAN_SEEN * seen_m_s2).min(TURN_MAX_M_S2 * faster)
+}
+
+/// How many times as fast as drones mostly are, where it is faster.
+fn faster(speed_m_s: f64) -> f64 {
+    (speed_m_s / FAST_M_S).max(1.0)
 }
 
 fn norm(values: [f64; 3]) -> f64 {

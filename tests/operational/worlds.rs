@@ -1,0 +1,49 @@
+//! Honest aircraft that fly otherwise than most: they neither vanish nor stand accused.
+
+use std::collections::BTreeSet;
+
+use fusion::integrity::State;
+use utm_fusion::areas::Masks;
+use utm_fusion::config::Profile;
+use utm_fusion::pipeline::Pipeline;
+use utm_fusion::simulate::{Simulation, simulate};
+
+use crate::{scenario, scored, site};
+
+/// Who was ever anything but trusted.
+fn accused(simulation: &Simulation) -> BTreeSet<String> {
+    let config = site(simulation, Profile::Operational);
+    let mut pipeline = Pipeline::new(&config, Masks::default());
+    let mut accused = BTreeSet::new();
+    for reception in simulation.receptions() {
+        pipeline.receive(&reception);
+        pipeline.emissions().for_each(drop);
+        let not_trusted = pipeline
+            .engine()
+            .assessments()
+            .filter(|known| matches!(known.integrity.state, State::Suspect | State::Failed));
+        accused.extend(not_trusted.map(|known| format!("{:?}", known.identity)));
+    }
+    accused
+}
+
+/// Its transponders are heard each 1 to 2 s.
+#[test]
+fn who_brakes_to_a_hover_is_always_there() {
+    for seed in 301..=304 {
+        let simulation = simulate(&scenario("braking"), seed, None).unwrap();
+        let evaluation = scored(&simulation, Profile::Operational);
+        let pu_percent = evaluation.fused.equipped.pu_percent.unwrap();
+        assert!(pu_percent > 99.9, "seed {seed}: PU {pu_percent} %");
+        assert_eq!(accused(&simulation), BTreeSet::new(), "seed {seed}");
+    }
+}
+
+#[test]
+fn who_is_fast_is_not_accused_of_jumps() {
+    let of = |seed| accused(&simulate(&scenario("fast"), seed, None).unwrap());
+    let accused: Vec<_> = (301..=306).map(of).collect();
+    // Of 36 transponders in half an hour.
+    let count: usize = accused.iter().map(BTreeSet::len).sum();
+    assert!(count <= 1, "{accused:?}");
+}
