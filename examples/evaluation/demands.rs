@@ -65,8 +65,7 @@ fn covered(scores: &[Scores]) -> Vec<Asked> {
             .why(
                 "what is left is the slow error of the satellite receivers (1.8 m an axis and 2.5 m in \
              height of some 4.5), which no radar of these sees, and the delay of each transponder, 0 \
-             to 0.25 s: nothing is moved before it is evident, and one drone and one radar take a \
-             quarter of an hour for that. Other densities and durations of the motion models change \
+             to 0.25 s, which one drone and one radar show within a quarter of an hour. Other densities and durations of the motion models change \
              it by a hundredth.",
             )
             .now("0.81–0.96")

@@ -1,18 +1,19 @@
 //! A transponder's report far from where the motion led: the aircraft has turned or stopped, or its receiver has jumped.
 //!
-//! Who has turned or stopped has another velocity afterwards, and one that could lead there. Who flies on as before, beside the
-//! path of before, has a receiver that takes a reflection for a satellite, or no longer does. So the next report decides.
+//! An aircraft that turned or stopped has another velocity afterwards, and the change explains the way to the report. A receiver
+//! that jumped, because it takes a reflection for a satellite, flies on beside its path or is back on it. So the next report
+//! decides.
 
 use nalgebra::SVector;
 
-/// No drone accelerates more, metres a second squared;
+/// Largest acceleration of a drone, metres a second squared.
 const MOST_M_S2: f64 = 15.0;
-/// nor turns faster at its speed, radians a second: what is fast accelerates more.
+/// Largest rate of turn of an aircraft that is so fast that its turns need a larger acceleration, radians a second.
 const MOST_TURN: f64 = 0.5;
 /// Share of the way that the change of the velocity has to explain. Steady acceleration over the whole interval explains
 /// twice the way, a sudden one at its beginning just the way.
 const EXPLAINED: f64 = 0.5;
-/// The motion before is uncertain by so many standard deviations.
+/// Bound of the uncertainty of the motion before, standard deviations.
 const SIGMAS: f64 = 3.0;
 
 /// A report far from where the motion led, on some axes.
@@ -28,7 +29,7 @@ pub(super) struct Departure<const D: usize> {
     pub(super) within_s: f64,
 }
 
-/// What a departure was.
+/// The cause of a departure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cause {
     /// The aircraft has turned, stopped or begun to fly.
@@ -70,7 +71,7 @@ mod tests {
 
     use super::*;
 
-    /// What flies eastward at 16 m/s is heard each 2 s: where it is at the second report and at the third, from the first.
+    /// An aircraft flies eastward at 16 m/s and reports every 2 s; the places of its second and third report, from the first.
     fn cause(second: Vector2<f64>, third: Option<Vector2<f64>>) -> Cause {
         let velocity = vector![16.0, 0.0];
         let departure = Departure { away: second - velocity * 2.0, sigma_m: 1.0, velocity, within_s: 2.0 };
@@ -100,7 +101,7 @@ mod tests {
     #[test]
     fn what_nobody_can_reach_is_a_jump_at_once() {
         assert_eq!(cause(vector![32.0, 40.0], None), Cause::Receiver);
-        // Nor can anybody be as fast as this afterwards.
+        // The velocity afterwards is out of reach, too.
         assert_eq!(cause(vector![32.0, 25.0], Some(vector![32.0, 225.0])), Cause::Receiver);
     }
 }

@@ -73,7 +73,7 @@ pub(crate) struct Course {
     noise: [f64; 3],
 }
 
-/// What is disturbed less flies straight on, m²/s³.
+/// A model with less noise than this is straight flight, m²/s³.
 const STRAIGHT: f64 = 1.0;
 /// The models are those of drones up to this speed over ground, m/s.
 const USUAL_M_S: f64 = 25.0;

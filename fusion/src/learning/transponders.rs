@@ -37,7 +37,7 @@ pub struct LearntType {
     pub reports: u64,
     /// Delay of the reports' times behind the measurement, seconds: the best guess.
     pub delay_s: LearntValue,
-    /// As much of it as is evident, and is applied, seconds.
+    /// The delay that is applied, seconds; never below zero.
     pub applied_s: f64,
 }
 

@@ -22,7 +22,7 @@ use super::registrations::Registrations;
 use super::settings::Settings;
 use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
-use super::tuning::{DELAY_BETWEEN_TRANSPONDERS_S, DRONE_SPEED_MAX_M_S};
+use super::tuning::DRONE_SPEED_MAX_M_S;
 use crate::integrity::{
     Action, Assessment, Concern, Delay, HeldWord, Jammed, Reason, ReportRules, Trust, Word,
 };
@@ -111,12 +111,11 @@ impl Integrities {
         for target in targets.iter() {
             let Some(transponder) = target.transponder() else { continue };
             let judge = self.judges.entry(transponder.identity).or_insert_with(|| {
-                let delay = settings.delay(&transponder.kind()).unwrap_or_default();
-                let sigma_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(delay.sigma_s);
+                let delay = settings.delay(&transponder.identity, &transponder.kind()).unwrap_or_default();
                 Judge::new(
                     transponder.identity,
                     cycle.centre,
-                    Delay { mean_s: delay.mean_s - delay.applied_s, sigma_s },
+                    Delay { mean_s: delay.mean_s - delay.applied_s, sigma_s: delay.sigma_s },
                 )
             });
             judge.hear(transponder);

@@ -236,7 +236,8 @@ impl Operational {
         for mut fix in self.fixes.drain(..) {
             let Some(receiver) = settings.transponder(fix.sensor) else { continue };
             let begun = Begun::Transponder(fix.time, fix.identity);
-            let delay_s = settings.delay(&fix.transponder_type()).unwrap_or_default().applied_s;
+            let delay_s =
+                settings.delay(&fix.identity, &fix.transponder_type()).unwrap_or_default().applied_s;
             fix.time = Time::from_nanos(fix.time.nanos() - (delay_s * SECOND as f64).round() as i64);
             let known = self.targets.of_identity(fix.identity);
             if let Some(target) = known.and_then(|id| self.targets.get_mut(id)) {

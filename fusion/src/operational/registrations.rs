@@ -14,8 +14,9 @@ use super::targets::{Target, Targets};
 use super::tracklets::Tracklets;
 use super::transponder_types::TransponderTypes;
 use super::tuning::{
-    CAUTIOUS_SAMPLES, DELAY_PRIOR_S, ERROR_STEP, MISALIGNMENT_AZIMUTH_RAD, MISALIGNMENT_HEIGHT_M,
-    MISALIGNMENT_RANGE_M, RADAR_VELOCITY_M_S, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M, SEGMENT_S,
+    CAUTIOUS_SAMPLES, DELAY_DEVIATIONS, DELAY_PRIOR_S, ERROR_STEP, MISALIGNMENT_AZIMUTH_RAD,
+    MISALIGNMENT_HEIGHT_M, MISALIGNMENT_RANGE_M, RADAR_VELOCITY_M_S, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M,
+    SEGMENT_S,
 };
 use crate::filter::RadarErrors;
 use crate::frames::Enu;
@@ -24,7 +25,7 @@ use crate::learning::{
     VelocityVerdict,
 };
 use crate::registration::{
-    Checked, Correction, Creep, CreepGuard, Misalignment, Registration, RegistrationState,
+    Checked, Correction, Creep, CreepGuard, DelaySums, Misalignment, Registration, RegistrationState,
     RegistrationStateError, Taken, TrackComparison,
 };
 use crate::report::{Host, Identity, Plot, SensorIndex, TransponderType};
@@ -113,7 +114,10 @@ impl Registered {
         sample.weaken(self.guard.weight(segment.host, sample.time()));
         self.learning.take(&mut segment.learning, sample.time());
         match self.registration.take(&sample) {
-            Taken::Kept => types.take_sample(segment.kind, segment.sensor, &sample),
+            Taken::Kept => {
+                types.take_sample(segment.kind, segment.sensor, &sample);
+                types.take_own_sample(segment.identity, segment.kind, segment.sensor, &sample);
+            }
             Taken::Rejected => {}
             Taken::Step { before, after } => {
                 self.step = Some(Step { time: sample.time(), before, after });
@@ -218,6 +222,7 @@ struct Segment {
     sensor: SensorIndex,
     target: TargetId,
     host: Host,
+    identity: Identity,
     kind: TransponderType,
     along: TrackComparison,
     learning: TrackLearning,
@@ -341,14 +346,18 @@ impl Registrations {
         // What radars show of time is the transponders' delay: radars have clocks to go by, a transponder's time is that of
         // its transmission.
         now.delay = Delay::default().apart(vector / information, information.powf(-0.5));
-        now.delays = types.delays(now.delay, |sensor, sums| {
+        let given = |sensor: SensorIndex, sums: &DelaySums| {
             let radar = applied.contains(&sensor).then(|| self.radars.get(&sensor))??;
-            Some(sums.given(&radar.estimate))
-        });
+            Some(sums.given(&radar.estimate).weakened(DELAY_DEVIATIONS))
+        };
+        now.delays = types.delays(now.delay, given);
+        now.own_delays = types.own_delays(now.delay, given);
         self.delay = Some(now.delay);
         if let Some(shared) = &types.shared {
             now.delay = shared.delay.unwrap_or_else(|| Delay::default().apart(mean_s, sigma_s));
             now.delays.clone_from(&shared.delays);
+            // A cell has not learnt of transponders that come from another cell.
+            now.own_delays.clear();
         }
         now
     }
@@ -441,6 +450,7 @@ impl Registrations {
                     sensor,
                     target,
                     host: transponder.host,
+                    identity: transponder.identity,
                     kind: transponder.kind(),
                     along: TrackComparison::new(&radar.track_errors),
                     learning: TrackLearning::new(radar.track_errors.correlation_s),

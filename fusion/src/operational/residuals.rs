@@ -32,7 +32,7 @@ pub(super) fn residuals<'a>(
 fn residual(plot: &CorrectedPlot, target: &Target, radar: &Radar, settings: &Settings) -> Option<Residual> {
     let transponder = target.transponder()?;
     let receiver = settings.transponder(transponder.sensor)?;
-    let delay_s = settings.delay(&transponder.kind())?.applied_s;
+    let delay_s = settings.delay(&transponder.identity, &transponder.kind())?.applied_s;
     let CorrectedPlot { plot, raw } = plot;
     let stamped = |after_s: f64| {
         Time::from_nanos(plot.time.nanos() + ((after_s - delay_s) * SECOND as f64).round() as i64)

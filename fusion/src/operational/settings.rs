@@ -7,10 +7,10 @@ use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 
 use super::likelihood::Scales;
-use super::tuning;
+use super::tuning::{self, DELAY_BETWEEN_TRANSPONDERS_S};
 use crate::filter::{Dynamics, LineOfSight, RadarErrors};
 use crate::frames::{Enu, RadarFrame};
-use crate::report::{SensorIndex, TransponderType};
+use crate::report::{Identity, SensorIndex, TransponderType};
 pub(super) use crate::settings::Camera;
 use crate::settings::{self, IntegrityRules, OperationalRules, RegistrationMode, Sensor};
 use crate::time::SECOND;
@@ -39,6 +39,8 @@ pub struct Settings {
     /// Delay of transponders of which no more is known, and by type; not read from the settings but learnt.
     pub(super) delay: Delay,
     pub(super) delays: BTreeMap<TransponderType, Delay>,
+    /// The delays of single transponders of which radars tell.
+    pub(super) own_delays: BTreeMap<Identity, Delay>,
 }
 
 impl Settings {
@@ -68,6 +70,7 @@ impl Settings {
             integrity: rules.integrity,
             delay: Delay::default(),
             delays: BTreeMap::new(),
+            own_delays: BTreeMap::new(),
         }
     }
 
@@ -92,11 +95,14 @@ impl Settings {
         self.cameras.get(usize::from(sensor.0))?.as_ref()
     }
 
-    /// The delay of a type of transponders; `None`: there is no such receiver.
-    pub(super) fn delay(&self, kind: &TransponderType) -> Option<Delay> {
+    /// The delay of a transponder of that type; `None`: there is no such receiver.
+    pub(super) fn delay(&self, identity: &Identity, kind: &TransponderType) -> Option<Delay> {
         let receiver = self.transponder(kind.receiver)?;
-        let learnt = || self.delays.get(kind).copied().unwrap_or(self.delay);
-        Some(receiver.delay_s.map_or_else(learnt, Delay::configured))
+        if let Some(configured) = receiver.delay_s.map(Delay::configured) {
+            return Some(configured.of_one());
+        }
+        let of_type = || self.delays.get(kind).copied().unwrap_or(self.delay).of_one();
+        Some(self.own_delays.get(identity).copied().unwrap_or_else(of_type))
     }
 }
 
@@ -106,7 +112,7 @@ pub struct Delay {
     /// The best guess, and its standard deviation.
     pub(super) mean_s: f64,
     pub(super) sigma_s: f64,
-    /// As much of it as is evident: what is taken off.
+    /// The delay that is applied: the best guess, never below zero.
     pub(super) applied_s: f64,
 }
 
@@ -115,18 +121,17 @@ impl Delay {
         Self { mean_s: delay_s, sigma_s: 0.0, applied_s: delay_s }
     }
 
+    /// The delay of one transponder where only that of its type is known.
+    pub(super) fn of_one(self) -> Self {
+        Self { sigma_s: self.sigma_s.hypot(DELAY_BETWEEN_TRANSPONDERS_S), ..self }
+    }
+
     /// Apart from the part of this that is applied by `mean_s`, with this standard deviation. Nothing is sent before it is
     /// measured.
     pub(super) fn apart(&self, mean_s: f64, sigma_s: f64) -> Self {
-        let applied_s = (self.applied_s + evident(mean_s, sigma_s)).max(0.0);
-        Self { mean_s: self.applied_s + mean_s, sigma_s, applied_s }
+        let mean_s = self.applied_s + mean_s;
+        Self { mean_s, sigma_s, applied_s: mean_s.max(0.0) }
     }
-}
-
-/// As much of a mean as its standard deviation leaves evident: nothing within one deviation of zero, nearly all of it beyond
-/// three (the positive-part estimator of James and Stein, 1961, for one dimension).
-fn evident(mean: f64, sigma: f64) -> f64 {
-    if mean == 0.0 { 0.0 } else { mean * (1.0 - (sigma / mean).powi(2)).max(0.0) }
 }
 
 /// A radar.

@@ -8,8 +8,8 @@ use super::cycle::EARLIEST;
 use super::settings::{self, Settings};
 use super::transponder_types::TransponderTypes;
 use super::tuning::{
-    BETWEEN_REPORTS_M_S2, DELAY_BETWEEN_TRANSPONDERS_S, FRESH_SHARE, HEIGHT_KEPT_S, NOISE_CHANGE_S, POORER,
-    SAME_REPORT, TRANSPONDER_SILENT_S,
+    BETWEEN_REPORTS_M_S2, FRESH_SHARE, HEIGHT_KEPT_S, NOISE_CHANGE_S, POORER, SAME_REPORT,
+    TRANSPONDER_SILENT_S,
 };
 use crate::filter::how_fast;
 use crate::frames::Enu;
@@ -268,7 +268,7 @@ impl Transponder {
     pub(super) fn bias(&self, settings: &Settings) -> Option<TransponderBias> {
         let receiver = settings.transponder(self.sensor)?;
         let share = 1.0 - FRESH_SHARE * FRESH_SHARE;
-        let delay_s = DELAY_BETWEEN_TRANSPONDERS_S.hypot(settings.delay(&self.kind())?.sigma_s);
+        let delay_s = settings.delay(&self.identity, &self.kind())?.sigma_s;
         Some(TransponderBias {
             horizontal_m2: self.axis_sigma_m(receiver).powi(2) * share,
             vertical_m2: self.height_sigma_m(receiver).powi(2) * share,

@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::settings::{Delay, Settings};
-use super::tuning::{DELAY_BETWEEN_TYPES_S, FRESH_SHARE, TYPE_NOISE_CHANGE_S, TYPES_MAX};
+use super::tuning::{DELAY_BETWEEN_TYPES_S, FRESH_SHARE, TRANSPONDERS_MAX, TYPE_NOISE_CHANGE_S, TYPES_MAX};
 use crate::learning::{
     LearningStateError, LearntType, LearntValue, Likelihoods, TypeLearning, TypeState, WhiteNoise,
 };
 use crate::registration::{DelaySums, Sample, TimeInformation};
-use crate::report::{SensorIndex, TransponderType};
+use crate::report::{Identity, SensorIndex, TransponderType};
 use crate::time::Time;
 
 /// The types that have been heard.
@@ -19,8 +19,19 @@ pub(super) struct TransponderTypes {
     known: BTreeMap<TransponderType, TypeLearning>,
     /// As [`Self::delays`] had them last.
     delays: BTreeMap<TransponderType, Delay>,
+    /// Evidence of the delays of single transponders.
+    own: BTreeMap<Identity, OwnDelay>,
     /// What another engine has learnt; `None`: what it learns itself counts.
     pub(super) shared: Option<TypeValues>,
+}
+
+/// Evidence of the delay of one transponder.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct OwnDelay {
+    kind: TransponderType,
+    by_radar: BTreeMap<SensorIndex, DelaySums>,
+    /// When the latest piece of a radar's track ended.
+    seen: Time,
 }
 
 /// What is used of the types' delays and noise.
@@ -67,9 +78,54 @@ impl TransponderTypes {
         self.of(kind).take_sample(radar, sample);
     }
 
+    /// The same of the transponder itself.
+    pub(super) fn take_own_sample(
+        &mut self,
+        identity: Identity,
+        kind: TransponderType,
+        radar: SensorIndex,
+        sample: &Sample,
+    ) {
+        if self.own.len() >= TRANSPONDERS_MAX
+            && !self.own.contains_key(&identity)
+            && let Some(oldest) = self.own.iter().min_by_key(|(_, own)| own.seen).map(|known| *known.0)
+        {
+            self.own.remove(&oldest);
+        }
+        let new = || OwnDelay { kind, by_radar: BTreeMap::new(), seen: sample.time() };
+        let own = self.own.entry(identity).or_insert_with(new);
+        // Behind another receiver it may be stamped otherwise.
+        if own.kind != kind {
+            *own = new();
+        }
+        own.seen = own.seen.max(sample.time());
+        own.by_radar.entry(radar).or_insert(DelaySums::NONE).add(sample);
+    }
+
     /// What this radar has shown of delays no longer holds: it was moved.
     pub(super) fn forget_radar(&mut self, radar: SensorIndex) {
         self.known.values_mut().for_each(|learning| learning.forget_radar(radar));
+        self.own.values_mut().for_each(|own| _ = own.by_radar.remove(&radar));
+    }
+
+    /// The delay of each transponder of which radars tell; that of its type, or `common`, is what it begins with.
+    pub(super) fn own_delays(
+        &self,
+        common: Delay,
+        given: impl Fn(SensorIndex, &DelaySums) -> Option<TimeInformation>,
+    ) -> BTreeMap<Identity, Delay> {
+        let of = |own: &OwnDelay| {
+            let of_type = self.delays.get(&own.kind).copied().unwrap_or(common);
+            let (mut inverse_variance, mut vector) = (0.0, 0.0);
+            for told in own.by_radar.iter().filter_map(|(&radar, sums)| given(radar, sums)) {
+                inverse_variance += told.inverse_variance;
+                vector += told.weighted_mean;
+            }
+            let information = inverse_variance + of_type.of_one().sigma_s.powi(-2);
+            let apart_s = (vector - of_type.applied_s * inverse_variance) / information;
+            of_type.apart(apart_s, information.powf(-0.5))
+        };
+        self.own.iter().map(|(identity, own)| (*identity, of(own))).collect()
     }
 
     /// The delay of each type, unless it is configured; `common` is that of all, `given` what the sums of a radar show.
@@ -128,5 +184,62 @@ impl TransponderTypes {
             self.known.remove(&oldest);
         }
         self.known.entry(kind).or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::registration::Registration;
+    use crate::registration::tests::World;
+    use crate::report::UasItems;
+
+    /// Where the delay stands among what misaligns a radar.
+    const TIME: usize = 5;
+
+    #[test]
+    fn transponders_of_one_type_have_delays_of_their_own() {
+        let radar = SensorIndex(0);
+        let kind = TransponderType::of(SensorIndex(1), &UasItems::default());
+        let identities = [b"A", b"B"].map(|name| Identity::new(name, None).unwrap());
+        let delays_s = [0.0, 0.2];
+        for seed in 0..20 {
+            let (mut world, mut registration) = (World::wrong(8000 + seed), Registration::default());
+            let mut types = TransponderTypes::default();
+            // Forty minutes of tracks.
+            for track in 0..40 {
+                let which = track % 2;
+                world.bias[TIME] = delays_s[which];
+                let sample = world.sample(60.0, 2.0);
+                registration.take(&sample);
+                types.take_sample(kind, radar, &sample);
+                types.take_own_sample(identities[which], kind, radar, &sample);
+            }
+            let estimate = registration.estimate();
+            let given = |_, sums: &DelaySums| Some(sums.given(&estimate));
+            let of_type = types.delays(Delay::default(), given)[&kind];
+            let own = types.own_delays(Delay::default(), given);
+            let [first, second] = identities.map(|identity| own[&identity]);
+            assert!(first.applied_s < of_type.applied_s && of_type.applied_s < second.applied_s, "{own:?}");
+            for (delay, true_s) in [(first, delays_s[0]), (second, delays_s[1])] {
+                assert!((delay.mean_s - true_s).abs() < 4.0 * delay.sigma_s, "{seed}: {delay:?}");
+            }
+            types.forget_radar(radar);
+            types.delays(Delay::default(), given);
+            let nothing = types.own_delays(Delay::default(), given);
+            assert!(nothing.values().all(|delay| delay.mean_s == 0.0), "{nothing:?}");
+        }
+    }
+
+    #[test]
+    fn who_was_not_seen_for_longest_is_forgotten() {
+        let kind = TransponderType::of(SensorIndex(1), &UasItems::default());
+        let identity = |number: usize| Identity::new(format!("{number:08}").as_bytes(), None).unwrap();
+        let (mut world, mut types) = (World::wrong(1), TransponderTypes::default());
+        for number in 0..=TRANSPONDERS_MAX {
+            types.take_own_sample(identity(number), kind, SensorIndex(0), &world.sample(10.0, 2.0));
+        }
+        assert_eq!(types.own.len(), TRANSPONDERS_MAX);
+        assert!(!types.own.contains_key(&identity(0)) && types.own.contains_key(&identity(TRANSPONDERS_MAX)));
     }
 }

@@ -65,6 +65,11 @@ pub(super) const NOISE_CHANGE_S: f64 = 900.0;
 pub(super) const TYPE_NOISE_CHANGE_S: f64 = 14_400.0;
 /// The types of transponders that are remembered; one that is new then takes the place of the one not heard for longest.
 pub(super) const TYPES_MAX: usize = 64;
+/// Factor on the formal deviation of the delay of a type, or of one transponder: the errors of a radar depend on the motion, as
+/// a delay does, and the formal deviation leaves that out. On simulated flights delays were 1.5 to 2.6 times as far off.
+pub(super) const DELAY_DEVIATIONS: f64 = 2.0;
+/// The transponders whose delays are remembered; one that is new then takes the place of the one not seen for longest.
+pub(super) const TRANSPONDERS_MAX: usize = 1024;
 /// Sigma of a transponder's velocity on each axis over ground, metres a second: from Doppler, so better than its positions.
 pub(super) const TRANSPONDER_VELOCITY_M_S: f64 = 0.3;
 /// Sigma of its climb rate: satellites are all above it.

@@ -52,6 +52,14 @@ pub(crate) struct TimeInformation {
     pub(crate) weighted_mean: f64,
 }
 
+impl TimeInformation {
+    /// The same with a deviation that is larger by this factor.
+    pub(crate) fn weakened(self, times: f64) -> Self {
+        let share = times.powi(-2);
+        Self { inverse_variance: self.inverse_variance * share, weighted_mean: self.weighted_mean * share }
+    }
+}
+
 /// A residual needs so many tracks.
 const TRACKS: f64 = 8.0;
 /// Above this, tracks lie twice as far apart as promised.

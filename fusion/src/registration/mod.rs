@@ -33,7 +33,7 @@ mod qmethod;
 mod state;
 mod sums;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod tracks;
 
 pub(crate) use along::{Residual, Sample, TrackComparison};

@@ -231,9 +231,19 @@ fn moved(report: Report, by_ns: i64) -> Report {
     }
 }
 
-/// Without that in which the order of reception counts: two reports with equal (identity or radar track, time), and whose
-/// items came last.
+/// Without that in which the order of reception counts: two reports with equal (identity or radar track, time), whose items
+/// came last, and a silence about as long as the window, which is longer or not by who is first behind it.
 pub fn indifferent_to_order(mut arrivals: Vec<Arrival>) -> Vec<Arrival> {
+    const WINDOW_NS: i64 = 25 * SECOND;
+    for next in 1..arrivals.len() {
+        let silence_ns = arrivals[next].received.nanos() - arrivals[next - 1].received.nanos();
+        if (silence_ns - WINDOW_NS).abs() < SECOND {
+            for arrival in &mut arrivals[next..] {
+                arrival.received = Time::from_nanos(arrival.received.nanos() + 2 * SECOND);
+                arrival.report = moved(arrival.report, 2 * SECOND);
+            }
+        }
+    }
     let mut seen = std::collections::BTreeSet::new();
     arrivals.retain_mut(|arrival| match &mut arrival.report {
         Report::Plot(plot) => seen.insert((plot.time, plot.track.sensor.0, plot.track.number)),

@@ -26,8 +26,8 @@ const UNSEEN_M_S2: f64 = 2.0;
 const MORE_THAN_SEEN: f64 = 1.4;
 /// and no harder than this, m/s².
 const TURN_MAX_M_S2: f64 = 10.0;
-/// What is faster than drones mostly are, m/s, turns harder in proportion, and that turn changes faster in proportion, too: at
-/// that speed as hard as said above.
+/// The bounds above hold up to this speed, m/s. A faster aircraft turns harder in proportion to its speed, and its turns begin
+/// and end faster in proportion.
 const FAST_M_S: f64 = 25.0;
 
 /// Motion at the edge of a gap: a parabola through the three reports nearest to it, the line through two, or one place.
@@ -115,10 +115,9 @@ impl Motion {
             let places = [edge, middle, far.unwrap_or(edge)].map(|heard| heard.position.xy());
             places.iter().zip(weights).map(|(place, weight)| place * weight).sum()
         };
-        let velocity: Vector2<f64> = weigh(velocity_weights);
         Some(Self {
-            velocity,
-            unsure_m_s: changed_m_s2 * faster(velocity.norm()).powi(2) * x1.abs(),
+            velocity: weigh(velocity_weights),
+            unsure_m_s: changed_m_s2 * x1.abs(),
             acceleration: far.map(|_| weigh(acceleration_weights)),
             velocity_weights,
             acceleration_weights,
@@ -170,8 +169,10 @@ impl Miss {
         });
         let turned_m_s2 = (velocity_after - velocity_before).norm() / gap_s;
         let seen_m_s2 = sides.iter().map(Motion::acceleration_m_s2).fold(turned_m_s2, f64::max);
-        let speed_m_s = velocity_before.norm().max(velocity_after.norm());
+        // A fast aircraft is fast on both sides; a side with a false place may only look fast.
+        let speed_m_s = velocity_before.norm().min(velocity_after.norm());
         let unsure_m_s = sides[0].unsure_m_s(&sides[1]) + sides[1].unsure_m_s(&sides[0]);
+        let unsure_m_s = unsure_m_s * faster(speed_m_s).powi(2);
         Some(Self {
             distance_m: (after.place - led).norm(),
             noise_gain: gains[0].hypot(gains[1]),

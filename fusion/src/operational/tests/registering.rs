@@ -51,7 +51,7 @@ fn a_report_from_far_away_is_no_evidence_of_a_delay() {
         for damaged in [8, 20, 60, 100] {
             let (known_s, applied_s) = delay_s(damaged, off);
             let what = format!("{known_s} s, {applied_s} s taken off, by {off:?} m at {damaged} s");
-            assert!((known_s - undamaged_s).abs() < 0.05 && applied_s == 0.0, "{what}");
+            assert!((known_s - undamaged_s).abs() < 0.05 && applied_s == known_s.max(0.0), "{what}");
         }
     }
 }

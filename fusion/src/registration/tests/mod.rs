@@ -39,10 +39,10 @@ fn seconds(at: f64) -> Time {
 }
 
 /// A radar and its surroundings.
-struct World {
+pub(crate) struct World {
     random: ChaCha8Rng,
     /// Bearing, tilts, range, height, time.
-    bias: Vector6<f64>,
+    pub(crate) bias: Vector6<f64>,
     /// The biases are really this many times as large as [`ERRORS`] says.
     scale: f64,
     heights: bool,
@@ -77,7 +77,7 @@ impl World {
     }
 
     /// Set up as wrongly as is assumed beforehand.
-    fn wrong(seed: u64) -> Self {
+    pub(crate) fn wrong(seed: u64) -> Self {
         let mut world = Self::new(seed);
         world.bias = Vector6::from(PRIOR).map(|deviation| deviation * world.normal());
         world
@@ -145,7 +145,7 @@ impl World {
         plots
     }
 
-    fn sample(&mut self, duration_s: f64, dt: f64) -> Sample {
+    pub(crate) fn sample(&mut self, duration_s: f64, dt: f64) -> Sample {
         let plots = self.plots(duration_s, dt);
         sample_of(&plots)
     }
