@@ -65,11 +65,10 @@ fn its_sites_have_the_default_profile() {
     }
 }
 
-/// With the table of what is where, and room for the engine's example of 40 lines.
 #[test]
 fn it_is_short() {
     let words = README.split_whitespace().count();
-    assert!(words <= 1150, "{words} words");
+    assert!(words <= 900, "{words} words");
 }
 
 /// Each figure of the README and of VALIDATION.md is the one that the evaluation has written, rounded.
@@ -100,9 +99,8 @@ fn its_figures_are_those_of_the_evaluation() {
 }
 
 #[test]
-fn its_loop_is_the_example_of_the_engine() {
+fn complete_loop_of_the_engine_is_short() {
     let example = include_str!("../fusion/examples/embed.rs");
-    assert!(README.contains(&format!("```rust\n{example}```")));
     let code = |line: &&str| !line.trim().is_empty() && !line.trim().starts_with("//");
     assert!(example.lines().filter(code).count() <= 40);
 }

@@ -340,7 +340,7 @@ fn midnight_is_a_moment_like_any_other() {
 }
 
 #[test]
-fn datagrams_that_waited_longer_than_the_window_come_after_the_fresh_start() {
+fn datagrams_delayed_beyond_the_window_follow_the_restart() {
     // The service stands still for 26 s and looks at the clock before it has handled all that came before: the engine starts
     // afresh, and the clock was not set back.
     let decide_s = vec![27, 29];

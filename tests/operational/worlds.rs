@@ -29,7 +29,7 @@ fn accused(simulation: &Simulation) -> BTreeSet<String> {
 
 /// Its transponders are heard each 1 to 2 s.
 #[test]
-fn who_brakes_to_a_hover_is_always_there() {
+fn braking_drones_are_never_absent() {
     for seed in 301..=304 {
         let simulation = simulate(&scenario("braking"), seed, None).unwrap();
         let evaluation = scored(&simulation, Profile::Operational);
@@ -40,7 +40,7 @@ fn who_brakes_to_a_hover_is_always_there() {
 }
 
 #[test]
-fn who_is_fast_is_not_accused_of_jumps() {
+fn fast_aircraft_are_rarely_flagged() {
     let of = |seed| accused(&simulate(&scenario("fast"), seed, None).unwrap());
     let accused: Vec<_> = (301..=306).map(of).collect();
     // There are 36 transponders and three hours of flight.

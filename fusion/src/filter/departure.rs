@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn who_stops_turns_or_starts_has_moved() {
+    fn stops_and_turns_are_motion() {
         // It brakes over the whole interval, or at its beginning; it turns to the north and flies on.
         for (second, third) in [
             (vector![16.0, 0.0], vector![16.0, 0.0]),
@@ -92,14 +92,14 @@ mod tests {
     }
 
     #[test]
-    fn who_flies_on_beside_its_path_or_is_back_on_it_has_jumped() {
+    fn flight_beside_the_path_is_a_jump() {
         for third in [vector![64.0, 25.0], vector![64.0, 0.0], vector![60.0, 20.0]] {
             assert_eq!(cause(vector![32.0, 25.0], Some(third)), Cause::Receiver, "{third}");
         }
     }
 
     #[test]
-    fn what_nobody_can_reach_is_a_jump_at_once() {
+    fn place_out_of_reach_is_a_jump() {
         assert_eq!(cause(vector![32.0, 40.0], None), Cause::Receiver);
         // The velocity afterwards is out of reach, too.
         assert_eq!(cause(vector![32.0, 25.0], Some(vector![32.0, 225.0])), Cause::Receiver);

@@ -261,7 +261,7 @@ proptest! {
 
     /// Nor does it where reports are far from where the motion led, and the next ones say why.
     #[test]
-    fn the_order_of_arrival_plays_no_part_in_stops_and_jumps(
+    fn order_of_arrival_is_irrelevant_to_stops_and_jumps(
         moves in prop::collection::vec((0.5..2.0, prop::sample::select(vec![0.0, 0.0, 0.0, 25.0, -40.0]), 0..=1_usize), 6..20),
         pieces in prop::collection::vec(1..4_usize, 20),
         late in 0..20_usize,

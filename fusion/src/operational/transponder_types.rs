@@ -198,7 +198,7 @@ mod tests {
     const TIME: usize = 5;
 
     #[test]
-    fn transponders_of_one_type_have_delays_of_their_own() {
+    fn delays_differ_within_one_type() {
         let radar = SensorIndex(0);
         let kind = TransponderType::of(SensorIndex(1), &UasItems::default());
         let identities = [b"A", b"B"].map(|name| Identity::new(name, None).unwrap());
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn who_was_not_seen_for_longest_is_forgotten() {
+    fn transponder_seen_least_recently_is_evicted() {
         let kind = TransponderType::of(SensorIndex(1), &UasItems::default());
         let identity = |number: usize| Identity::new(format!("{number:08}").as_bytes(), None).unwrap();
         let (mut world, mut types) = (World::wrong(1), TransponderTypes::default());

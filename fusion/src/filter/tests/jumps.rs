@@ -8,7 +8,7 @@ use crate::frames::Enu;
 /// Who brakes hard is where its transponder says, without a doubt as soon as the next report has come; a receiver that jumps as
 /// far and flies on is in doubt.
 #[test]
-fn who_brakes_hard_has_not_jumped() {
+fn hard_braking_is_motion_and_a_step_aside_is_a_jump() {
     // 10 s at 16 m/s, then from there to rest within 2 s.
     let braking = |at: f64| match at {
         ..10.0 => 16.0 * at,
