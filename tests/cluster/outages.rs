@@ -1,6 +1,6 @@
 //! What a cell needs is gone for some time: gateways, servers of the log, the way to them.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use async_nats::jetstream;
@@ -135,6 +135,34 @@ async fn all_servers_killed_at_once_come_back_empty_and_numbers_are_kept() {
         numbers.iter().filter(|number| **number >= 10_000).map(|number| number / 10_000).collect()
     };
     assert_eq!(own(&before.numbers), own(&after.numbers));
+}
+
+/// All servers stop answering for some time, and go on where they were.
+#[tokio::test(flavor = "multi_thread")]
+async fn servers_halted_together_cost_no_slot_and_no_number() {
+    let servers = variable("UTM_FUSION_SERVERS", 1.0) as usize;
+    let halted = Duration::from_secs_f64(variable("UTM_FUSION_HALTED", 10.0));
+    let Some(site) = Site::start(Setup { servers, checkpoint_s: 5.0, ..Setup::default() }).await else {
+        return;
+    };
+    let watcher = site.watch().await;
+    watcher.in_time().await;
+    watcher.more(20).await;
+    (0..servers).for_each(|server| site.servers.halt(server));
+    tokio::time::sleep(halted).await;
+    (0..servers).for_each(|server| site.servers.go_on(server));
+    watcher.more(40).await;
+    watcher.in_time().await;
+    let summary = watcher.checked().await;
+    let beyond_s = summary.silence_s - halted.as_secs_f64();
+    println!("silence beyond the halt {beyond_s:.2} s; {summary:?}");
+    assert!(beyond_s < 5.0 + SLACK_S, "{summary:?}");
+    let mut ids = BTreeMap::<String, BTreeSet<String>>::new();
+    for (id, serial) in summary.aircraft.0.iter().flat_map(|(_, aircraft)| aircraft) {
+        ids.entry(serial.clone().unwrap_or_default()).or_default().insert(id.clone());
+    }
+    ids.remove("");
+    assert!(ids.len() >= 3 && ids.values().all(|ids| ids.len() == 1), "{ids:?}");
 }
 
 /// The nodes and servers are started anew, the latter without what was in memory: what is on disk is of other streams.
