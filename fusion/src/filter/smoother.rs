@@ -108,8 +108,8 @@ where
         self.smooth();
     }
 
-    /// How many of the first `count` nodes stay as they are whatever comes behind these: a report that may have been a jump
-    /// is judged by the next one. Of the first node, what was before it is forgotten: it stays.
+    /// Number of nodes, of the first `count`, that do not change with the measurements behind them. A report that may have been a
+    /// jump is judged by the next one, so it is filtered again; the first node stays, since the state before it is forgotten.
     fn settled(&self, count: usize) -> usize {
         let is_report = |node: &Node<P, M, H, S>| matches!(node.measurement.by, By::Transponder { .. });
         let last = self.nodes.iter().take(count).rposition(|node| is_report(node));

@@ -65,7 +65,7 @@ pub(super) struct Jumps {
     pub(super) last: Option<Time>,
     /// When the transponder was heard last.
     heard: Option<Time>,
-    /// Whether what the last report was rests on the one after it.
+    /// Whether the cause of the last report's departure depends on the next report.
     pub(super) rests_on_next: bool,
 }
 
@@ -84,7 +84,7 @@ impl Jumps {
         self.in_height.fade(dt);
     }
 
-    /// The cause of a departure at `time`, which is noted; of the next report, what [`Departure::cause`] asks for.
+    /// Notes a departure at `time`, and returns its cause; `next` as in [`Departure::cause`].
     fn cause<const D: usize>(
         &mut self,
         time: Time,
@@ -275,7 +275,7 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         }
     }
 
-    /// How far it has jumped over ground, if it has. What may have been a jump is in doubt, and followed as motion.
+    /// Distance of a jump over ground; `None` without one. An undecided departure is in doubt, and followed as motion.
     fn jumped(
         &mut self,
         measurement: &Measurement,

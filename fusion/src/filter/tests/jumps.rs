@@ -5,8 +5,8 @@ use super::super::target::Dynamics;
 use super::{dynamics, measurements, seconds, tracked};
 use crate::frames::Enu;
 
-/// Who brakes hard is where its transponder says, without a doubt as soon as the next report has come; a receiver that jumps as
-/// far and flies on is in doubt.
+/// An aircraft that brakes hard is where its transponder says, and is in no doubt once the next report has come. A receiver that
+/// jumps as far and flies on is in doubt.
 #[test]
 fn hard_braking_is_motion_and_a_step_aside_is_a_jump() {
     // 10 s at 16 m/s, then from there to rest within 2 s.
@@ -46,7 +46,7 @@ fn hard_braking_is_motion_and_a_step_aside_is_a_jump() {
     }
 }
 
-/// Flown straight, a report each 2 s, which is `off` its place by so much to the east; the sigma over ground at a time.
+/// The sigma over ground at a time of a straight flight with a report each 2 s, `off` the place to the east by these metres.
 fn sigma_with(dynamics: &Dynamics, off: impl Fn(f64) -> f64, at: f64) -> f64 {
     let measured = |index| {
         let at = 2.0 * f64::from(index);
