@@ -45,7 +45,7 @@ pub use errors::{LineOfSight, RadarErrors};
 pub(crate) use gaussian::{Gaussian, Motion, Slow};
 pub(crate) use imm::Mixture;
 pub use measurement::{By, Measurement, Owner, StateEstimate};
-pub(crate) use motion::{Course, MODELS, how_fast};
+pub(crate) use motion::{Course, MODELS, speed_factor};
 pub use motion::{Model, Models};
 pub(crate) use singer::Axis;
 pub use singer::Singer;

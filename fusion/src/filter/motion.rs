@@ -78,17 +78,17 @@ const STRAIGHT: f64 = 1.0;
 /// The models are those of drones up to this speed over ground, m/s.
 const USUAL_M_S: f64 = 25.0;
 
-/// How much harder than a drone a target of that speed turns: its rate of turn is theirs, so that the
-/// acceleration rises in proportion to the speed.
-pub(crate) fn how_fast(speed_m_s: f64) -> f64 {
+/// Factor on the accelerations of drones for a target of that speed over ground. A faster target has the same rate of turn, so
+/// its acceleration rises in proportion to its speed.
+pub(crate) fn speed_factor(speed_m_s: f64) -> f64 {
     (speed_m_s / USUAL_M_S).max(1.0)
 }
 
 impl Model {
-    /// The same of a target of that speed over ground, m/s: one that manoeuvres does so harder, one that flies straight on as
-    /// straight.
+    /// The model for a target of that speed over ground, m/s. The noise of manoeuvres rises with the speed; that of straight
+    /// flight does not.
     pub(super) fn at_speed(self, speed_m_s: f64) -> Self {
-        let more = how_fast(speed_m_s).powi(2);
+        let more = speed_factor(speed_m_s).powi(2);
         match self {
             Self::ConstantVelocity { noise } if noise < STRAIGHT => self,
             Self::ConstantVelocity { noise } => Self::ConstantVelocity { noise: noise * more },

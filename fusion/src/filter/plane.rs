@@ -7,7 +7,7 @@ use super::bias::{Bias, SlowChange};
 use super::errors::{LineOfSight, RadarErrors};
 use super::gaussian::{Gaussian, Motion, Pair, Slow};
 use super::imm::Mixture;
-use super::motion::{Course, MODELS, Models, how_fast};
+use super::motion::{Course, MODELS, Models, speed_factor};
 use super::singer::{OverGroundAxes, Singer};
 use super::symmetric::Symmetric;
 
@@ -81,7 +81,7 @@ impl<const D: usize> OverGround<D, 1> for Singer {
     }
 
     fn motions(&self, dt: f64, speed_m_s: f64) -> [OverGroundAxes; 1] {
-        [OverGroundAxes(self.over(dt, self.horizontal * how_fast(speed_m_s)))]
+        [OverGroundAxes(self.over(dt, self.horizontal * speed_factor(speed_m_s)))]
     }
 
     fn switch(&self, _dt: f64) -> [[f64; 1]; 1] {

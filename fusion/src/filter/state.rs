@@ -197,7 +197,7 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
     ) -> (Self, Bridges<P, H>) {
         let (mut state, mut bridges) = self.ahead_to(measurement, dt, models);
         state.jumps.fade(dt);
-        state.hear(measurement, later, &mut bridges);
+        state.check_for_jump(measurement, later, &mut bridges);
         state.settle(measurement, &bridges.0.predicted, &bridges.1.predicted);
         let height = state.height;
         state.observe(measurement, &bridges.0.predicted);
@@ -258,8 +258,14 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         (state, (over_ground, above))
     }
 
-    /// A transponder's report may be a jump of its receiver, over ground or in height: that says nothing of the speed.
-    fn hear(&mut self, measurement: &Measurement, later: &[Measurement], bridges: &mut Bridges<P, H>) {
+    /// Checks a transponder's report for a jump of its receiver, over ground or in height. A jump spreads the place, and leaves the
+    /// velocity as it is.
+    fn check_for_jump(
+        &mut self,
+        measurement: &Measurement,
+        later: &[Measurement],
+        bridges: &mut Bridges<P, H>,
+    ) {
         let By::Transponder { horizontal_m, vertical_m } = measurement.by else { return };
         let heard = self.jumps.heard.replace(measurement.time);
         self.jumps.rests_on_next = false;

@@ -11,7 +11,7 @@ use super::tuning::{
     BETWEEN_REPORTS_M_S2, FRESH_SHARE, HEIGHT_KEPT_S, NOISE_CHANGE_S, POORER, SAME_REPORT,
     TRANSPONDER_SILENT_S,
 };
-use crate::filter::how_fast;
+use crate::filter::speed_factor;
 use crate::frames::Enu;
 use crate::interpolation::{Curve, Knot, Piece};
 use crate::learning::{Likelihoods, WhiteNoise, likelihoods};
@@ -96,7 +96,7 @@ impl Walk<'_> {
         }
         let piece = self.piece.as_ref()?;
         let (since_s, until_s) = piece.apart_s(time);
-        let acceleration_m_s2 = BETWEEN_REPORTS_M_S2 * how_fast(piece.speed_m_s()).powi(2);
+        let acceleration_m_s2 = BETWEEN_REPORTS_M_S2 * speed_factor(piece.speed_m_s()).powi(2);
         let between_m = 0.5 * acceleration_m_s2 * since_s * until_s;
         Some(OnCurve {
             position: Enu::from(piece.at(time)),

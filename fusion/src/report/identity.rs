@@ -1,4 +1,4 @@
-//! Identities of transponders: what tells one aircraft from another.
+//! Identities of transponders, which distinguish aircraft.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -6,8 +6,8 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-/// Who a transponder says it is, in one of the [`Space`]s that tell identities apart: of a serial number with its
-/// registration country. Names that are text have no leading and trailing spaces and NULs; names that are octets
+/// The identity that a transponder reports: a name in one of the [`Space`]s; a serial number has its registration country,
+/// too. Names that are text have no leading and trailing spaces and NULs; names that are octets
 /// ([`Space::octets`]) are complete. Ordered by space, then octets.
 ///
 /// ```
@@ -32,7 +32,7 @@ pub const NAME_MAX: usize = 20;
 const NAME: Range<usize> = 1..1 + NAME_MAX;
 const COUNTRY: Range<usize> = NAME.end..NAME.end + 2;
 
-/// What a name identifies an aircraft by: equal names of different spaces are different aircraft.
+/// Kind of a name; equal names of different spaces are different aircraft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 pub enum Space {
@@ -74,7 +74,7 @@ impl Space {
 }
 
 impl Identity {
-    /// Of a serial number, at most [`NAME_MAX`] octets, and its country; `None` where the number is blank, or longer.
+    /// The identity of a serial number, at most [`NAME_MAX`] octets, and its country; `None` where the number is blank, or longer.
     pub fn new(serial: &[u8], country: Option<&[u8; 2]>) -> Option<Self> {
         let mut identity = Self::of_name(Space::Serial, serial)?;
         let country = trimmed(country.map_or(&[][..], |country| country));
@@ -82,7 +82,7 @@ impl Identity {
         Some(identity)
     }
 
-    /// Of an ICAO aircraft address, 24 bits.
+    /// The identity of an ICAO aircraft address, 24 bits.
     pub fn of_address(address: u32) -> Self {
         let mut octets = [0; 24];
         octets[0] = Space::Address as u8;
@@ -92,7 +92,7 @@ impl Identity {
         Self { octets }
     }
 
-    /// Of a name in a space; `None` where it is blank, or longer than [`NAME_MAX`] octets. A binary name is filled up with
+    /// The identity of a name in a space; `None` where it is blank, or longer than [`NAME_MAX`] octets. A binary name is padded with
     /// NULs; octets behind it are left out.
     pub fn of_name(space: Space, name: &[u8]) -> Option<Self> {
         let mut octets = [0; 24];
@@ -106,7 +106,7 @@ impl Identity {
         name.iter().any(|&octet| octet != 0).then_some(Self { octets })
     }
 
-    /// What its name is.
+    /// Kind of its name.
     pub fn space(&self) -> Space {
         Space::ALL[usize::from(self.octets[0])]
     }

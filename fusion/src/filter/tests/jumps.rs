@@ -106,7 +106,7 @@ fn a_jump_in_height_is_in_doubt_until_the_jump_back() {
 }
 
 /// A radar that measures heights and sees the aircraft as high as its transponder now says settles the doubt, up to its own errors;
-/// one that sees it at the height of before, and one that measures none, do not.
+/// one that sees it at the earlier height, and one that measures none, do not.
 #[test]
 fn a_plot_settles_a_jump_in_height() {
     for dynamics in dynamics() {
@@ -131,7 +131,7 @@ fn a_plot_settles_a_jump_in_height() {
 }
 
 /// Where a radar sees the aircraft at the place that the transponder has jumped to, it is no farther off than the radar's errors
-/// are large; where it sees it at the place of before, the doubt stays, and without a radar, too.
+/// are large; where it sees it at the earlier place, the doubt stays, and without a radar, too.
 #[test]
 fn a_plot_tells_how_much_of_a_jump_is_left_to_doubt() {
     for dynamics in dynamics() {

@@ -4,6 +4,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use super::history::Heard;
+use crate::filter::speed_factor;
 use crate::time::Time;
 
 /// Reports so far from the edge say nothing of the motion at it, seconds.
@@ -26,9 +27,6 @@ const UNSEEN_M_S2: f64 = 2.0;
 const MORE_THAN_SEEN: f64 = 1.4;
 /// and no harder than this, m/s².
 const TURN_MAX_M_S2: f64 = 10.0;
-/// The bounds above hold up to this speed, m/s. A faster aircraft turns harder in proportion to its speed, and its turns begin
-/// and end faster in proportion.
-const FAST_M_S: f64 = 25.0;
 
 /// Motion at the edge of a gap: a parabola through the three reports nearest to it, the line through two, or one place.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -172,7 +170,7 @@ impl Miss {
         // A fast aircraft is fast on both sides; a side with a false place may only look fast.
         let speed_m_s = velocity_before.norm().min(velocity_after.norm());
         let unsure_m_s = sides[0].unsure_m_s(&sides[1]) + sides[1].unsure_m_s(&sides[0]);
-        let unsure_m_s = unsure_m_s * faster(speed_m_s).powi(2);
+        let unsure_m_s = unsure_m_s * speed_factor(speed_m_s).powi(2);
         Some(Self {
             distance_m: (after.place - led).norm(),
             noise_gain: gains[0].hypot(gains[1]),
@@ -182,15 +180,11 @@ impl Miss {
     }
 }
 
-/// How hard an aircraft of that speed may turn that is seen to turn so hard, m/s².
+/// Largest acceleration in a turn of an aircraft of that speed, where reports show `seen_m_s2`, m/s².
 fn turn_m_s2(seen_m_s2: f64, speed_m_s: f64) -> f64 {
-    let faster = faster(speed_m_s);
-    (UNSEEN_M_S2 * faster.powi(2) + MORE_THAN_SEEN * seen_m_s2).min(TURN_MAX_M_S2 * faster)
-}
-
-/// How many times as fast as drones mostly are, where it is faster.
-fn faster(speed_m_s: f64) -> f64 {
-    (speed_m_s / FAST_M_S).max(1.0)
+    // A fast aircraft turns harder in proportion to its speed, and its turns begin and end faster in proportion.
+    let factor = speed_factor(speed_m_s);
+    (UNSEEN_M_S2 * factor.powi(2) + MORE_THAN_SEEN * seen_m_s2).min(TURN_MAX_M_S2 * factor)
 }
 
 fn norm(values: [f64; 3]) -> f64 {
