@@ -5,7 +5,7 @@
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group};
-use fusion::conflicts::{Aircraft, Conflicts, Kind};
+use fusion::conflicts::{ConflictAircraft, Conflicts, TrafficKind};
 use fusion::{Enu, Time};
 use nalgebra::{Matrix4, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -17,32 +17,32 @@ const DENSITY: f64 = 10.0;
 /// Evaluations that are measured, a second of flight apart.
 const EVALUATIONS: i64 = 200;
 
-/// Side of the square that so many aircraft fly in, metres.
+/// Side of the square in which this number of aircraft fly, metres.
 fn side_m(count: u32) -> f64 {
     1000.0 * (f64::from(count) / DENSITY).sqrt()
 }
 
-fn traffic(count: u32) -> Vec<Aircraft> {
+fn traffic(count: u32) -> Vec<ConflictAircraft> {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let side_m = side_m(count);
     let one = |number: u32| {
         let mut span = |most: f64| random.random_range(0.0..most);
         let (course, speed) = (span(std::f64::consts::TAU), 5.0 + span(20.0));
-        Aircraft {
+        ConflictAircraft {
             key: (number, Time::default()),
             position: Enu::new(span(side_m), span(side_m), 30.0 + span(90.0)),
             velocity: Vector3::new(speed * course.sin(), speed * course.cos(), 0.0),
             covariance: Matrix4::from_diagonal(&[25.0, 25.0, 1.0, 1.0].into()),
             vertical: Some([16.0, 0.0, 0.1]),
-            kind: Kind::Drone,
+            kind: TrafficKind::Drone,
             disputed: Vec::new(),
         }
     };
     (0..count).map(one).collect()
 }
 
-/// The same a second later: who leaves the square turns round, so that the density stays.
-fn fly_on(traffic: &mut [Aircraft], side_m: f64) {
+/// Moves the aircraft by a second. An aircraft that leaves the square turns round, so that the density stays.
+fn fly_on(traffic: &mut [ConflictAircraft], side_m: f64) {
     for one in traffic {
         one.position = Enu::from(one.position.0 + one.velocity);
         for axis in [0, 1] {

@@ -123,7 +123,7 @@ fn checkpoints(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Measures slots of this traffic once it has settled, and tells their quantiles; the fastest, seconds.
+/// Measures slots of this traffic once it has settled, and prints quantiles of their durations. Returns the shortest, seconds.
 fn slots(
     group: &mut BenchmarkGroup<'_, WallTime>,
     traffic: Traffic,

@@ -11,11 +11,11 @@ use std::path::Path;
 
 use asterix::{blocks, cat048};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use utm_fusion::capture::{Capture, Datagram};
+use utm_fusion::capture::{Capture, CapturedDatagram};
 use utm_fusion::json::{Encoder, Entry, Place, write_record};
 
 /// The datagrams of the recording.
-fn recording() -> Vec<Datagram> {
+fn recording() -> Vec<CapturedDatagram> {
     let path = match std::env::var_os("UTM_FUSION_SHARED_DATA") {
         Some(folder) => Path::new(&folder).join("cat048-barcelona/capture.ast"),
         None => {
@@ -29,9 +29,9 @@ fn recording() -> Vec<Datagram> {
 }
 
 /// Decodes every CAT048 record and appends its line.
-fn decode(datagrams: &[Datagram], out: &mut Vec<u8>) -> u64 {
+fn decode(datagrams: &[CapturedDatagram], out: &mut Vec<u8>) -> u64 {
     let mut records = 0;
-    for Datagram { payload, origin, .. } in datagrams {
+    for CapturedDatagram { payload, origin, .. } in datagrams {
         for block in blocks(payload).flatten().filter(|block| block.category == 48) {
             for located in block.records::<cat048::Record>().flatten() {
                 let octets = &payload[located.offset..located.offset + located.length];

@@ -1,14 +1,15 @@
-//! Loads the log between machines as a country's sensors do, and measures what it takes: messages into a stream in memory on
-//! three servers, each read by several consumers.
+//! Loads the log between machines like a country's sensors, and measures it: messages into an in-memory stream on three
+//! servers, read by several consumers.
 //!
 //! ```sh
 //! cargo run --release --features cluster --example log_load -- --start-servers nats-server --seconds 60
 //! cargo run --release --features cluster --example log_load -- --urls nats://10.0.0.1:4222,nats://10.0.0.2:4222
 //! ```
 //!
-//! The first starts three servers on this machine's loopback interface and ends them again; the second uses servers that run,
-//! whose processor time is measured too if they are on this machine and named: `--servers $(pgrep -d, -x nats-server)`. The
-//! stream `LOG_LOAD` is made for it and deleted after it. The exit code is 1 where a message was lost, doubled or refused.
+//! The first command starts three servers on this machine's loopback interface and stops them at the end. The second
+//! uses running servers; their processor time is measured if they are on this machine and listed: `--servers $(pgrep
+//! -d, -x nats-server)`. The stream `LOG_LOAD` is created and deleted. The exit code is 1 if a message was lost,
+//! duplicated or refused.
 
 #![expect(clippy::disallowed_methods, reason = "it measures how long things take")]
 
@@ -33,42 +34,42 @@ use tokio::sync::{Semaphore, mpsc};
 use crate::servers::{Servers, cpu_seconds};
 
 const STREAM: &str = "LOG_LOAD";
-/// How long is waited for acknowledgements, and for readers, after the last message.
+/// Timeout for acknowledgements, and for readers, after the last message.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// Messages of one connection that are not acknowledged yet, at most: docs/SCALING.md.
+/// Maximum number of unacknowledged messages per connection (docs/SCALING.md).
 const UNACKNOWLEDGED: usize = 256;
 
 /// Loads the log between machines and measures it.
 #[derive(Parser)]
 struct Args {
-    /// Addresses of servers that run.
+    /// Addresses of running servers.
     #[arg(long, value_delimiter = ',', required_unless_present = "start_servers")]
     urls: Vec<String>,
-    /// Starts three servers of this program instead.
+    /// Start three servers of this program instead.
     #[arg(long, conflicts_with_all = ["urls", "servers"])]
     start_servers: Option<PathBuf>,
-    /// Processes of the servers, whose processor time is measured.
+    /// Process ids of the servers, to measure their processor time.
     #[arg(long, value_delimiter = ',')]
     servers: Vec<u32>,
-    /// Messages a second.
+    /// Messages per second.
     #[arg(long, default_value_t = 4_000)]
     rate: u64,
-    /// Octets of a message.
+    /// Size of a message, octets.
     #[arg(long, default_value_t = 2_000)]
     octets: usize,
-    /// Subjects, taken in turn.
+    /// Number of subjects, used in turn.
     #[arg(long, default_value_t = 1_000)]
     subjects: u64,
-    /// How long is sent.
+    /// Duration of sending, seconds.
     #[arg(long, default_value_t = 60)]
     seconds: u64,
-    /// Connections that send.
+    /// Number of sending connections.
     #[arg(long, default_value_t = 4)]
     connections: u64,
-    /// Consumers, each of which reads every message.
+    /// Number of consumers, each of which reads every message.
     #[arg(long, default_value_t = 3)]
     readers: usize,
-    /// Copies that the servers keep.
+    /// Number of copies that the servers keep.
     #[arg(long, default_value_t = 3)]
     replicas: usize,
 }
@@ -111,7 +112,7 @@ async fn load(
     let mut readers = Vec::new();
     for _ in 0..args.readers {
         let streams = jetstream::new(servers::options().connect(urls).await?);
-        // Of all of them: one of fewer would be elsewhere in the first second.
+        // Each reader has its own consumer of all messages.
         let consumer = consumer(&streams).await?;
         readers.push(tokio::spawn(read(consumer, total)));
     }
@@ -124,7 +125,7 @@ async fn load(
     let mut senders = Vec::new();
     for index in 0..args.connections {
         let client = servers::options().connect(urls).await?;
-        let plan = Plan { index, began, total, ..Plan::of(args) };
+        let plan = SendPlan { index, began, total, ..SendPlan::of(args) };
         senders.push(tokio::spawn(send(client, plan, results.clone())));
     }
     drop(results);
@@ -171,9 +172,9 @@ async fn load(
     Ok(if right { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// What one connection sends: of all messages each `connections`-th, when it is due.
+/// Messages of one connection: one in `connections`, sent when due.
 #[derive(Clone, Copy)]
-struct Plan {
+struct SendPlan {
     index: u64,
     connections: u64,
     began: Instant,
@@ -183,7 +184,7 @@ struct Plan {
     octets: usize,
 }
 
-impl Plan {
+impl SendPlan {
     fn of(args: &Args) -> Self {
         Self {
             index: 0,
@@ -197,20 +198,20 @@ impl Plan {
     }
 }
 
-type Acknowledged = Result<Duration, String>;
+type AckDelay = Result<Duration, String>;
 
-/// Sends, and passes on how long each acknowledgement took; how many were sent.
+/// Sends messages, and passes on the time of each acknowledgement. Returns the number sent.
 async fn send(
     client: async_nats::Client,
-    plan: Plan,
-    results: mpsc::UnboundedSender<Acknowledged>,
+    plan: SendPlan,
+    results: mpsc::UnboundedSender<AckDelay>,
 ) -> Result<u64, Box<dyn Error + Send + Sync>> {
     let streams = jetstream::ContextBuilder::new().timeout(PATIENCE).build(client);
     let window = Arc::new(Semaphore::new(UNACKNOWLEDGED));
     let mut sent = 0;
     for number in (plan.index..plan.total).step_by(usize::try_from(plan.connections)?) {
         let due = plan.began + Duration::from_secs_f64(number as f64 / plan.rate as f64);
-        // The timer's step is a millisecond: what is due within it goes at once.
+        // The timer's resolution is a millisecond: messages due within it are sent immediately.
         if due > Instant::now() {
             tokio::time::sleep_until(due.into()).await;
         }
@@ -248,7 +249,8 @@ async fn consumer(streams: &jetstream::Context) -> Result<pull::Stream, Box<dyn 
     Ok(requests.heartbeat(Duration::from_secs(1)).messages().await?)
 }
 
-/// Reads until it has all or nothing comes any more: how many different messages, and how many in all.
+/// Reads until all messages have arrived or a timeout expires. Returns the numbers of distinct messages and of all
+/// messages.
 async fn read(mut messages: pull::Stream, total: u64) -> (u64, u64) {
     let (mut numbers, mut read) = (HashSet::new(), 0);
     while (numbers.len() as u64) < total {

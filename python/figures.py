@@ -1,7 +1,7 @@
-"""How long records take as dicts and as columns, beside asterix_decoder (PyPI): python3 figures.py CAPTURE [CATEGORY]
+"""Time to read records as dicts and as columns, compared with asterix_decoder (PyPI): python3 figures.py CAPTURE [CATEGORY]
 
-Each is a process of its own, which reads the capture's octets first; what is printed is the user CPU time of the call alone,
-the median of five rounds in which they take turns.
+Each call runs in its own process, which first reads the capture into memory. The printed time is the user CPU time of the call
+only: the median of five rounds, in which the calls alternate.
 """
 
 import statistics

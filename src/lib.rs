@@ -1,36 +1,16 @@
 //! One air picture of drone traffic: radar plots (ASTERIX CAT048) and transponder reports (CAT129) in, fused CAT129 out.
+//!
+//! This package puts the service together: [`commands`] has the subcommands, [`app`] a running process. The other crates' modules
+//! are exported under their own names.
 
-pub mod api;
 pub mod app;
-pub mod areas;
-mod basemap;
-pub mod capture;
-#[cfg(any(test, feature = "cluster"))]
-pub mod cluster;
 pub mod commands;
-pub mod config;
-pub mod conflicts;
-pub mod current;
-pub mod decode;
-pub mod evaluate;
-pub mod formats;
-pub mod gateways;
-mod hex;
-pub mod history;
-pub mod integrity;
-pub mod json;
-pub mod live;
-mod names;
-pub mod net;
-pub mod normalise;
-pub mod notices;
-pub mod picture;
-pub mod pipeline;
-pub mod record;
-pub mod simulate;
-pub mod sinks;
-pub mod state;
-mod statistics;
-pub mod survey;
-pub mod territory;
-mod xml;
+
+pub use api;
+#[cfg(feature = "cluster")]
+pub use cluster;
+pub use input::{capture, gateways, json, normalise, pipeline, survey};
+pub use lab::{evaluate, simulate};
+pub use picture::{self, conflicts, decode, formats};
+pub use service::{clock, current, history, integrity, live, net, notices, record, sinks, state};
+pub use site::{areas, config, territory};

@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use mimalloc::MiMalloc;
 use utm_fusion::commands::cli;
 
-/// Gives back what a checkpoint or a picture has taken for a moment; the C library's keeps most of it, for each thread.
+/// Returns memory to the system after a short peak such as a checkpoint or a picture. The C library's allocator keeps most of it,
+/// per thread.
 #[global_allocator]
 static ALLOCATOR: MiMalloc = MiMalloc;
 

@@ -15,7 +15,7 @@ use writer::{PcapngWriter, WRAPPINGS, final_record};
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-/// A beginning, and then the same again and again: so a long file exists nowhere.
+/// A beginning, followed by endless repetitions: a long file that is not stored.
 struct Endless {
     beginning: io::Cursor<Vec<u8>>,
     again: io::Cursor<Vec<u8>>,

@@ -1,4 +1,4 @@
-//! The configuration as its users meet it: the files of `config/`, the environment, the effective configuration.
+//! Tests of the configuration as users meet it: the files of `config/`, the environment, the effective configuration.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use utm_fusion::config::{
 
 const EXAMPLE: &str = include_str!("../config/example.toml");
 
-/// Small, and with what has to be escaped when it is shown.
+/// A small configuration that contains characters to be escaped.
 const SMALL: &str = r#"[site]
 name = "a \"b\" \\ \u0001\n"
 sac = 25
@@ -54,7 +54,7 @@ fn the_example_is_valid_and_shows_the_defaults() {
     assert_eq!(config.areas, []);
 }
 
-/// The example with what is a comment, because a copy of it has no such files beside it.
+/// The example with its commented-out keys enabled, except files that a copy of it lacks.
 fn whole_example() -> String {
     let keys = [
         "[[areas]]",
@@ -139,7 +139,7 @@ fn the_areas_of_the_example_are_valid() {
     assert!(config.areas.iter().all(|area| area.file.is_absolute()));
 }
 
-/// The paths of the keys of a table; an entry of a list has no index.
+/// Paths of the keys of a table; entries of a list have no index.
 fn paths(path: &str, value: &toml::Value, found: &mut BTreeSet<String>) {
     match value {
         toml::Value::Array(list) => list.iter().for_each(|entry| paths(path, entry, found)),
@@ -155,8 +155,8 @@ fn paths(path: &str, value: &toml::Value, found: &mut BTreeSet<String>) {
 }
 
 #[test]
-fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
-    // In the example these stand in a comment, beside what is used instead.
+fn keys_page_and_example_have_the_same_keys() {
+    // Keys that the example has only in a comment, as alternatives to others.
     let left_out = [
         "site.latitude_deg",
         "site.longitude_deg",
@@ -175,7 +175,7 @@ fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
         "cluster.grid_deg",
         "cluster.nkey",
     ];
-    // The sections, and the keys that the user names.
+    // Tables, and tables whose keys are chosen by the user.
     let no_keys = [
         "site",
         "sensors",
@@ -218,7 +218,7 @@ fn the_table_of_keys_the_page_and_the_example_have_the_same_keys() {
 #[test]
 fn the_trial_site_is_valid() {
     let config = load("deenethorpe.toml");
-    // The paper's site, with the paper's method.
+    // The site of the paper, with the method of the paper.
     assert_eq!(config.fusion, Fusion { profile: Profile::Reference, now: false, ..Fusion::default() });
     let (sensor, radar) = config.radars().next().unwrap();
     assert_eq!((sensor.sac, sensor.sic, sensor.period_s), (25, 200, Some(0.25)));
@@ -243,13 +243,13 @@ fn the_effective_configuration_reads_back_to_the_same() {
     {
         let config = parse(text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
         let shown = config.to_string();
-        // Somewhere else, because no path may depend on where the file was.
+        // Another directory, because no path may depend on where the file was.
         let back = Config::parse(&shown, "/elsewhere/site.toml", std::iter::empty());
         assert_eq!(back.unwrap_or_else(|errors| panic!("{errors}\n{shown}")), config, "{shown}");
     }
 }
 
-/// The first site that a reader of the README meets is in the default profile; tests of `reference` have the same site in that one.
+/// The first site in the README uses the default profile. Tests of `reference` use the same site with that profile.
 #[test]
 fn demonstration_site_has_the_default_profile() {
     let mut demo = parse(include_str!("../config/demo.toml"), &[]).unwrap();
@@ -264,7 +264,7 @@ fn demonstration_site_has_the_default_profile() {
 }
 
 #[test]
-fn the_effective_configuration_says_what_is_taken_for_an_absent_key() {
+fn effective_configuration_has_defaults() {
     let shown = parse(SMALL, &[]).unwrap().to_string();
     for line in [
         "# geoid_undulation_m: EGM96 at the origin of the local frame",
@@ -342,7 +342,7 @@ fn an_override_that_is_wrong_is_named() {
     }
 }
 
-/// What stands in `[integrity]` is read, and what is wrong there is named with its line.
+/// `[integrity]` is read, and its errors are reported with their lines.
 #[test]
 fn integrity() {
     let with = |lines: &str| parse(&format!("{SMALL}\n[integrity]\n{lines}\n"), &[]);
@@ -369,7 +369,7 @@ fn integrity() {
     }
 }
 
-/// Who hears of alerts, and what contradicts itself there.
+/// Receivers of alerts are read, and contradicting keys are refused.
 #[test]
 fn receivers_of_alerts() {
     let with = |lines: &str| parse(&format!("{SMALL}\n{lines}\n"), &[]);
@@ -401,7 +401,7 @@ fn receivers_of_alerts() {
     }
 }
 
-/// Keys of `[conflicts]` that contradict each other are named with what to do about it.
+/// Contradicting keys of `[conflicts]` are reported with a remedy.
 #[test]
 fn conflicts() {
     for (lines, told) in [
@@ -448,7 +448,7 @@ fn all_faults_are_reported_in_the_order_of_the_file() {
     assert!(errors.to_string().contains(line), "{errors}");
 }
 
-/// `UPDATE=1 cargo test --test config reference_page` writes the page anew.
+/// `UPDATE=1 cargo test --test config reference_page` writes the page.
 #[test]
 fn the_reference_page_is_up_to_date() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/CONFIGURATION.md");
@@ -465,7 +465,7 @@ fn a_file_that_cannot_be_read_says_so() {
     assert!(errors.starts_with("no/such/site.toml: cannot be read: "), "{errors}");
 }
 
-/// The site files of the recorded and simulated flights.
+/// The site files of the recorded and simulated flights load.
 #[test]
 fn every_site_of_the_shared_data_loads() {
     let Some(root) = std::env::var_os("UTM_FUSION_SHARED_DATA") else {
@@ -496,9 +496,10 @@ proptest! {
         let _ = parse(&text, &[(&format!("UTM_FUSION__{name}"), &value)]);
     }
 
-    /// Near misses get further than noise: the example with one value replaced, or with two lines swapped or cut.
+    /// Mutations of the example: one value replaced, or two lines swapped or cut. They reach further into the reader than random
+    /// text.
     #[test]
-    fn a_broken_example_never_panics_and_names_what_it_refuses(
+    fn broken_example_names_what_it_refuses(
         at in 0..EXAMPLE.lines().count(),
         to in 0..EXAMPLE.lines().count(),
         value in prop_oneof!["[-+.0-9einf]{0,9}", "\"[ -~]{0,8}\"", "[\\[\\]{}=,a-z0-9 ]{0,12}", "1e-?[0-9]{1,3}"],

@@ -1,4 +1,4 @@
-//! Memory does not grow with the length of a replay, whichever the profile.
+//! Memory does not grow with the length of a replay, in any profile.
 
 mod traffic;
 
@@ -10,18 +10,18 @@ use traffic::{SLOT_NS, Traffic, feed};
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-/// Memory now, and the most that it was, bytes.
+/// Present and maximum memory, in bytes.
 #[derive(Clone, Copy, Debug)]
 struct Taken {
     live: usize,
     peak: usize,
 }
 
-/// What an engine takes after two minutes of flight, and after `minutes`.
+/// Memory of an engine after two minutes of flight, and after `minutes`.
 fn fly(settings: Settings, minutes: i64) -> [Taken; 2] {
     let before = MEMORY.current_usage();
     let mut engine = Engine::new(settings).expect("the settings are right");
-    // The traffic repeats itself every two minutes; only the errors of the radar differ.
+    // The traffic repeats every two minutes; only the errors of the radar differ.
     [(0, 2), (2, minutes)].map(|(from, to)| {
         MEMORY.reset_peak_usage();
         let slot = |minute: i64| minute * 60 * SECOND / SLOT_NS;
@@ -34,16 +34,16 @@ fn fly(settings: Settings, minutes: i64) -> [Taken; 2] {
     })
 }
 
-/// One test: memory is that of the whole program.
+/// A single test, because memory is measured for the whole process.
 #[test]
 fn many_minutes_take_the_memory_of_two() {
     println!("reference");
     let [two, twenty] = fly(Traffic::DENSE.reference(), 20);
-    // A vector that doubles once more; a growth of a byte for every report would be 25 times this.
+    // Allows one more doubling of a vector; growth by a byte per report would be 25 times this.
     assert!(twenty.live <= two.live + 20_000 && twenty.peak <= two.peak + 20_000, "{two:?} {twenty:?}");
     println!("operational");
     let [two, ten] = fly(Traffic::DENSE.operational(), 10);
-    // What is known of a pair stays as long as either does, and who comes near whom differs with the errors.
+    // Data of a pair remain as long as one of the two does, and the pairs that are near depend on the errors.
     assert!(
         ten.live as f64 <= 1.10 * two.live as f64 && ten.peak as f64 <= 1.10 * two.peak as f64,
         "{two:?} {ten:?}"

@@ -1,7 +1,7 @@
-//! The polar formula and the geoid against tables of other libraries (`testdata/oracle`); interpolation and geodesy are in
+//! The polar formula and the geoid compared with tables of other libraries (`testdata/oracle`). Interpolation and geodesy are in
 //! `fusion/tests/oracles.rs`.
 //!
-//! `cargo test --test oracles -- --nocapture` prints the largest difference of each.
+//! `cargo test --test oracles -- --nocapture` prints the maximum differences.
 
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 

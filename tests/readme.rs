@@ -1,5 +1,4 @@
-//! The README keeps its word: its commands run as printed, its figures are those of the evaluation, its links lead
-//! somewhere.
+//! Checks of the README: its commands run as printed, its figures are those of the evaluation, and its links are valid.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![expect(clippy::disallowed_methods, reason = "it looks at the project's files")]
@@ -23,7 +22,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// What stands between two marks.
+/// The text between two marks.
 fn between<'a>(text: &'a str, from: &str, to: &str) -> &'a str {
     let (_, rest) = text.split_once(from).unwrap_or_else(|| panic!("{from:?} is not there"));
     rest.split_once(to).unwrap_or_else(|| panic!("{to:?} is not there")).0
@@ -33,7 +32,7 @@ fn between<'a>(text: &'a str, from: &str, to: &str) -> &'a str {
 fn its_commands_run_as_printed() {
     let commands = between(between(README, "## Five commands", "##"), "```sh\n", "```");
     assert_eq!(commands.lines().count(), 5);
-    // A clone whose files are only read: what the commands write goes elsewhere.
+    // A clone of which files are only read: the commands write elsewhere.
     let clone = Scratch::new();
     for folder in ["testdata", "config"] {
         std::os::unix::fs::symlink(root().join(folder), clone.path(folder)).unwrap();
@@ -52,7 +51,7 @@ fn its_commands_run_as_printed() {
     assert!(fs::read_to_string(clone.path("fused.csv")).unwrap().lines().count() > 500);
 }
 
-/// Each site file in the README's commands is one of the default profile.
+/// Each site file in the README's commands has the default profile.
 #[test]
 fn its_sites_have_the_default_profile() {
     let names = README.split([' ', '\n']).filter(|word| word.ends_with(".toml"));
@@ -71,7 +70,7 @@ fn it_is_short() {
     assert!(words <= 900, "{words} words");
 }
 
-/// Each figure of the README and of VALIDATION.md is the one that the evaluation has written, rounded.
+/// Each figure of the README and of VALIDATION.md is the one written by the evaluation, rounded.
 #[test]
 fn its_figures_are_those_of_the_evaluation() {
     let (_, table) = EVALUATION.split_once("\nScenario `bias`").expect("the table of `bias`");
@@ -81,7 +80,7 @@ fn its_figures_are_those_of_the_evaluation() {
         cells.filter_map(|cell| cell.split(' ').next()?.parse().ok()).collect()
     };
     let (pu, error) = (cells("| PU, 4 Hz ref. (%) |"), cells("| mean ePos (m) |"));
-    // Radar, `reference`, its change, `operational`, its change, and the paper's three.
+    // Radar, `reference`, its change, `operational`, its change, and the three columns of the paper.
     let rows = [("radar alone", 0), ("`reference`", 1), ("`operational`", 3)];
     for (name, document) in [("README.md", README), ("VALIDATION.md", VALIDATION)] {
         for (row, column) in rows {

@@ -1,7 +1,7 @@
-//! How fast records are decoded and encoded, beside a parser written by hand.
+//! Speed of decoding and encoding, compared with a hand-written parser.
 //!
-//! `thrpt: 5 Melem/s` is five million records a second, on one core. CAT048 is an hour of a real radar where
-//! `UTM_FUSION_SHARED_DATA` names the folder of recordings, and otherwise the demonstration flight.
+//! `thrpt: 5 Melem/s` is five million records per second on one core. CAT048 is an hour of a real radar if
+//! `UTM_FUSION_SHARED_DATA` names the folder of recordings, otherwise the demonstration flight.
 
 #![allow(missing_docs, reason = "criterion's macro makes public items")]
 #![allow(clippy::unwrap_used, reason = "a benchmark that meets the unexpected fails")]
@@ -34,7 +34,7 @@ fn cat048(criterion: &mut Criterion) {
 fn cat129(criterion: &mut Criterion) {
     let mut octets = Vec::new();
     for count in 0..10_000 {
-        // A block holds one record.
+        // One record per block.
         encode_block(&[uas(count)], &mut octets).unwrap();
     }
     let records = decoded::<cat129::Record>(&octets);
@@ -45,7 +45,7 @@ fn cat129(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Records with their places, and faults if there were any.
+/// Decodes all records, with their places and faults.
 fn decode<R: Record<Edition: Default>>(octets: &[u8]) {
     for block in blocks(octets) {
         for located in block.unwrap().records_in::<R>(R::Edition::default()) {
@@ -54,7 +54,7 @@ fn decode<R: Record<Edition: Default>>(octets: &[u8]) {
     }
 }
 
-/// The same by hand.
+/// Parses all records with the hand-written parser.
 fn parse(octets: &[u8]) {
     for block in blocks(octets) {
         let mut rest = block.unwrap().contents();
@@ -66,7 +66,7 @@ fn parse(octets: &[u8]) {
     }
 }
 
-/// Only where records end, by the profile.
+/// Finds only the ends of records, by the profile.
 fn measure(octets: &[u8], profile: &Profile) {
     for block in blocks(octets) {
         black_box(block.unwrap().measure(profile).unwrap());
@@ -91,7 +91,7 @@ fn decoded<R: Record<Edition: Default>>(octets: &[u8]) -> Vec<R> {
     records.map(|located| located.unwrap().record).collect()
 }
 
-/// Blocks of CAT048, all sound.
+/// Valid blocks of CAT048.
 fn recording() -> Vec<u8> {
     if let Some(folder) = std::env::var_os("UTM_FUSION_SHARED_DATA") {
         return std::fs::read(Path::new(&folder).join("cat048-barcelona/capture.ast")).unwrap();
@@ -107,7 +107,7 @@ fn recording() -> Vec<u8> {
         .collect()
 }
 
-/// What a drone reports after this many seconds.
+/// The report of a drone after `count` seconds.
 fn uas(count: u32) -> cat129::Record {
     let along = f64::from(count);
     cat129::Record {

@@ -1,44 +1,44 @@
 #!/usr/bin/env python3
 """Makes the tables in this folder from the machine-readable definitions of the asterix-specs project
-(https://github.com/zoranbosnjak/asterix-specs, BSD-3-Clause): of each category one file with all its editions.
+(https://github.com/zoranbosnjak/asterix-specs, BSD-3-Clause): one file per category, with all its editions.
 
-    python3 asterix/definitions/make.py FOLDER            # writes catNNN.txt beside this script
-    python3 asterix/definitions/make.py FOLDER --check    # writes nothing, ends with 1 where a file would change
+    python3 asterix/definitions/make.py FOLDER            # writes catNNN.txt next to this script
+    python3 asterix/definitions/make.py FOLDER --check    # writes nothing, exits with 1 if a file would change
 
 FOLDER holds `catNNN-E.json.gz` (category, edition) and `catNNN-ref-E.json.gz` (its reserved expansion field), as published, with or
-without gzip. Only facts are taken: numbers and names of items, order, lengths, bits, LSBs, units, and what depends on what. Tables of
-codes and all sentences stay behind. A definition that says something this script does not know ends it; nothing is left out silently,
-but for what `left()` tells on standard output.
+without gzip. Only facts are used: numbers and names of items, order, lengths, bits, LSBs, units, and dependences. Tables of codes and all
+sentences are left out. The script fails on a definition with unknown content; whatever else it leaves out, `left()` reports on
+standard output.
 
 The form of a file, which `asterix/src/all/text.rs` reads:
 
     048 NAME                              category and its name in the newest edition
     editions 1.27 1.28 …                  the oldest first
-    expansions 1.11 1.12 …                those of the reserved expansion field, where it is defined
-    uap 1.27-1.32 all 010 140 - …         editions, name of the profile, items by FRN; `-` is none, `RFS` random field sequencing
-    select 1.2-1.4 020 TYP plot=0 …       which item and field of it say which profile a record follows
-    item 1.27-1.32 010 NAME               an item of these editions; its layout is in the indented lines below
-    re 1.11-1.13                          the reserved expansion field of these editions; its subfields are below
+    expansions 1.11 1.12 …                editions of the reserved expansion field, if it is defined
+    uap 1.27-1.32 all 010 140 - …         editions, name of the profile, items by FRN; `-` is undefined, `RFS` random field sequencing
+    select 1.2-1.4 020 TYP plot=0 …       item and field that select the profile of a record
+    item 1.27-1.32 010 NAME               an item of these editions; the indented lines below are its layout
+    re 1.11-1.13                          the reserved expansion field of these editions; the lines below are its subfields
 
-Editions are `1.27`, or `1.27-1.32` from the one to the other in the order of the list, or several of these with commas. A layout:
+Editions are `1.27`, a range `1.27-1.32` in the order of the list, or several of these separated by commas. A layout:
 
     FIELD FIELD …                         a fixed length
-    ext FIELD … > FIELD …                 parts that FX ends; one of whole octets is the last and has no FX
-    rep FIELD …                           an octet that counts, then as often these fields
-    repfx FIELD …                         these fields and FX, as often as FX says
-    explicit                              an octet that counts all, then anything
-    expansion                             the same, then the reserved expansion field
-    comp                                  subfields, a line each one step further in, `NAME LAYOUT`; `-` is one that is not defined
+    ext FIELD … > FIELD …                 parts, each followed by FX; a part of whole octets is the last one and has no FX
+    rep FIELD …                           an octet with a count, then this number of these fields
+    repfx FIELD …                         these fields and FX, repeated while FX is set
+    explicit                              an octet with the total length, then any octets
+    expansion                             an octet with the total length, then the reserved expansion field
+    comp                                  subfields, one line each with further indentation, `NAME LAYOUT`; `-` is an undefined one
 
-A field is `NAME:BITS` and what the bits are; a name of a group stands before those in it, with a slash; the only value of an item has
-none. `_3` are three spare bits.
+A field is `NAME:BITS` and its kind. The name of a group precedes those of its fields, with a slash; the only value of an item has no
+name. `_3` are three spare bits.
 
-    NAME:4                                a whole number, a code, or bits without more ado
-    NAME:24a  NAME:56x                    bits without more ado that are 24, an aircraft address, or more than 32
+    NAME:4                                an integer, a code, or bits without further meaning
+    NAME:24a  NAME:56x                    bits without further meaning: a 24-bit aircraft address, or more than 32 bits
     NAME:12o  NAME:48i  NAME:56t          octal digits; characters of 6 bits, of 8 bits
-    NAME:64b                              a register of 56 bits and its number of two times four
-    NAME:16s1/2^8NM  NAME:16u1/4FL        a quantity, signed or unsigned: LSB and unit; a signed whole number has the LSB 1 and no unit
-    NAME:15{IM 0=u1/2^14NM/s 1=…}         what it is depends on the field IM, which stands before it
+    NAME:64b                              a register of 56 bits, and its number of two times 4 bits
+    NAME:16s1/2^8NM  NAME:16u1/4FL        a quantity, signed or unsigned, with LSB and unit; a signed integer has the LSB 1 and no unit
+    NAME:15{IM 0=u1/2^14NM/s 1=…}         the kind depends on the preceding field IM
 """
 
 import glob
@@ -53,7 +53,7 @@ HEADER = "# Made by make.py from the definitions of the asterix-specs project; s
 
 
 class Unknown(Exception):
-    """The definition says something that has no place in our form."""
+    """A definition has content that our form cannot express."""
 
 
 def must(condition, what):
@@ -62,7 +62,7 @@ def must(condition, what):
 
 
 def number(value):
-    """A number as it is written: `1/2^8`."""
+    """A number in the form `1/2^8`."""
     contents = value["contents"]
     match value["tag"]:
         case "NumInt":
@@ -82,7 +82,7 @@ TEXTS = {"StringOctal": ("o", 3), "StringICAO": ("i", 6), "StringAscii": ("t", 8
 
 
 def content(value, bits):
-    """What the bits of an element are."""
+    """Kind of the bits of an element."""
     contents = value["contents"]
     match value["tag"]:
         case "ContentTable":
@@ -117,8 +117,8 @@ def element(value, name, inside, where):
     depends = rule["contents"]
     cases = [(key, content(case, bits)) for key, case in depends["cases"]]
     if {case for _, case in cases} == {""}:
-        return f"{name}:{bits}"  # tables all of them
-    # The other is a field of the same group, before this one.
+        return f"{name}:{bits}"  # all of them are tables
+    # The other field precedes this one in the same group.
     (path,), group = depends["path"], name.rpartition("/")[0]
     must(content(depends["default"], bits) == "", "a default that is no bare number")
     must(all(len(key) == 1 for key, _ in cases), "depends on several")
@@ -128,7 +128,7 @@ def element(value, name, inside, where):
 
 
 def size(variation):
-    """Bits of an element or a group."""
+    """Number of bits of an element or a group."""
     contents = variation["contents"]
     if variation["tag"] == "Element":
         return contents["bitSize"]
@@ -137,7 +137,7 @@ def size(variation):
 
 
 def free(item, where):
-    """The structure of an item, where it may depend on others that of the cases without a name of their own."""
+    """The structure of an item; if it depends on other items, its default."""
     rule = item["rule"]
     if rule["tag"] == "ContextFree":
         return rule["contents"]
@@ -175,7 +175,7 @@ def whole(bits, where):
 
 
 def layout(variation, indent, where):
-    """The lines of a layout; the first goes behind a name."""
+    """The lines of a layout; the first line follows a name."""
     contents = variation["contents"]
     match variation["tag"]:
         case "Element" | "Group":
@@ -234,7 +234,7 @@ def items_of_uap(listed):
 
 
 def blocks(definition, where):
-    """(first line, lines below) of all that an edition says; `@` stands where the edition will."""
+    """(first line, lines below) of everything in an edition; `@` is a placeholder for the edition."""
     found, uap = [], definition["uap"]
     if uap["tag"] == "Uap":
         found.append((f"uap @ all {items_of_uap(uap['contents'])}", ()))
@@ -248,7 +248,7 @@ def blocks(definition, where):
         found.append((f"select @ {item} {'/'.join(field) or '-'} {cases}", ()))
     named = {name for line, _ in found if line.startswith("uap") for name in line.split()[3:]}
     for item in definition["catalogue"]:
-        # One that no profile has is never sent.
+        # An item that is in no profile is never sent.
         if item["name"] in named:
             first, *more = layout(free(item, ""), 1, f"{where}/{item['name']}")
             found.append((f"item @ {item['name']} {item['title']}", (f" {first}", *more)))
@@ -260,7 +260,7 @@ def edition_of(definition):
 
 
 def ranges(editions, every):
-    """`1.27-1.29,1.31`"""
+    """A list of editions in the form `1.27-1.29,1.31`."""
     places, runs = [every.index(edition) for edition in editions], []
     for place in places:
         if runs and runs[-1][1] == place - 1:
@@ -271,12 +271,12 @@ def ranges(editions, every):
 
 
 def gathered(by_edition, every):
-    """What the editions say, each thing once, in the order of the newest that says it."""
+    """The content of all editions without repetition, in the order of the newest edition that has it."""
     order, editions = [], {}
     for edition in reversed(every):
         for block in by_edition[edition]:
             if block not in editions:
-                # An older form of an item stands behind the newer one.
+                # An older form of an item follows the newer one.
                 key = block[0].split()[:3] if block[0].startswith("item") else None
                 alike = [place for place, other in enumerate(order) if key and other[0].split()[:3] == key]
                 order.insert(alike[-1] + 1 if alike else len(order), block)
@@ -286,7 +286,7 @@ def gathered(by_edition, every):
 
 
 def table(definitions, expansions):
-    """The file of a category."""
+    """The text of a category's file."""
     every = sorted(definitions, key=lambda edition: tuple(map(int, edition.split("."))))
     newest = definitions[every[-1]]
     lines = [f"{newest['category']:03} {newest['title']}", f"editions {' '.join(every)}"]

@@ -1,11 +1,11 @@
-//! Reads a datagram: radar plots and service messages in one, and a fault that costs only itself.
+//! Reads a datagram with radar plots and service messages, and with a fault that affects only its own block.
 //!
 //!     cargo run --example read
 
 use utm_asterix::cat034::MessageType;
 use utm_asterix::{Fault, Record, blocks, cat034, cat048};
 
-/// A north marker, two plots, and a block that somebody cut.
+/// A north marker, two plots, and a truncated block.
 const DATAGRAM: &[u8] = &[
     0x22, 0x00, 0x0a, 0xe0, 0x19, 0x07, 0x01, 0x54, 0x60, 0x00, // CAT034: 010, 000, 030
     0x30, 0x00, 0x1d, // CAT048
@@ -30,7 +30,7 @@ fn main() -> Result<(), Fault> {
                 for located in block.records::<cat048::Record>() {
                     match located {
                         Ok(located) => print(&located.record),
-                        // The records before it stand; the next block is read.
+                        // The records before the fault are valid; reading continues with the next block.
                         Err(fault) => println!("{fault}"),
                     }
                 }

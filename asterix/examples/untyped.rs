@@ -1,4 +1,4 @@
-//! Reads a category that has no types, by its public definition: items with number, name and layout, fields with key and value.
+//! Reads a category without types by its public definition: items with number, name and layout, fields with key and value.
 //!
 //!     cargo run --features all --example untyped
 

@@ -1,4 +1,4 @@
-//! Builds a CAT129 record of a drone and writes it; a value that the item cannot hold is an error with its name.
+//! Builds and writes a CAT129 record of a drone. A value out of an item's range is an error that names the item.
 //!
 //!     cargo run --example write
 
@@ -9,7 +9,7 @@ use utm_asterix::{BuildError, DataSource, TimeOfDay, blocks, encode_block};
 fn drone(altitude_m: f64) -> Result<Record, BuildError> {
     let source = DataSource { sac: 25, sic: 7 };
     let noon = TimeOfDay::from_seconds(43_200.0);
-    // What every record must have comes first; the rest as it is known.
+    // Mandatory items first, then the optional ones.
     Record::builder(source, *b"PL", noon, Position::new(54.5, 15.0))
         .serial_number(*b"123456784095")
         .altitude_amsl(Altitude::from_metres(altitude_m))
@@ -21,7 +21,7 @@ fn drone(altitude_m: f64) -> Result<Record, BuildError> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut datagram = Vec::new();
-    // The category wants one record a block.
+    // CAT129 allows one record per block.
     encode_block(&[drone(120.0)?], &mut datagram)?;
     encode_block(&[drone(121.5)?], &mut datagram)?;
     println!("{datagram:02x?}");

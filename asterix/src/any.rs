@@ -1,4 +1,4 @@
-//! Records of whichever category has types.
+//! Records of any category with types.
 
 use alloc::vec::Vec;
 
@@ -8,13 +8,13 @@ use crate::{
     cat129,
 };
 
-/// The categories that have types, a line each: [`AnyRecord`] and [`AnyRecords`] are made from it.
+/// Generates [`AnyRecord`] and [`AnyRecords`] from the categories with types, one per line.
 macro_rules! categories {
     ([$edition:ident] $($name:ident $category:ident $given:expr;)*) => {
-        /// A record of any category that has types, from [`Block::any_records`].
+        /// A record of any category with types, from [`Block::any_records`].
         ///
-        /// For programs that handle several categories alike. It is as large as the largest of them: whoever wants one category
-        /// asks the block for records of that type.
+        /// For programs that handle several categories alike. It is as large as the largest record; a program that needs one
+        /// category should read records of that type from the block.
         #[derive(Clone, Debug, PartialEq)]
         #[non_exhaustive]
         #[expect(clippy::large_enum_variant, reason = "a record is read without an allocation")]
@@ -36,28 +36,28 @@ macro_rules! categories {
                 }
             }
 
-            /// Item 010, who reports, which every category has.
+            /// Data source, item 010, which every category has.
             pub fn data_source(&self) -> Option<DataSource> {
                 match self {
                     $(Self::$name(record) => record.data_source,)*
                 }
             }
 
-            /// The item of the time of day, whatever its number: see [`Record::time_of_day`].
+            /// Time of day, in whichever item the category has it: see [`Record::time_of_day`].
             pub fn time_of_day(&self) -> Option<TimeOfDay> {
                 match self {
                     $(Self::$name(record) => record.time_of_day(),)*
                 }
             }
 
-            /// The FSPEC that announces the items of this record.
+            /// The FSPEC of this record.
             pub fn fspec(&self) -> Fspec {
                 match self {
                     $(Self::$name(record) => record.fspec(),)*
                 }
             }
 
-            /// Appends the record: its FSPEC and its items, without the header of a block.
+            /// Appends the encoded record: its FSPEC and its items, without a block header.
             pub fn encode_into(&self, out: &mut Vec<u8>) {
                 match self {
                     $(Self::$name(record) => record.encode_into(out),)*
@@ -73,7 +73,7 @@ macro_rules! categories {
             }
         )*
 
-        /// The records of a block, of the category that it has.
+        /// The records of a block of one category.
         #[derive(Clone, Debug)]
         enum Typed<'a> {
             $($name(Records<'a, $category::Record>),)*
@@ -114,7 +114,7 @@ categories! {
     Cat129 cat129 ();
 }
 
-/// The iterator of [`Block::any_records`]: every record up to the end of the block or to the first [`Fault`], which comes
+/// The iterator of [`Block::any_records`]: the records up to the end of the block or to the first [`Fault`], which is returned
 /// once and last.
 #[derive(Clone, Debug)]
 pub struct AnyRecords<'a>(Typed<'a>);
@@ -122,10 +122,10 @@ pub struct AnyRecords<'a>(Typed<'a>);
 impl core::iter::FusedIterator for AnyRecords<'_> {}
 
 impl<'a> Block<'a> {
-    /// The records of the block, in order, whichever of [`AnyRecord::CATEGORIES`] it is of; `None` of another category.
+    /// The records of the block in order, for any of [`AnyRecord::CATEGORIES`]; `None` for other categories.
     ///
-    /// `cat021` is the edition that the senders of CAT021 follow. Nothing in a record says which it is, and read in the wrong
-    /// one it is read wrong, often without a fault: see [`cat021::Edition`]. The other categories do not need it.
+    /// `cat021` is the edition that the senders of CAT021 use. It cannot be seen from a record, and reading in a wrong edition
+    /// gives wrong values, often without a fault: see [`cat021::Edition`]. The other categories do not need it.
     ///
     /// ```
     /// use utm_asterix::cat021::Edition;

@@ -1,4 +1,4 @@
-//! Runs of bits in octets, counted from the highest bit of the first octet.
+//! Bit fields in octets; bits are counted from the highest bit of the first octet.
 
 /// The `width` (at most 64) bits that begin at bit `offset`, as an unsigned number.
 #[inline]
@@ -15,7 +15,7 @@ pub(crate) const fn get(octets: &[u8], offset: usize, width: usize) -> u64 {
     word >> (index * 8 - end) & mask(width)
 }
 
-/// As [`get`], of more than 56 bits, which stand in nine octets.
+/// Like [`get`], for more than 56 bits, which extend over nine octets.
 const fn get_of_nine(octets: &[u8], offset: usize, width: usize) -> u64 {
     get(octets, offset, width - 8) << 8 | get(octets, offset + width - 8, 8)
 }
@@ -37,7 +37,7 @@ pub(crate) const fn set<const N: usize>(
 pub(crate) const fn put(octets: &mut [u8], offset: usize, width: usize, value: u64) {
     let end = offset + width;
     if end <= offset / 8 * 8 + 8 {
-        // Most fields stand in one octet.
+        // Most fields are in one octet.
         let (shift, octet) = (offset / 8 * 8 + 8 - end, &mut octets[offset / 8]);
         let mask = mask(width) << shift;
         *octet = *octet & !mask as u8 | (value << shift & mask) as u8;
@@ -46,7 +46,7 @@ pub(crate) const fn put(octets: &mut [u8], offset: usize, width: usize, value: u
     put_in_several(octets, offset, width, value);
 }
 
-/// As [`put`], of bits that stand in any number of octets.
+/// Like [`put`], for bits that extend over several octets.
 const fn put_in_several(octets: &mut [u8], offset: usize, width: usize, value: u64) {
     let end = offset + width;
     if end > offset / 8 * 8 + 64 {
@@ -64,37 +64,37 @@ const fn put_in_several(octets: &mut [u8], offset: usize, width: usize, value: u
     }
 }
 
-/// As [`put`], of more than 56 bits, which stand in nine octets.
+/// Like [`put`], for more than 56 bits, which extend over nine octets.
 const fn put_in_nine(octets: &mut [u8], offset: usize, width: usize, value: u64) {
     put(octets, offset, width - 8, value >> 8);
     put(octets, offset + width - 8, 8, value);
 }
 
-/// The low `width` bits of `word` as two's complement.
+/// The lowest `width` bits of `word` as two's complement.
 pub(crate) const fn signed(word: u64, width: usize) -> i64 {
     (word << (64 - width)) as i64 >> (64 - width)
 }
 
-/// The whole number nearest to `value`, halves away from zero; `None` outside `min` to `max` and for what is no number.
+/// The integer nearest to `value`, halves away from zero; `None` outside `min` to `max` and for NaN.
 pub(crate) fn nearest(value: f64, min: i64, max: i64) -> Option<i64> {
     let rounded = libm::round(value);
     (rounded >= min as f64 && rounded <= max as f64).then_some(rounded as i64)
 }
 
-/// As [`nearest`], as `width` bits (at most 32); `None` where they do not hold it.
+/// Like [`nearest`], encoded in `width` bits (at most 32); `None` if it does not fit.
 pub(crate) fn nearest_count(value: f64, width: usize, signed: bool) -> Option<u64> {
     let range = 1_i64 << width;
     let low = if signed { -range / 2 } else { 0 };
     nearest(value, low, low + range - 1).map(|count| count as u64)
 }
 
-/// The angle as 0 to 360 degrees: `f64::rem_euclid`, which needs the standard library.
+/// The angle reduced to 0 to 360 degrees: `f64::rem_euclid`, which needs the standard library.
 pub(crate) fn turned(angle_deg: f64) -> f64 {
     let rest = angle_deg % 360.0;
     if rest < 0.0 { rest + 360.0 } else { rest }
 }
 
-/// Ones in the low `width` bits.
+/// A mask of the lowest `width` bits.
 pub(crate) const fn mask(width: usize) -> u64 {
     if width >= 64 { u64::MAX } else { (1 << width) - 1 }
 }
@@ -143,7 +143,7 @@ mod tests {
 
     proptest::proptest! {
         #[test]
-        fn what_is_put_is_got_and_nothing_else_changes(
+        fn written_bits_are_read_back_and_others_are_unchanged(
             octets: [u8; 12], offset in 0_usize..96, width in 1_usize..=64, value: u64,
         ) {
             proptest::prop_assume!(offset + width <= 96);

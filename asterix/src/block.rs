@@ -7,13 +7,13 @@ use crate::fault::{Fault, FaultKind};
 use crate::record::Record;
 use crate::uap::Profile;
 
-/// Octets of a block header: CAT and LEN.
+/// Length of a block header (CAT and LEN), in octets.
 const HEADER: usize = 3;
 
-/// Walks the data blocks of one datagram or of a slice of a file.
+/// Iterates over the data blocks of a datagram or of a part of a file.
 ///
-/// A block whose LEN cannot be right ends the walk with a [`Fault`], as does a rest too short for a header: where the
-/// next block begins is unknown. The blocks before it stand.
+/// A [`Fault`] ends the iteration if LEN is not valid or the rest is too short for a header, because the start of the next
+/// block is then unknown. The blocks before it are valid.
 pub fn blocks(octets: &[u8]) -> Blocks<'_> {
     Blocks { octets, offset: 0 }
 }
@@ -35,7 +35,7 @@ impl<'a> Iterator for Blocks<'a> {
         let length = match rest {
             [_, high, low, ..] => usize::from(u16::from_be_bytes([*high, *low])),
             _ => {
-                // One or two octets: what looks like a CAT may be padding.
+                // One or two octets: the first may be padding and no CAT.
                 self.offset = self.octets.len();
                 return Some(Err(Fault {
                     category: None,
@@ -61,24 +61,24 @@ impl<'a> Iterator for Blocks<'a> {
 
 impl core::iter::FusedIterator for Blocks<'_> {}
 
-/// A data block: CAT, LEN and records of that category.
+/// A data block: CAT, LEN and records of one category.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block<'a> {
     /// The category (CAT).
     pub category: u8,
-    /// Where its CAT octet stands, counted from 0 at the start of the datagram.
+    /// Offset of its CAT octet from the start of the datagram.
     pub offset: usize,
-    /// The whole block, header included.
+    /// The whole block with its header.
     pub octets: &'a [u8],
 }
 
 impl<'a> Block<'a> {
-    /// What follows the header: the records.
+    /// The octets after the header: the records.
     pub fn contents(&self) -> &'a [u8] {
         &self.octets[HEADER..]
     }
 
-    /// The data source of the first record, read without the rest of it; `None` where that does not begin with one.
+    /// The data source of the first record, without decoding the rest; `None` if the record does not begin with one.
     pub fn first_source(&self) -> Option<DataSource> {
         let contents = self.contents();
         let fspec = contents.iter().position(|octet| octet & 1 == 0)? + 1;
@@ -87,7 +87,7 @@ impl<'a> Block<'a> {
         Some(DataSource { sac: source[0], sic: source[1] })
     }
 
-    /// How many records the block holds, measured by the profile of its category and not read.
+    /// Number of records in the block, found by the profile of its category without decoding them.
     pub fn measure(&self, profile: &Profile) -> Result<usize, Fault> {
         let (mut count, mut offset) = (0, HEADER);
         while offset < self.octets.len() {
@@ -100,22 +100,22 @@ impl<'a> Block<'a> {
         Ok(count)
     }
 
-    /// The records of the block, in order, read as records of `R`.
+    /// The records of the block in order, decoded as `R`.
     ///
-    /// The caller has looked at [`Block::category`]: the octets of another category make no sense as `R`.
+    /// The caller must check [`Block::category`]: the octets of another category have no meaning as `R`.
     pub fn records<R: Record<Edition = ()>>(&self) -> Records<'a, R> {
         self.records_in(())
     }
 
-    /// The same of a category whose editions are laid out differently, such as CAT021: in this one.
+    /// The records of the block in order, decoded in an edition, for categories whose editions differ in layout, such as CAT021.
     pub fn records_in<R: Record>(&self, edition: R::Edition) -> Records<'a, R> {
         debug_assert_eq!(self.category, R::CATEGORY, "records of another category");
         Records { rest: self.contents(), offset: self.offset + HEADER, edition }
     }
 }
 
-/// The iterator of [`Block::records`]: every record up to the end of the block or to the first [`Fault`], which comes once
-/// and last, because where a bad record ends is unknown.
+/// The iterator of [`Block::records`]: the records up to the end of the block or to the first [`Fault`]. The fault is returned
+/// once and last, because the end of a bad record is unknown.
 #[derive(Clone, Debug)]
 pub struct Records<'a, R: Record> {
     rest: &'a [u8],
@@ -123,12 +123,12 @@ pub struct Records<'a, R: Record> {
     edition: R::Edition,
 }
 
-/// A record and where it stands.
+/// A record with its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Located<R> {
-    /// Where its FSPEC begins, counted from 0 at the start of the datagram.
+    /// Offset of its FSPEC from the start of the datagram.
     pub offset: usize,
-    /// Octets it takes, FSPEC included.
+    /// Length in octets, with the FSPEC.
     pub length: usize,
     /// The record.
     pub record: R,
@@ -142,7 +142,7 @@ impl<R: Record> Iterator for Records<'_, R> {
         if self.rest.is_empty() {
             return None;
         }
-        // A record is put where it is returned before it is read: to move it takes as long as to read some items.
+        // The record is decoded in the place of the return value: moving it takes as long as decoding several items.
         let offset = self.offset;
         let mut next = Some(Ok(Located { offset, length: 0, record: R::default() }));
         if let Some(Ok(located)) = &mut next {
@@ -164,15 +164,15 @@ impl<R: Record> Iterator for Records<'_, R> {
 
 impl<R: Record> core::iter::FusedIterator for Records<'_, R> {}
 
-/// The records do not fit into one block: LEN has 16 bits.
+/// Error: the records do not fit into one block, whose LEN has 16 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a block of {length} octets does not fit LEN, which ends at 65535")]
 pub struct BlockTooLong {
-    /// Octets that the block would have had, header included.
+    /// Length that the block would have, in octets, with its header.
     pub length: usize,
 }
 
-/// Appends one block that holds `records`. When they do not fit, `out` is left as it was.
+/// Appends a block with `records`. If they do not fit, `out` remains unchanged.
 pub fn encode_block<R: Record>(records: &[R], out: &mut Vec<u8>) -> Result<(), BlockTooLong> {
     let start = out.len();
     out.extend_from_slice(&[R::CATEGORY, 0, 0]);

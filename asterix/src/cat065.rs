@@ -8,27 +8,27 @@ use crate::{DataSource, Explicit, TimeOfDay};
 items! {
     /// The kinds of reports in I065/000.
     pub enum MessageKind {
-        /// status of the system: I065/040 is in it.
+        /// status of the system, with I065/040.
         SystemStatus = 1,
-        /// end of a batch of tracks: I065/020 is in it.
+        /// end of a batch of tracks, with I065/020.
         EndOfBatch = 2,
-        /// service status: I065/050 is in it.
+        /// service status, with I065/050.
         ServiceStatus = 3,
     }
 
     /// I065/000 (5.2.1), message type.
-    /// What is said.
+    /// Kind of the report.
     pub struct MessageType(1) = code 8 "" kind / with_kind: MessageKind;
 
-    /// I065/015 (5.2.3), service identification: which of the system's services, as the system numbers them.
+    /// I065/015 (5.2.3), service identification, assigned by the system.
     /// The number, 0 to 255.
     pub struct ServiceIdentification(1) = count 8 "" number / with_number: u8;
 
-    /// I065/020 (5.2.4), batch number: which part of a cycle of track reports has been sent.
-    /// The number, 0 to the number of batches in a cycle less 1.
+    /// I065/020 (5.2.4), batch number: the part of a cycle of track reports that has been sent.
+    /// The number, 0 to the number of batches in a cycle minus 1.
     pub struct BatchNumber(1) = count 8 "" number / with_number: u8;
 
-    /// NOGO in I065/040: may the data be used?
+    /// NOGO in I065/040: operational status.
     pub enum OperationalStatus {
         /// operational.
         Operational = 0,
@@ -40,7 +40,7 @@ items! {
         Unknown = 3,
     }
 
-    /// PSS in I065/040: which processing system is selected.
+    /// PSS in I065/040: selected processing system.
     pub enum ProcessingSystem {
         /// not applicable.
         NotApplicable = 0,
@@ -54,20 +54,20 @@ items! {
 
     /// I065/040 (5.2.6), configuration and status of the system.
     pub struct SystemStatus(1) {
-        /// NOGO: may the data be used?
+        /// NOGO, operational status.
         code 2 "nogo" operational_status / with_operational_status: OperationalStatus;
         /// OVL: overloaded.
         flag 1 "ovl" is_overloaded / with_overloaded;
         /// TSV: the time source is invalid.
         flag 1 "tsv" is_time_invalid / with_time_invalid;
-        /// PSS, the processing system that is selected.
+        /// PSS, selected processing system.
         code 2 "pss" processing_system / with_processing_system: ProcessingSystem;
-        /// STTN: changes whenever the system begins to number its tracks anew.
+        /// STTN: toggled whenever the system starts to assign track numbers again.
         flag 1 "sttn" renumbering / with_renumbering;
         spare 1 "spare";
     }
 
-    /// What happened to the service in I065/050.
+    /// Event of the service in I065/050.
     pub enum ServiceEvent {
         /// service degradation.
         Degraded = 1,
@@ -104,7 +104,7 @@ items! {
     }
 
     /// I065/050 (5.2.7), service status report.
-    /// What happened to the service.
+    /// Event of the service.
     pub struct ServiceStatus(1) = code 8 "" event / with_event: ServiceEvent;
 }
 
@@ -115,10 +115,10 @@ record! {
         must 2 "000" "Message Type" message_type: MessageType;
         may 3 "015" "Service Identification" service_identification: ServiceIdentification;
         must 4 "030" "Time of Message" time_of_day: TimeOfDay;
-        /// Which batch of tracks has been sent.
+        /// The batch of tracks that has been sent.
         may 5 "020" "Batch Number" batch_number: BatchNumber;
         may 6 "040" "SDPS Configuration and Status" system_status: SystemStatus;
-        /// What happened to the service.
+        /// Event of the service.
         may 7 "050" "Service Status Report" service_status: ServiceStatus;
         may 13 "RE" "Reserved Expansion Field" reserved_expansion: Explicit;
         may 14 "SP" "Special Purpose Field" special_purpose: Explicit;

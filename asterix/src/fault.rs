@@ -1,32 +1,32 @@
-//! What can be wrong with octets that came from outside.
+//! Faults in octets received from outside.
 
 use core::fmt;
 
-/// A part of a datagram that could not be read, and why. A value, not a panic: the records before it stand.
+/// A part of a datagram that could not be read, with the reason. The records before it are valid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Fault {
     /// Category of the block; `None` for one or two octets that are no block header.
     pub category: Option<u8>,
-    /// Number of the item, for example `"040"`; `None` when the trouble is in the block or in the FSPEC.
+    /// Number of the item, for example `"040"`; `None` if the fault is in the block or in the FSPEC.
     pub item: Option<&'static str>,
-    /// The octet where the trouble is, counted from 0 at the start of the datagram: the CAT octet of a bad block, the first
-    /// octet of a bad FSPEC (of a reserved bit: the FSPEC octet that holds it), the first octet of a bad item.
+    /// Offset of the fault from the start of the datagram: the CAT octet of a bad block, the first octet of a bad FSPEC (for a
+    /// reserved bit, the FSPEC octet with the bit), or the first octet of a bad item.
     pub offset: usize,
-    /// Why.
+    /// The reason.
     pub kind: FaultKind,
 }
 
-/// Why a [`Fault`] was raised.
+/// Reason of a [`Fault`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum FaultKind {
-    /// LEN is below 3, the size of the block header that it counts.
+    /// LEN is below 3, the length of the block header, which it includes.
     BlockTooShort,
-    /// LEN passes the end of the datagram, or one or two octets are left, which is less than a block header.
+    /// LEN exceeds the end of the datagram, or one or two octets remain, which is less than a block header.
     BlockPastEnd,
-    /// The FSPEC announces another octet and the block ends.
+    /// The block ends within the FSPEC.
     FspecPastEnd,
-    /// The FSPEC is longer than any record of the category could need.
+    /// The FSPEC is longer than any record of the category needs.
     FspecTooLong,
     /// The FSPEC announces an item that the category does not define, so its length is unknown.
     ReservedFrn,
@@ -40,9 +40,9 @@ pub enum FaultKind {
     NoRepetitionCount,
     /// The length octet of an SP or RE field is 0, although it counts itself.
     LengthZero,
-    /// An item goes on over more extensions than [`crate::Chain::MAX_OCTETS`] allows.
+    /// An item has more extensions than [`crate::Chain::MAX_OCTETS`] allows.
     ChainTooLong,
-    /// The item that says which profile the record follows (I001/020, I007/410) is missing, or says none.
+    /// The item that selects the profile of the record (I001/020, I007/410) is missing or selects none.
     NoProfile,
 }
 
@@ -63,7 +63,7 @@ impl FaultKind {
         Self::NoProfile,
     ];
 
-    /// A short name that stays the same over releases, for counters: `"item_past_end"`.
+    /// Short name for counters, stable across releases: `"item_past_end"`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::BlockTooShort => "block_too_short",

@@ -1,7 +1,7 @@
-//! The fields of an item: what their bits are, how they are read and set, and the tables of their codes. The kinds of fields are
-//! listed in [`item`](crate::item).
+//! Fields of an item: their bits, accessors and setters, and the tables of their codes. The kinds of fields are listed in
+//! [`item`](crate::item).
 
-/// The descriptions of fields, one after the other.
+/// The descriptions of several fields.
 macro_rules! fields {
     ($(
         $(#[$doc:meta])* $kind:ident $bits:literal $key:literal $($get:ident $(/ $set:ident)?)? $(: $type:ty)?
@@ -11,7 +11,7 @@ macro_rules! fields {
     };
 }
 
-/// What the bits of a field are.
+/// The [`Kind`](crate::Kind) of a field.
 macro_rules! kind {
     (spare $bits:literal) => {
         $crate::Kind::Spare
@@ -62,7 +62,7 @@ macro_rules! kind {
     };
 }
 
-/// The accessors and setters of fields whose bits the functions of a module take and replace.
+/// Accessors and setters of fields. The functions of the module `$store` read and replace their bits.
 macro_rules! accessors {
     ($name:ident $store:ident $(
         $(#[$doc:meta])* $kind:ident $bits:literal $key:literal $($get:ident $(/ $set:ident)?)? $(: $type:ty)?
@@ -106,7 +106,7 @@ macro_rules! accessor {
     };
     (angle $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [] [$lsb:expr]) => {
         $crate::fields::accessor!(@get $field $doc $get: f64, count => count as f64 * ($lsb));
-        // The count of a whole turn, which one bit more holds, is that of none.
+        // The rounded count may be that of a whole turn, which needs one more bit; it is the same as 0.
         $($crate::fields::accessor!(@nearest $field $get $set(value) $crate::bits::turned(value) / ($lsb), 1, false);)?
     };
     (signed $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [] [$lsb:expr]) => {
@@ -117,7 +117,7 @@ macro_rules! accessor {
         $crate::fields::accessor!(@signed $field $doc $get, count => count as f64 / $counts);
         $($crate::fields::accessor!(@nearest $field $get $set(value) value * $counts, 0, true);)?
     };
-    // The other kinds are whole numbers.
+    // The other kinds are integers.
     ($whole:ident $field:tt $doc:tt [$get:ident $(/ $set:ident)?] [$type:ty] $scale:tt) => {
         $crate::fields::accessor!(@get $field $doc $get: $type, count => count as $type);
         $($crate::fields::accessor!(@whole $field $get $set: $type);)?
@@ -132,7 +132,7 @@ macro_rules! accessor {
             $value
         }
     };
-    // The bit in front of the value says whether it is populated.
+    // The bit before the value states whether it is populated.
     (@get_populated [$name:ident $store:ident $bits:literal $key:literal] [$($doc:tt)*]
         $get:ident: $type:ty, $count:ident => $value:expr) => {
         $($doc)*
@@ -155,7 +155,7 @@ macro_rules! accessor {
                 Some(flag) => 0b10 | flag as u64,
                 None => 0,
             };
-            // An absent extension says already that it is not.
+            // The value of an absent extension is already not populated.
             if bits == $crate::$store::get(&self.0, AT - 1, 2) {
                 self
             } else {
@@ -172,7 +172,7 @@ macro_rules! accessor {
                 Some(number) => 1 << $bits | number as u64,
                 None => 0,
             };
-            // An absent extension says already that it is not.
+            // The value of an absent extension is already not populated.
             Some(if bits == $crate::$store::get(&self.0, AT - 1, $bits + 1) {
                 self
             } else {
@@ -218,7 +218,7 @@ macro_rules! accessor {
     };
 }
 
-/// The codes of a field. One that the edition does not define is kept; with `all`, it defines all that the bits hold.
+/// The codes of a field. Undefined codes are kept. With `all`, the table defines every code that the bits can hold.
 macro_rules! codes {
     ($(#[$meta:meta])* pub enum $name:ident { $($(#[$doc:meta])* $code:ident = $value:literal,)* }) => {
         $(#[$meta])*
@@ -231,7 +231,7 @@ macro_rules! codes {
         }
 
         impl $name {
-            /// What this code stands for.
+            /// The value of a code.
             pub const fn from_code(code: u8) -> Self {
                 match code {
                     $($value => Self::$code,)*
@@ -258,7 +258,7 @@ macro_rules! codes {
         impl $name {
             const ALL: &'static [Self] = &[$(Self::$code,)*];
 
-            /// What the low bits of this code stand for.
+            /// The value of the lowest bits of a code.
             pub const fn from_code(code: u8) -> Self {
                 const { assert!(Self::ALL.len().is_power_of_two()) }
                 Self::ALL[code as usize % Self::ALL.len()]

@@ -1,18 +1,18 @@
-//! The field specification (FSPEC): which items a record holds.
+//! The field specification (FSPEC), which states the items of a record.
 
 use alloc::vec::Vec;
 
 use crate::fault::FaultKind;
 
-/// The FSPEC of one record.
+/// The FSPEC of a record.
 ///
-/// Seven field reference numbers (FRN) an octet, the first at the highest bit; the lowest bit (FX) says that another
-/// octet follows. Trailing octets without an item are legal and occur, so the length is kept beside the bits.
+/// An octet has seven field reference numbers (FRN), the first in the highest bit; the lowest bit (FX) states that another octet
+/// follows. Trailing octets without an item are legal and occur, so the length is stored in addition to the bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fspec {
-    /// The octets as they stand on the wire, FX bits included, the first at the top.
+    /// The octets with their FX bits, the first in the highest bits.
     bits: u64,
-    /// How many of them there are, 1 to [`Fspec::MAX_OCTETS`].
+    /// Number of octets, 1 to [`Fspec::MAX_OCTETS`].
     length: u8,
 }
 
@@ -20,10 +20,10 @@ pub struct Fspec {
 const EXTENSIONS: u64 = 0x0101_0101_0101_0101;
 
 impl Fspec {
-    /// The longest FSPEC that is read. CAT048 needs 4 octets, CAT129 3; the rest is room for padding.
+    /// Maximum length of an FSPEC, in octets. CAT048 needs 4 octets, CAT129 3; the others allow for padding.
     pub const MAX_OCTETS: usize = 8;
 
-    /// Reads the FSPEC at the front of `octets`.
+    /// Decodes the FSPEC at the start of `octets`.
     pub fn read(octets: &[u8]) -> Result<Self, FaultKind> {
         Self::at_front(octets).ok_or_else(|| {
             let ends = octets.iter().any(|octet| octet & 1 == 0);
@@ -31,26 +31,26 @@ impl Fspec {
         })
     }
 
-    /// The octets at the front up to the first without FX; `None` where the first [`Fspec::MAX_OCTETS`] have none.
+    /// The octets at the start up to the first without FX; `None` if there is none in the first [`Fspec::MAX_OCTETS`].
     #[inline]
     pub(crate) fn at_front(octets: &[u8]) -> Option<Self> {
         let word = front_word(octets);
         let ends = !word & EXTENSIONS;
         let length = ends.leading_zeros() / 8 + 1;
-        // Of eight octets there is nothing behind the last.
+        // After eight octets no bits remain.
         let behind = u64::MAX.checked_shr(8 * length).unwrap_or(0);
         (ends != 0).then_some(Self { bits: word & !behind, length: length as u8 })
     }
 
-    /// The shortest FSPEC for the items that are `present` (index 0 is FRN 1), and `padding` empty octets after it, as
-    /// many as [`Fspec::MAX_OCTETS`] leaves room for.
+    /// The shortest FSPEC for the items that are `present` (index 0 is FRN 1), followed by `padding` empty octets, limited to
+    /// [`Fspec::MAX_OCTETS`].
     pub fn of<const N: usize>(present: [bool; N], padding: u8) -> Self {
         const { assert!(N <= 7 * Self::MAX_OCTETS) };
         let frns = present.iter().zip(1..).fold(Frns::NONE, |frns, (&present, frn)| frns.with(frn, present));
         Self::announcing(frns, padding)
     }
 
-    /// As [`Fspec::of`].
+    /// Like [`Fspec::of`], for a set of field reference numbers.
     #[inline]
     pub(crate) const fn announcing(frns: Frns, padding: u8) -> Self {
         let Frns(bits) = frns;
@@ -60,23 +60,23 @@ impl Fspec {
         Self { bits: bits | all_but_last, length }
     }
 
-    /// Whether the item with this field reference number is present; 1 to 56, another is a mistake of the caller.
+    /// Whether the item with this field reference number (1 to 56) is present.
     #[inline]
     pub const fn has(self, frn: u8) -> bool {
         self.bits >> (63 - bit_index(frn)) & 1 == 1
     }
 
-    /// Octets on the wire.
+    /// Length in octets.
     pub const fn length(self) -> usize {
         self.length as usize
     }
 
-    /// Octets after the last one that announces an item (after the first, when no octet does).
+    /// Number of octets after the last one that announces an item (after the first, if none does).
     pub const fn padding(self) -> u8 {
         self.length - minimal_length(self.bits & !EXTENSIONS)
     }
 
-    /// Whether every item it announces is one of these.
+    /// Whether `defined` contains every item that it announces.
     #[inline]
     pub(crate) const fn is_within(self, defined: Frns) -> bool {
         self.announced().0 & !defined.0 == 0
@@ -88,12 +88,12 @@ impl Fspec {
         Frns(self.bits & !EXTENSIONS)
     }
 
-    /// That of octets with these bits, the first at the top, of which each but the last has FX.
+    /// The FSPEC of octets with these bits, the first in the highest bits; all but the last must have FX.
     pub(crate) const fn from_bits(bits: u64, length: u8) -> Self {
         Self { bits, length }
     }
 
-    /// The octets at the front, and how many of them count.
+    /// The octets, and how many of them are used.
     pub(crate) const fn octets(self) -> ([u8; Self::MAX_OCTETS], usize) {
         (self.bits.to_be_bytes(), self.length())
     }
@@ -111,7 +111,7 @@ impl FromIterator<u8> for Fspec {
     }
 }
 
-/// The first eight octets as one word; FX alone where there are fewer.
+/// The first eight octets as one word; missing octets are replaced by FX bits.
 #[inline]
 fn front_word(octets: &[u8]) -> u64 {
     match octets.first_chunk() {
@@ -120,7 +120,7 @@ fn front_word(octets: &[u8]) -> u64 {
     }
 }
 
-/// A set of field reference numbers, each at its place in an FSPEC.
+/// A set of field reference numbers, each in its bit of an FSPEC.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Frns(u64);
 
@@ -128,26 +128,26 @@ impl Frns {
     /// The empty set.
     pub const NONE: Self = Self(0);
 
-    /// The same and this one (1 to 56), if it is present.
+    /// The set with this number (1 to 56) added, if it is `present`.
     #[inline]
     #[must_use]
     pub const fn with(self, frn: u8, present: bool) -> Self {
         Self(self.0 | (present as u64) << (63 - bit_index(frn)))
     }
 
-    /// How many numbers there are.
+    /// The size of the set.
     #[inline]
     pub const fn count(self) -> usize {
         self.0.count_ones() as usize
     }
 
-    /// What an FSPEC of any length announces with its first eight octets.
+    /// The numbers announced by the first eight octets of an FSPEC of any length.
     pub fn at_front(fspec: &[u8]) -> Self {
         let (first, _) = fspec.split_at(fspec.len().min(Fspec::MAX_OCTETS));
         Self(front_word(first) & !EXTENSIONS)
     }
 
-    /// The numbers, the lowest first.
+    /// The numbers in ascending order.
     #[inline]
     pub fn iter(self) -> impl Iterator<Item = u8> {
         let Self(mut left) = self;
@@ -158,18 +158,18 @@ impl Frns {
         })
     }
 
-    /// The first eight as the bits of one octet without FX, the first at the top.
+    /// The first eight numbers as bits of one octet without FX, the first in the highest bit.
     pub const fn eight(self) -> u8 {
         (self.0 >> 56) as u8 | (self.0 >> 55) as u8 & 1
     }
 }
 
-/// Bits from the top down to the one of this field reference number.
+/// Index of the bit of this field reference number, counted from the highest bit.
 const fn bit_index(frn: u8) -> u8 {
     (frn - 1) + (frn - 1) / 7
 }
 
-/// Octets down to the last that is not zero; at least one.
+/// Number of octets up to the last one that is not zero; at least one.
 const fn minimal_length(bits: u64) -> u8 {
     let used = (71 - bits.trailing_zeros() as u8) / 8;
     if used == 0 { 1 } else { used }

@@ -1,36 +1,36 @@
-//! One description of an item makes its type, its accessors and its layout.
+//! One description of an item generates its type, its accessors and its layout.
 //!
-//! [`items!`] holds the descriptions of a module:
+//! [`items!`] contains the descriptions of a module:
 //!
-//! | description | what | the type holds |
+//! | description | item | the type stores |
 //! |---|---|---|
 //! | `pub struct Name(octets) { fields }` | a fixed number of octets | the octets |
-//! | `pub struct Name(octets) = field` | the same, of one field, which has no documentation of its own | the octets |
+//! | `pub struct Name(octets) = field` | a fixed number of octets with one field, which has no documentation of its own | the octets |
 //! | `extended pub struct Name { part { fields } … }` | parts of seven bits and FX | a [`Chain`](crate::Chain) |
-//! | `parts pub struct Name { part { fields } … }` | parts of whole octets, of which those that leave a bit have FX | [`Parts`](crate::Parts) |
+//! | `parts pub struct Name { part { fields } … }` | parts of whole octets; a part that leaves a bit free has FX | [`Parts`](crate::Parts) |
 //! | `words pub struct Name { name: type { fields } … }` | whole-octet words of one or several fields | the words |
 //! | `compound pub struct Name { "key" name: Type, … }` | subfields, each of which may be absent | each as an `Option` |
-//! | `padded pub struct Name { … }` | the same, with a primary subfield that may be longer than needed | and how much longer |
-//! | `expansion pub struct Name { … }` | the same, of a reserved expansion field | the same |
+//! | `padded pub struct Name { … }` | subfields, with a primary subfield that may be longer than needed | each as an `Option`, and the number of superfluous octets |
+//! | `expansion pub struct Name { … }` | subfields of a reserved expansion field | each as an `Option` |
 //! | `pub enum Name { Code = 0, … }` | the table of a field's codes | – |
-//! | `all pub enum Name { Code, … }` | the same where it names all codes, from 0 on | – |
+//! | `all pub enum Name { Code, … }` | the table of a field's codes, complete from 0 on | – |
 //!
-//! A field is described as `kind bits "key" accessor / setter: type = scale, decimals;`, from the highest bit down. What a
-//! field has no use for is left out, the accessor and the setter too.
+//! A field is described as `kind bits "key" accessor / setter: type = scale, decimals;`, from the highest bit down. Unused parts
+//! of the description, including accessor and setter, are left out.
 //!
-//! | kind | what | the accessor gives, the setter takes |
+//! | kind | bits | type of accessor and setter |
 //! |---|---|---|
 //! | `spare` | bits without meaning | – |
 //! | `flag` | one bit | `bool` |
-//! | `unset` | one bit that is 0 where it holds | `bool` |
+//! | `unset` | one bit, inverted: 0 is true | `bool` |
 //! | `code …: Table` | a code | the enum of a table |
-//! | `count …: u16`, `octal`, `hex`, `address` | a number | that type; the setter gives `None` where the bits do not hold it |
-//! | `count_from …: u8 = first` | a number whose count 0 stands for `first` | the same |
-//! | `count_or …: u16 = unknown` | a number of which one count means "unknown" | the same, the count |
-//! | `populated …: u8`, `populated_flag` | a value behind the bit that says whether there is one | `Option` of it; a setter of a number gives `None` where the bits do not hold it |
-//! | `unsigned … = lsb, decimals`, `signed` | a physical value | `f64` in the unit of the key; the setter takes the nearest count, `None` out of range |
-//! | `signed_per … = counts, decimals` | the same, so many counts to a unit | the same |
-//! | `angle … = lsb, decimals` | degrees | the same; the setter brings any finite angle into one turn |
+//! | `count …: u16`, `octal`, `hex`, `address` | a number | that type; the setter returns `None` if the bits cannot hold it |
+//! | `count_from …: u8 = first` | a number whose count 0 represents `first` | that type |
+//! | `count_or …: u16 = unknown` | a number of which one count means "unknown" | that type, the count |
+//! | `populated …: u8`, `populated_flag` | a value after a bit that states whether it is populated | `Option` of the value; a setter of a number returns `None` if the bits cannot hold it |
+//! | `unsigned … = lsb, decimals`, `signed` | a physical value | `f64` in the unit of the key; the setter uses the nearest count and returns `None` out of range |
+//! | `signed_per … = counts, decimals` | a physical value, with the number of counts per unit | as for `signed` |
+//! | `angle … = lsb, decimals` | degrees | as for `unsigned`; the setter reduces any finite angle to one turn |
 //! | `known … = lsb, decimals` | a physical value whose highest count means "unknown" | – |
 //! | `ascii`, `icao` | characters of 8 or 6 bits | – |
 //! | `constant … = value` | a number that marks the layout | – |
@@ -42,7 +42,7 @@ use deku::reader::{Leftover, Reader};
 
 use crate::variable::REFUSED;
 
-/// Descriptions one after the other, see the [module](self).
+/// A list of descriptions, see the [module](self).
 macro_rules! items {
     () => {};
     ($(#[$meta:meta])* pub enum $name:ident { $($codes:tt)* } $($rest:tt)*) => {
@@ -88,12 +88,12 @@ macro_rules! item {
             /// The fields, from the highest bit down.
             pub const FIELDS: &'static [$crate::Field] = $crate::fields::fields!($($fields)*);
 
-            /// The item as it stands.
+            /// The item with these octets.
             pub const fn from_octets(octets: [u8; $octets]) -> Self {
                 Self(octets)
             }
 
-            /// The item as it stands.
+            /// The octets of the item.
             pub const fn octets(self) -> [u8; $octets] {
                 self.0
             }
@@ -127,7 +127,7 @@ macro_rules! item {
     };
 }
 
-/// How a type is read, with a context, and written; reading is inlined.
+/// Implements reading of a type, with a context, and writing. Reading is inlined.
 macro_rules! in_place {
     ($name:ident ($($context:ident: $type:ty),*) $reader:ident => $read:expr, $self:ident $writer:ident => $write:expr) => {
         impl deku::DekuReader<'_, ($($type,)*)> for $name {
@@ -153,7 +153,7 @@ macro_rules! in_place {
     };
 }
 
-/// Reads octets all at once, where deku reads each of an array by itself.
+/// Reads several octets at once; deku reads the elements of an array one by one.
 #[inline(always)]
 pub(crate) fn read_octets<const N: usize, R: Read + Seek>(
     reader: &mut Reader<R>,
@@ -163,13 +163,13 @@ pub(crate) fn read_octets<const N: usize, R: Read + Seek>(
     Ok(octets)
 }
 
-/// Fills these octets: as [`Reader::read_bytes`], which the compiler does not inline where a record has many items. A reader
-/// that no call is given the address of is kept in registers.
+/// Fills these octets, like [`Reader::read_bytes`], which the compiler does not inline in records with many items. The reader is
+/// kept in registers as long as no call takes its address.
 #[inline(always)]
 pub(crate) fn fill<R: Read + Seek>(reader: &mut Reader<R>, octets: &mut [u8]) -> Result<(), DekuError> {
     let ahead = match (&reader.leftover, &mut *octets) {
         (None, _) => 0,
-        // An octet that deku looked at before, in a type of somebody else that holds this one.
+        // An octet that deku has read ahead, for a type outside this crate that contains this one.
         (Some(Leftover::Byte(octet)), [first, ..]) => {
             *first = *octet;
             1
@@ -204,7 +204,7 @@ macro_rules! extended {
         }
 
         impl $name {
-            /// The octets as they stand.
+            /// The octets of the item.
             pub const fn chain(&self) -> &$crate::Chain {
                 &self.0
             }
@@ -216,7 +216,7 @@ macro_rules! extended {
         }
 
         impl From<$crate::Chain> for $name {
-            /// Any octets, for what the setters do not cover.
+            /// The item with these octets, for values without setters.
             fn from(chain: $crate::Chain) -> Self {
                 Self(chain)
             }
@@ -235,7 +235,7 @@ macro_rules! extended {
     };
 }
 
-/// What [`words!`] is made of: a number or octets.
+/// A word of [`words!`]: a number or octets.
 pub(crate) trait Word<const N: usize> {
     fn from_octets(octets: [u8; N]) -> Self;
 }
@@ -308,7 +308,7 @@ macro_rules! parts {
             /// The fields of each part, from the highest bit down.
             pub const PARTS: &'static [&'static [$crate::Field]] = &[$($crate::fields::fields!($($fields)*)),*];
 
-            /// The octets as they stand.
+            /// The octets of the item.
             pub fn octets(&self) -> &[u8] {
                 self.0.octets()
             }
@@ -329,7 +329,7 @@ macro_rules! parts {
     };
 }
 
-/// An item of subfields, in the order of the bits that announce them; `_` where the specification defines none.
+/// An item with subfields, in the order of the bits that announce them; `_` stands for an undefined subfield.
 macro_rules! compound {
     ($(#[$meta:meta])* pub struct $name:ident { $($subfields:tt)* }) => {
         $crate::item::compound!(
@@ -357,7 +357,7 @@ macro_rules! compound {
         pub struct $name {
             $($(#[$doc])* pub $field: Option<$type>,)*
             $(
-                /// Octets of the primary subfield beyond the minimal ones, which announce nothing; 0 in an item built anew.
+                /// Number of superfluous octets of the primary subfield, which announce nothing; 0 in a new item.
                 pub $padding: u8,
             )?
         }
@@ -395,7 +395,7 @@ macro_rules! compound {
     };
 }
 
-/// As [`compound!`], where the primary subfield may have two octets or more, and so more than it need have.
+/// Like [`compound!`], for a primary subfield of two or more octets, which may be longer than necessary.
 macro_rules! padded {
     ($(#[$meta:meta])* pub struct $name:ident { $($subfields:tt)* }) => {
         $crate::item::compound!(
@@ -404,7 +404,7 @@ macro_rules! padded {
     };
 }
 
-/// As [`compound!`], of the contents of a reserved expansion field.
+/// Like [`compound!`], for the contents of a reserved expansion field.
 macro_rules! expansion {
     ($(#[$meta:meta])* pub struct $name:ident { $($subfields:tt)* }) => {
         $crate::item::compound!(
@@ -425,7 +425,7 @@ mod tests {
     use super::*;
     use crate::TimeOfDay;
 
-    /// Reads a time of day where deku has looked at `ahead` already.
+    /// Reads a time of day after deku has read `ahead`.
     fn read(ahead: Option<u8>, octets: &[u8]) -> (Result<[u8; 3], DekuError>, Vec<u8>) {
         let mut reader = Reader::new(Cursor::new(octets));
         reader.leftover = ahead.map(Leftover::Byte);

@@ -1,4 +1,4 @@
-//! Items that the categories share.
+//! Items shared by the categories.
 
 use crate::bits;
 use crate::item::items;
@@ -14,7 +14,7 @@ items! {
 
     /// Time of day in UTC: 0 to below 86400 s.
     ///
-    /// A time past the end of the day decodes; whether to trust it is the reader's decision.
+    /// Later times are decoded, too; the caller decides whether to use them.
     #[derive(PartialOrd, Ord)]
     pub struct TimeOfDay(3) {
         /// Seconds since midnight, exact: LSB 1/128 s.
@@ -23,34 +23,34 @@ items! {
 }
 
 impl TimeOfDay {
-    /// Counts in a second.
+    /// Counts per second.
     pub const PER_SECOND: u32 = 128;
-    /// Counts in a day: the first that is no time of day.
+    /// Counts per day: the first count that is no time of day.
     pub const PER_DAY: u32 = 86_400 * Self::PER_SECOND;
 
-    /// The time of this many 1/128 s, or `None` above 24 bits.
+    /// The time with this count of 1/128 s; `None` above 24 bits.
     pub const fn from_count(count: u32) -> Option<Self> {
         if count >> 24 == 0 { Some(Self(bits::set([0; 3], 0, 24, count as u64))) } else { None }
     }
 
-    /// The nearest time of day, or `None` when that is not in 0 to below 86400 s.
+    /// The nearest time of day; `None` if it is not in 0 to below 86400 s.
     pub fn from_seconds(seconds: f64) -> Option<Self> {
         let count = bits::nearest_count(seconds * f64::from(Self::PER_SECOND), 24, false)?;
         Self::from_count(count as u32).filter(|time| time.in_range())
     }
 
-    /// Units of 1/128 s since midnight.
+    /// Count of 1/128 s since midnight.
     pub const fn count(self) -> u32 {
         bits::get(&self.0, 0, 24) as u32
     }
 
-    /// Whether it is below 86400 s, as the item demands.
+    /// Whether the time is below 86400 s, as the item requires.
     pub const fn in_range(self) -> bool {
         self.count() < Self::PER_DAY
     }
 }
 
-/// As SAC and SIC.
+/// Encoded as SAC and SIC.
 #[cfg(feature = "serde")]
 impl serde::Serialize for DataSource {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

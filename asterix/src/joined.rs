@@ -1,19 +1,19 @@
-//! Keys as texts of JSON have them.
+//! Keys as text for JSON.
 
-/// A key as a member of an object in JSON begins, with comma, quotes and colon: `,"rho_m":`. It is put together once, when the
-/// crate is compiled or a table is read, and has a fixed size, which is copied faster than a text of any length.
+/// A key as a JSON object needs it, with comma, quotes and colon: `,"rho_m":`. It is created once, when the crate is compiled or
+/// a table is read, and has a fixed size, which is faster to copy than text of variable length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joined {
     text: [u8; Self::SIZE],
-    /// 0 of a key that is too long.
+    /// 0 for a key that is too long.
     length: u8,
 }
 
 impl Joined {
-    /// Octets of [`Joined::text`].
+    /// Length of [`Joined::text`], in octets.
     pub const SIZE: usize = 32;
 
-    /// That of a key, which needs no escapes.
+    /// The text of a key that needs no escapes.
     pub const fn of(key: &str) -> Self {
         let (key, mut text) = (key.as_bytes(), [b' '; Self::SIZE]);
         if key.len() + 4 > Self::SIZE {
@@ -29,7 +29,7 @@ impl Joined {
         Self { text, length: key.len() as u8 + 4 }
     }
 
-    /// Its text, filled up with spaces, and how much of it counts; `None` of a key of more than 28 octets.
+    /// The text padded with spaces, and its length; `None` for a key of more than 28 octets.
     #[inline]
     pub const fn text(&self) -> Option<(&[u8; Self::SIZE], usize)> {
         if self.length == 0 { None } else { Some((&self.text, self.length as usize)) }

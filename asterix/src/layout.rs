@@ -1,7 +1,7 @@
-//! What the bits of an item mean: the specification's tables as data.
+//! Meaning of the bits of an item: the specification's tables as data.
 //!
-//! The typed items are made from these descriptions (`item.rs`), profiles list them, and whoever prints or builds records
-//! without knowing their category walks them.
+//! The typed items are generated from these descriptions (`item.rs`), and profiles list them. Code that prints or builds
+//! records of any category iterates over them.
 
 use core::fmt;
 
@@ -12,35 +12,35 @@ use crate::lengths::Length;
 use crate::uap::UapItem;
 use crate::variable::Explicit;
 
-/// A run of bits in an item. Another key takes another one, made by [`Field::new`].
+/// A run of bits in an item. To change the key, create a new field with [`Field::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Field {
-    /// Its name in lower case with its unit, unique in the item: `"rho_m"`; empty for the only field of an item.
+    /// Name in lower case with its unit, unique in the item: `"rho_m"`; empty for the only field of an item.
     pub key: &'static str,
-    /// How many bits.
+    /// Number of bits.
     pub bits: u16,
-    /// What they are.
+    /// Meaning of the bits.
     pub kind: Kind,
     joined: Joined,
 }
 
-/// What the bits of a [`Field`] are.
+/// Meaning of the bits of a [`Field`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Kind {
-    /// Nothing; zero in a record built anew, kept as read.
+    /// Spare bits: zero in a new record, kept as read.
     Spare,
-    /// A whole number, unsigned: a count, or a code of a table of the specification.
+    /// An unsigned integer: a count, or a code of a table of the specification.
     Count,
-    /// A whole number, unsigned, of which this value means "unknown" or "none".
+    /// An unsigned integer of which this value means "unknown" or "none".
     CountOr(u64),
-    /// A whole number, unsigned, whose count 0 stands for this number.
+    /// An unsigned integer whose count 0 represents this number.
     CountFrom(u64),
     /// A physical value: the count times `lsb`.
     Quantity(Quantity),
     /// Octal digits, three bits each: Mode 1, 2, 3/A and C codes.
     Octal,
-    /// Bits without an inner order, four to a hexadecimal digit; those of more than 64 begin with an octet.
+    /// Bits without inner structure, four per hexadecimal digit; more than 64 begin with an octet.
     Hex,
     /// A 24-bit aircraft address: hexadecimal, by custom in capital letters.
     Address,
@@ -48,23 +48,23 @@ pub enum Kind {
     Ascii,
     /// Characters of 6 bits (ICAO Annex 10, volume IV, table 3-7).
     Icao,
-    /// This number and no other: how a layout of a special purpose field is recognised.
+    /// This number only: identifies a layout of a special purpose field.
     Constant(u64),
-    /// What another field says; a whole number where it says none of it.
+    /// The value of another field determines the meaning; an integer if it selects no case.
     Depends(&'static Dependence),
 }
 
-/// What a field is, as one that stands before it among the same fields says.
+/// The meanings of a field, selected by the value of a previous field of the same list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dependence {
-    /// The key of that field.
+    /// Key of the selecting field.
     pub on: &'static str,
-    /// What it says, and this field then: without a number, of as many bits.
+    /// Values of the selecting field, each with the field to use, which has the same number of bits and another key.
     pub cases: &'static [(u64, Field)],
 }
 
 impl Dependence {
-    /// The field that is meant by the octets, of which `fields` begin at bit `at`; `None` where no case is.
+    /// The field selected by the octets, in which `fields` begin at bit `at`; `None` if no case applies.
     pub fn case(&self, fields: &[Field], octets: &[u8], mut at: usize) -> Option<&'static Field> {
         for field in fields {
             if field.key == self.on {
@@ -77,139 +77,136 @@ impl Dependence {
     }
 }
 
-/// How a count becomes a physical value.
+/// Conversion of a count to a physical value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
     /// Whether the count is in two's complement.
     pub signed: bool,
     /// Value of one count, in the unit of the field's key.
     pub lsb: f64,
-    /// Decimals that are enough to round back to the count.
+    /// Number of decimals sufficient to restore the count by rounding.
     pub decimals: u8,
-    /// The count that means "unknown", where there is one.
+    /// The count that means "unknown", if there is one.
     pub unknown: Option<u64>,
 }
 
-/// The structure of an item, which also says how its length is found (EUROCONTROL-SPEC-0149, part 1, section 4.3).
+/// The structure of an item, which determines its length (EUROCONTROL-SPEC-0149, part 1, section 4.3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Layout {
-    /// Fields one after the other, always the same whole number of octets.
+    /// Consecutive fields of a fixed whole number of octets.
     Fields(&'static [Field]),
-    /// Octets of seven bits, of which all but the last have the lowest bit (FX) set. Further octets than those described
-    /// are kept.
+    /// Octets of seven bits; all but the last have the lowest bit (FX) set. Octets beyond those described are kept.
     Extended(&'static [&'static [Field]]),
-    /// Octets of a code of seven bits and FX, which says that another follows.
+    /// Octets with a code of seven bits and FX, which states that another octet follows.
     Codes,
-    /// Parts of whole octets. Where the fields of one leave the last bit, that is FX, and set where the next part follows;
-    /// where they do not, it is the last part. There are no further ones.
+    /// Parts of whole octets. If the fields of a part leave its last bit free, that bit is FX, which states that the next part
+    /// follows. Otherwise it is the last part. Further parts are not allowed.
     Parts(&'static [&'static [Field]]),
-    /// These fields and FX, which fill whole octets, as often as FX says that another follows.
+    /// These fields and FX, which fill whole octets; repeated while FX states that another follows.
     Chained(&'static [Field]),
-    /// One octet that counts the repetitions (0 is allowed), then that many times these fields.
+    /// One octet with the number of repetitions (0 is allowed), then that number of these fields.
     Repetitive(&'static [Field]),
-    /// A primary subfield whose bits announce the subfields that follow: seven an octet and FX, which is set only while
-    /// there are more subfields to announce.
+    /// A primary subfield whose bits announce the subfields that follow: seven per octet and FX, which is set only if there are
+    /// more subfields to announce.
     Compound(&'static [Subfield]),
-    /// One octet that counts all octets of the item, itself included.
+    /// One octet with the length of the item, including itself.
     Explicit(Contents),
-    /// I129/120 alone: these fields, which are one octet, and two more octets or none; see
-    /// [`crate::cat129::OperationalRisk`].
+    /// I129/120 only: these fields of one octet, and two more octets or none; see [`crate::cat129::OperationalRisk`].
     OneOrThree(&'static [Field]),
-    /// Random field sequencing, in the oldest categories: one octet that counts, then that many times the field reference
-    /// number of one of these items and that item.
+    /// Random field sequencing, in the oldest categories: one octet with a count, then that number of items of this list, each
+    /// after its field reference number.
     Sequence(&'static [UapItem]),
 }
 
-/// A part of a compound item. Another structure takes another one, made by [`Subfield::new`].
+/// A part of a compound item. To change the structure, create a new subfield with [`Subfield::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Subfield {
-    /// Its name in lower case, with the unit when it is a single value; empty where the specification defines none: such a
-    /// subfield cannot be measured.
+    /// Name in lower case, with its unit if it is a single value; empty for an undefined subfield, whose length is unknown.
     pub key: &'static str,
-    /// Its structure.
+    /// Structure of the subfield.
     pub layout: Layout,
     pub(crate) length: Length,
     joined: Joined,
 }
 
 impl Subfield {
-    /// A bit of the primary subfield that the specification leaves without a subfield.
+    /// A bit of the primary subfield for which the specification defines no subfield.
     pub(crate) const UNDEFINED: Self = Self::new("", Layout::Fields(&[]));
 
-    /// The subfield of this key and structure.
+    /// A subfield with this key and structure.
     pub const fn new(key: &'static str, layout: Layout) -> Self {
         let length = if key.is_empty() { Length::Undefined } else { Length::of(&layout) };
         Self { key, layout, length, joined: Joined::of(key) }
     }
 
-    /// As [`Layout::measure`].
+    /// Like [`Layout::measure`], without reading the fields.
     #[inline]
     pub fn measure(&self, octets: &[u8]) -> Result<usize, FaultKind> {
         self.length.measure(octets)
     }
 
-    /// Its key as JSON has it.
+    /// The key for JSON.
     pub const fn joined(&self) -> &Joined {
         &self.joined
     }
 }
 
-/// What may stand behind the length octet of an explicit item.
+/// Possible contents after the length octet of an explicit item.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contents {
-    /// Anything: users agree on it among themselves.
+    /// Any octets, whose meaning the users define.
     Opaque,
-    /// Anything, or one of these forms.
+    /// One of these forms, or any octets.
     Known(&'static [Form]),
-    /// Anything, or a reserved expansion field: one octet whose eight bits announce these subfields, then those.
+    /// A reserved expansion field: one octet whose eight bits announce these subfields, then the subfields; or any octets.
     Expansion(&'static [Subfield]),
 }
 
-/// Fields of an explicit item that users agree on: it has them where its length and all [`Kind::Constant`] agree.
+/// A user-defined form of an explicit item. An item has this form if its length and all [`Kind::Constant`] fields agree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Form {
     /// Name of the form in JSON. Forms with the same name differ in their fields.
     pub key: &'static str,
-    /// Fields, from the first octet behind the length octet.
+    /// Fields after the length octet.
     pub fields: &'static [Field],
 }
 
 impl Field {
-    /// The field of this key, so many bits, and meaning.
+    /// A field with this key, number of bits and meaning.
     pub const fn new(key: &'static str, bits: u16, kind: Kind) -> Self {
         Self { key, bits, kind, joined: Joined::of(key) }
     }
 
-    /// Its key as JSON has it.
+    /// The key for JSON.
     pub const fn joined(&self) -> &Joined {
         &self.joined
     }
 
-    /// The bits of this field where it begins at bit `at` of `octets`: of its at most 64 bits, or of the first 64 of a text.
+    /// The bits of this field if it begins at bit `at` of `octets`: at most 64 bits, or the first 64 of a text.
     ///
-    /// Panics beyond the octets.
+    /// Panics if the field exceeds the octets.
     #[inline]
     pub fn count(&self, octets: &[u8], at: usize) -> u64 {
         bits::get(octets, at, usize::from(self.bits.min(64)))
     }
 
-    /// Sets the bits of this field, at most 64, where it begins at bit `at` of `octets`, to the low bits of `count`.
+    /// Sets the bits of this field, at most 64, to the lowest bits of `count`; the field begins at bit `at` of `octets`.
     ///
-    /// Panics beyond the octets.
+    /// Panics if the field exceeds the octets.
     #[inline]
     pub fn set_count(&self, octets: &mut [u8], at: usize, count: u64) {
         bits::put(octets, at, usize::from(self.bits.min(64)), count);
     }
 }
 
-/// Octets that `fields` take together.
+/// Total length of `fields`, in octets.
 pub const fn octets_of(fields: &[Field]) -> usize {
     let bits = bits_of(fields);
     assert!(bits % 8 == 0, "the fields are whole octets");
     bits / 8
 }
 
-/// Bits that `fields` take together.
+/// Total number of bits of `fields`.
 pub(crate) const fn bits_of(fields: &[Field]) -> usize {
     let (mut index, mut bits) = (0, 0);
     while index < fields.len() {
@@ -220,7 +217,7 @@ pub(crate) const fn bits_of(fields: &[Field]) -> usize {
 }
 
 impl Layout {
-    /// The bit at which the field with this key begins, for accessors: a key without a field does not compile.
+    /// Index of the first bit of the field with this key, for accessors. An unknown key does not compile.
     pub(crate) const fn place(&self, key: &str) -> usize {
         let place = match self {
             Self::Fields(fields) => place_in(fields, key),
@@ -240,32 +237,32 @@ impl Layout {
         place.expect("the item has this field")
     }
 
-    /// Octets of the item at the front of `octets`, which go to the end of the block.
+    /// Length, in octets, of the item at the start of `octets`, which extend to the end of the block.
     ///
-    /// [`Layout::OneOrThree`] counts as 1: which of the two it is shows only after the whole record.
+    /// [`Layout::OneOrThree`] counts as 1: its length is known only after the whole record.
     ///
-    /// [`UapItem::measure`] and [`Subfield::measure`] do the same without a look at the fields.
+    /// [`UapItem::measure`] and [`Subfield::measure`] return the same without reading the fields.
     pub fn measure(&self, octets: &[u8]) -> Result<usize, FaultKind> {
         Length::of(self).measure(octets)
     }
 }
 
-/// A line of a layout.
+/// A field of a layout.
 pub(crate) const fn field(key: &'static str, bits: u16, kind: Kind) -> Field {
     Field::new(key, bits, kind)
 }
 
-/// A physical value that is always known.
+/// A physical value that is never unknown.
 pub(crate) const fn quantity(signed: bool, lsb: f64, decimals: u8) -> Kind {
     Kind::Quantity(Quantity { signed, lsb, decimals, unknown: None })
 }
 
-/// A reserved expansion field of these subfields.
+/// A reserved expansion field with these subfields.
 pub(crate) const fn expansion(subfields: &'static [Subfield]) -> Layout {
     Layout::Explicit(Contents::Expansion(subfields))
 }
 
-/// Whether two texts are the same, in a constant.
+/// Whether two texts are equal, for use in constants.
 const fn same(one: &str, other: &str) -> bool {
     let (one, other) = (one.as_bytes(), other.as_bytes());
     let mut index = 0;
@@ -275,7 +272,7 @@ const fn same(one: &str, other: &str) -> bool {
     index == one.len() && index == other.len()
 }
 
-/// The bit at which the field with this key begins; `None` where no field has it.
+/// Index of the first bit of the field with this key; `None` if there is none.
 const fn place_in(fields: &[Field], key: &str) -> Option<usize> {
     let (mut index, mut bits) = (0, 0);
     while index < fields.len() {
@@ -288,7 +285,7 @@ const fn place_in(fields: &[Field], key: &str) -> Option<usize> {
     None
 }
 
-/// Prints an item of a fixed length as a struct with its fields.
+/// Formats an item of fixed length as a struct with its fields.
 pub(crate) fn debug(f: &mut fmt::Formatter<'_>, name: &str, fields: &[Field], octets: &[u8]) -> fmt::Result {
     let mut shown = f.debug_struct(name);
     let mut at = 0;
@@ -323,15 +320,15 @@ impl Quantity {
         count * self.lsb
     }
 
-    /// The count of `width` bits nearest to a physical value, halves away from zero; `None` out of range.
+    /// The count of `width` bits nearest to a physical value, halves away from zero; `None` if it is out of range.
     pub fn count(self, value: f64, width: usize) -> Option<u64> {
         bits::nearest_count(value / self.lsb, width, self.signed).map(|count| count & bits::mask(width))
     }
 }
 
-/// What has a place in the description of a category.
+/// A type with a layout.
 pub trait Describe {
-    /// Its structure and what its bits mean.
+    /// The structure of the type and the meaning of its bits.
     const LAYOUT: Layout;
 }
 

@@ -1,5 +1,5 @@
-//! How long records and items are, worked out from the layouts once: when the crate is compiled, or when the table of an edition
-//! is read. To measure a record takes no look at fields, and at the items of fixed length none at all.
+//! Lengths of records and items. They are derived from the layouts once, when the crate is compiled or the table of an edition is
+//! read, so that measuring a record does not read its fields, nor items of fixed length.
 
 use crate::fault::FaultKind;
 use crate::fspec::{Frns, Fspec};
@@ -7,39 +7,39 @@ use crate::layout::{Field, Layout, Subfield, bits_of, octets_of};
 use crate::uap::{self, UapItem};
 use crate::variable::Chain;
 
-/// How the length of an item is found (EUROCONTROL-SPEC-0149, part 1, section 4.3).
+/// Rule for the length of an item (EUROCONTROL-SPEC-0149, part 1, section 4.3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Length {
-    /// It is always so many octets.
+    /// Fixed number of octets.
     Fixed(usize),
-    /// Each octet says whether another follows.
+    /// Each octet states whether another follows.
     Extended,
-    /// Each part of so many octets says whether another follows.
+    /// Each part, with this number of octets, states whether another follows.
     Chained(usize),
-    /// Parts of several lengths, see [`Layout::Parts`].
+    /// Parts of different lengths, see [`Layout::Parts`].
     Parts(&'static [&'static [Field]]),
-    /// The first octet counts parts of so many octets.
+    /// The first octet is the number of parts, each with this number of octets.
     Repetitive(usize),
-    /// The first octet counts all octets.
+    /// The first octet is the length of the item.
     Explicit,
     /// The primary subfield announces some of these subfields.
     Compound {
         subfields: &'static [Subfield],
-        /// The places of all of them, and of those of one octet.
+        /// Numbers of all subfields, and of those with a length of one octet.
         all: Frns,
         single: Frns,
     },
-    /// The first octet counts items, each with its field reference number before it.
+    /// The first octet is the number of items, each of which follows its field reference number.
     Sequence(&'static [UapItem]),
-    /// Nobody knows: no subfield is defined.
+    /// Unknown: no subfield is defined.
     Undefined,
 }
 
 impl Length {
-    /// That of items with this layout.
+    /// The rule for items with this layout.
     pub const fn of(layout: &Layout) -> Self {
         match *layout {
-            // Which of the two it is shows only after the whole record.
+            // The length of the latter is known only after the whole record.
             Layout::Fields(fields) | Layout::OneOrThree(fields) => Self::Fixed(octets_of(fields)),
             Layout::Extended(_) => Self::Extended,
             Layout::Codes => Self::Chained(1),
@@ -61,14 +61,14 @@ impl Length {
         }
     }
 
-    /// Octets of the item at the front of `octets`, which go to the end of the block.
+    /// Length, in octets, of the item at the start of `octets`, which extend to the end of the block.
     #[inline]
     pub fn measure(&self, octets: &[u8]) -> Result<usize, FaultKind> {
         let length = self.claimed(octets)?;
         if length <= octets.len() { Ok(length) } else { Err(FaultKind::ItemPastEnd) }
     }
 
-    /// Octets that the item at the front of `octets` says it has, be they there or not.
+    /// Length, in octets, that the item at the start of `octets` states, even if `octets` are shorter.
     #[inline(always)] // the lengths that most items have take no call
     fn claimed(&self, octets: &[u8]) -> Result<usize, FaultKind> {
         if let Self::Fixed(length) = *self {
@@ -77,13 +77,13 @@ impl Length {
         if let Self::Extended = self
             && let Some(front) = Fspec::at_front(octets)
         {
-            // Up to eight octets it ends as an FSPEC does.
+            // Up to eight octets, an extended item ends like an FSPEC.
             return Ok(front.length());
         }
         self.claimed_at_length(octets)
     }
 
-    /// The same of any structure.
+    /// The stated length of an item with any rule.
     fn claimed_at_length(&self, octets: &[u8]) -> Result<usize, FaultKind> {
         match *self {
             Self::Fixed(length) => Ok(length),
@@ -106,23 +106,23 @@ impl Length {
     }
 }
 
-/// What the octets of an FSPEC say of the length of a record.
+/// Lengths of items, arranged for the octets of an FSPEC.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lengths([Seven; Fspec::MAX_OCTETS]);
 
-/// What one octet of an FSPEC says, and so of up to seven items.
+/// Lengths of the up to seven items of one octet of an FSPEC.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Seven {
-    /// The bits of items that are defined.
+    /// Bits of defined items.
     defined: u8,
-    /// Those of them whose length is not fixed.
+    /// Bits of defined items whose length is not fixed.
     varying: u8,
-    /// How many octets the others take together, by the upper seven bits.
+    /// Total length of the items of fixed length, in octets, indexed by the upper seven bits of the FSPEC octet.
     fixed: [u16; 128],
 }
 
 impl Lengths {
-    /// Those of records with these items.
+    /// The lengths of records with these items.
     pub const fn of(items: &[UapItem]) -> Self {
         let mut sevens = [Seven { defined: 0, varying: 0, fixed: [0; 128] }; Fspec::MAX_OCTETS];
         let mut index = 0;
@@ -134,9 +134,9 @@ impl Lengths {
         Self(sevens)
     }
 
-    /// Octets of the record at the front of `octets`; `None` where it is none, without a word why.
+    /// Length, in octets, of the record at the start of `octets`; `None`, without a reason, if it is not valid.
     ///
-    /// `items` are those that this was made of.
+    /// `items` must be those from which `self` was created.
     #[inline]
     pub fn measure(&self, items: &[UapItem], octets: &[u8]) -> Option<usize> {
         let mut length = Fspec::at_front(octets)?.length();
@@ -162,7 +162,7 @@ impl Lengths {
 }
 
 impl Seven {
-    /// With the item of this bit.
+    /// Adds the item of this bit.
     const fn with(mut self, bit: u8, length: Length) -> Self {
         self.defined |= bit;
         let Length::Fixed(octets) = length else {
@@ -180,7 +180,7 @@ impl Seven {
     }
 }
 
-/// Octets at the front up to the first without FX, as far as a [`Chain`] goes.
+/// Number of octets at the start up to the first without FX, up to the maximum length of a [`Chain`].
 fn extended(octets: &[u8]) -> Result<usize, FaultKind> {
     let most = octets.get(..Chain::MAX_OCTETS);
     chained(most.unwrap_or(octets), 1).ok_or(if most.is_some() {
@@ -190,13 +190,13 @@ fn extended(octets: &[u8]) -> Result<usize, FaultKind> {
     })
 }
 
-/// Octets of the parts at the front, of so many octets each, up to the first without FX; `None` where all have it.
+/// Number of octets of the parts at the start, each of `part` octets, up to the first without FX; `None` if all have FX.
 fn chained(octets: &[u8], part: usize) -> Option<usize> {
     let ends = |part: &[u8]| part.last().is_some_and(|octet| octet & 1 == 0);
     octets.chunks_exact(part).position(ends).map(|last| (last + 1) * part)
 }
 
-/// Octets of the primary subfield at the front, which announces no more than `all` subfields, and of those.
+/// Length of a primary subfield, which must announce subfields of `all` only, and of these subfields.
 #[inline]
 fn compound(subfields: &[Subfield], all: Frns, single: Frns, octets: &[u8]) -> Result<usize, FaultKind> {
     let most = subfields.len().div_ceil(7);
@@ -219,7 +219,7 @@ fn compound(subfields: &[Subfield], all: Frns, single: Frns, octets: &[u8]) -> R
     Ok(length)
 }
 
-/// Octets of the parts at the front, see [`Layout::Parts`].
+/// Length of the parts at the start, see [`Layout::Parts`].
 fn parts_of(parts: &[&[Field]], octets: &[u8]) -> Result<usize, FaultKind> {
     let mut length = 0;
     for part in parts {
@@ -233,7 +233,7 @@ fn parts_of(parts: &[&[Field]], octets: &[u8]) -> Result<usize, FaultKind> {
     Err(FaultKind::ChainTooLong)
 }
 
-/// Octets of the items at the front, each behind its field reference number, and of their count.
+/// Length of a sequence of items: the count, and items that each follow their field reference number.
 fn sequence(items: &[UapItem], octets: &[u8]) -> Result<usize, FaultKind> {
     let count = *octets.first().ok_or(FaultKind::NoRepetitionCount)?;
     let mut length = 1;

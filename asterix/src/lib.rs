@@ -1,39 +1,39 @@
-//! EUROCONTROL ASTERIX, the format in which radars and transponder networks report, read and written: CAT015, CAT021,
+//! Decoder and encoder for EUROCONTROL ASTERIX, the format of reports from radars and transponder networks: CAT015, CAT021,
 //! CAT034, CAT048, CAT062, CAT063, CAT065 and CAT129, every item.
 //!
 //! | category | specification (EUROCONTROL-SPEC-0149) | items | types |
 //! |---|---|---|---|
 //! | data block, FSPEC, item formats | part 1 | | [`blocks`], [`Block`], [`Fspec`], [`Layout`], [`encode_block`] |
 //! | CAT015, INCS target reports | part 15B, edition 1.2 | [26](cat015::Record) | [`cat015`], [`DataSource`], [`TimeOfDay`], [`Repeated`], [`Explicit`] |
-//! | CAT021, ADS-B target reports | part 12, editions 2.1 to 2.7 | [44](cat021::Record) | [`cat021`], [`aircraft`] and the same |
+//! | CAT021, ADS-B target reports | part 12, editions 2.1 to 2.7 | [44](cat021::Record) | [`cat021`], [`aircraft`], [`DataSource`], [`TimeOfDay`], [`Repeated`], [`Explicit`] |
 //! | RE of CAT021 | part 12, appendix A, edition 1.5 | [8](cat021::ReservedExpansion) | [`cat021::expansion`] |
 //! | CAT034, monoradar service messages | part 2b, edition 1.29 | [14](cat034::Record) | [`cat034`], [`DataSource`], [`TimeOfDay`], [`Repeated`], [`Explicit`] |
-//! | CAT048, monoradar target reports | part 4, edition 1.32 | [28](cat048::Record) | [`cat048`] and the same |
+//! | CAT048, monoradar target reports | part 4, edition 1.32 | [28](cat048::Record) | [`cat048`], [`aircraft`], [`DataSource`], [`TimeOfDay`], [`Repeated`], [`Explicit`] |
 //! | RE of CAT048 | part 4, appendix A, edition 1.13 | [8](cat048::ReservedExpansion) | [`cat048::expansion`] |
-//! | CAT062, system track data | part 9, edition 1.21 | [29](cat062::Record) | [`cat062`], [`aircraft`] and the same |
+//! | CAT062, system track data | part 9, edition 1.21 | [29](cat062::Record) | [`cat062`], [`aircraft`], [`DataSource`], [`TimeOfDay`], [`Repeated`], [`Explicit`] |
 //! | RE of CAT062 | part 9, appendix A, edition 1.3 | [5](cat062::ReservedExpansion) | [`cat062::expansion`] |
 //! | CAT063, sensor status reports | part 10, edition 1.7 | [13](cat063::Record) | [`cat063`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
 //! | CAT065, service status reports | part 15, edition 1.6 | [9](cat065::Record) | [`cat065`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
 //! | CAT129, UAS identification and target reports | part 29, edition 1.2 | [15](cat129::Record) | [`cat129`], [`DataSource`], [`TimeOfDay`], [`Explicit`] |
-//! | whichever of these a block holds | | | [`AnyRecord`], [`Block::any_records`] |
+//! | any of these categories | | | [`AnyRecord`], [`Block::any_records`] |
 //! | every category that has a public definition, with the feature `all` | 28, in 69 editions | | `all` |
-//! | what can be wrong | | | [`Fault`], [`FaultKind`], [`BuildError`] |
+//! | faults and errors | | | [`Fault`], [`FaultKind`], [`BuildError`] |
 //!
-//! The number of items leads to their table, which is made from the declaration of the record: place in the record, number,
-//! name, whether it is mandatory, and type. A type names its section of the specification, LSB, range and unit.
+//! The number of items links to their table, which is generated from the declaration of the record: place in the record,
+//! number, name, whether it is mandatory, and type. A type states its section of the specification, LSB, range and unit.
 //!
-//! * An item keeps the count that stood on the wire; methods give it in a unit, which is in their name. So a record that
-//!   was read is written back octet by octet, with its spare bits and with an FSPEC longer than needed.
-//! * Constructors and setters take physical values and round to the nearest count, halves away from zero; `None` is out of
-//!   range. A builder (`Record::builder`) does not let such a `None` pass for an absent item.
-//! * What came from outside never panics. A bad record costs neither the records before it nor the next block; its
-//!   [`Fault`] names category, item, octet and reason.
-//! * A value that the item can hold decodes, even where it makes no sense (a latitude of 100 degrees, a time of day past
-//!   midnight): whoever uses it decides.
-//! * A [`Layout`] says what the bits of an item mean, as data: [`profile`] lists those of a category, and [`items`] takes a
-//!   record apart without knowing its type.
-//! * No clock, no files, no sockets; no allocation for a record, but for more than 24 octets in SP or RE and for more
-//!   than four parts of a repetitive item.
+//! * An item stores the count received; methods return it in the unit that their name states. A decoded record is therefore
+//!   encoded to the same octets, including spare bits and an FSPEC longer than necessary.
+//! * Constructors and setters take physical values and round to the nearest count, halves away from zero; `None` means out of
+//!   range. A builder (`Record::builder`) does not take such a `None` for an absent item.
+//! * Input never causes a panic. A bad record affects neither the records before it nor the next block; its [`Fault`] states
+//!   category, item, octet and reason.
+//! * A value that the item can hold is decoded even if it is not plausible (a latitude of 100 degrees, a time of day past
+//!   midnight): the caller decides.
+//! * A [`Layout`] describes the bits of an item as data: [`profile`] lists those of a category, and [`items`] splits a record
+//!   without knowing its type.
+//! * No clock, no files, no sockets. No allocation per record, except for more than 24 octets in SP or RE and more than four
+//!   parts of a repetitive item.
 //!
 //! Reading:
 //!
@@ -124,7 +124,7 @@ pub use subfields::Repeated;
 pub use uap::{Profile, UapItem, items};
 pub use variable::{Chain, Explicit};
 
-/// The profile of a category, where this crate knows one; of CAT021 that of the newest edition.
+/// The profile of a category, if it has types; for CAT021 that of the newest edition.
 pub const fn profile(category: u8) -> Option<&'static Profile> {
     Some(match category {
         15 => cat015::UAP,
@@ -139,20 +139,20 @@ pub const fn profile(category: u8) -> Option<&'static Profile> {
     })
 }
 
-/// The profiles of a category that lay octets out differently, the newest first; empty where this crate knows none.
+/// The profiles of a category with different layouts, newest first; empty if it has no types.
 pub fn profiles(category: u8) -> impl Iterator<Item = &'static Profile> {
     let old = (category == cat021::Record::CATEGORY).then(|| cat021::Edition::V2_1.profile());
     profile(category).into_iter().chain(old)
 }
 
-/// The example of the crate's README, which is compiled and run with the others.
+/// The example of the crate's README, compiled and run as a doctest.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;
 
 #[cfg(test)]
 mod tests {
-    /// The front page says of each category how many items it has.
+    /// The table at the top states the number of items of each category.
     #[test]
     fn the_front_page_counts_the_items() {
         let page = include_str!("lib.rs");

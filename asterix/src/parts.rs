@@ -1,4 +1,4 @@
-//! Items of parts that are not all of seven bits. Their octets are kept as they were read.
+//! Items with parts of different lengths. Their octets are kept as read.
 
 use core::fmt;
 
@@ -11,11 +11,11 @@ use crate::bits;
 use crate::layout::Field;
 use crate::variable::{REFUSED, read_octet};
 
-/// Parts of whole octets, at most `N` octets together. Where bit n of `FX` is set, the lowest bit of octet n says whether
-/// another octet follows; where it is not set and n is not the last, one always does.
+/// Parts of whole octets, `N` octets at most. If bit n of `FX` is set, the lowest bit of octet n states whether another octet
+/// follows. If it is not set and n is not the last octet, another one always follows.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Parts<const N: usize, const FX: u8> {
-    /// Zero behind the last part.
+    /// Zero after the last part.
     octets: [u8; N],
 }
 
@@ -43,7 +43,7 @@ impl<const N: usize, const FX: u8> Parts<N, FX> {
     }
 }
 
-/// As [`bits::get`]; what an absent part would say is 0.
+/// Like [`bits::get`]; absent parts count as 0.
 pub(crate) const fn get<const N: usize, const FX: u8>(
     parts: &Parts<N, FX>,
     offset: usize,
@@ -52,7 +52,7 @@ pub(crate) const fn get<const N: usize, const FX: u8>(
     bits::get(&parts.octets, offset, width)
 }
 
-/// As [`bits::set`]; parts before the one of the field that are absent are added, zero.
+/// Like [`bits::set`]; absent parts before the field are added with zeros.
 pub(crate) const fn set<const N: usize, const FX: u8>(
     parts: Parts<N, FX>,
     offset: usize,
@@ -68,7 +68,7 @@ pub(crate) const fn set<const N: usize, const FX: u8>(
     Parts { octets: bits::set(octets, offset, width, value) }
 }
 
-/// Which octets of these parts end with FX: those of whose bits the fields leave the last one.
+/// The octets of these parts that end with FX: those whose fields leave the last bit free.
 pub(crate) const fn extensions(parts: &[&[Field]]) -> u8 {
     let (mut index, mut octets, mut extensions) = (0, 0, 0);
     while index < parts.len() {
@@ -82,7 +82,7 @@ pub(crate) const fn extensions(parts: &[&[Field]]) -> u8 {
     extensions
 }
 
-/// Octets of these parts together.
+/// Total length of these parts, in octets.
 pub(crate) const fn octets_of_all(parts: &[&[Field]]) -> usize {
     let (mut index, mut octets) = (0, 0);
     while index < parts.len() {
@@ -107,7 +107,7 @@ impl<const N: usize, const FX: u8> DekuReader<'_> for Parts<N, FX> {
                 break;
             }
         }
-        // What a part that nobody described would hold is unknown.
+        // A part after the last one is not defined.
         let goes_on = FX >> (N - 1) & parts.octets[N - 1] & 1 == 1;
         if goes_on { Err(REFUSED) } else { Ok(parts) }
     }

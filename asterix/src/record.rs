@@ -1,4 +1,4 @@
-//! Records: one declaration of a category's items makes the record, its builder and its profile.
+//! Records: one declaration of a category's items generates the record, its builder and its profile.
 
 use alloc::vec::Vec;
 use core::marker::PhantomData;
@@ -13,49 +13,49 @@ use crate::fspec::{Frns, Fspec};
 use crate::items::{DataSource, TimeOfDay};
 use crate::uap::{Profile, walk};
 
-/// A category's record: decoded from the octets of a block and encoded back to the same octets.
+/// A category's record, decoded from the octets of a block and encoded to the same octets.
 ///
-/// The default record is the empty one, which has no item.
+/// The default record is empty.
 pub trait Record: Default {
-    /// The category, as in the first octet of its blocks.
+    /// Category, as in the first octet of its blocks.
     const CATEGORY: u8;
     /// The items of the category, in the order of the record.
     const UAP: &'static Profile;
-    /// What a reader has to know: the edition, of a category whose editions lay octets out differently; else nothing.
+    /// The edition, for categories whose editions differ in layout; otherwise `()`.
     type Edition: Copy;
 
-    /// [`Record::UAP`] as it was in an edition: with the same items in the same places.
+    /// [`Record::UAP`] in an edition: the same items in the same places.
     fn profile(edition: Self::Edition) -> &'static Profile;
 
-    /// Item 010, who reports.
+    /// Data source, item 010.
     fn data_source(&self) -> Option<DataSource>;
 
-    /// The item of the time of day, whatever its number.
+    /// Time of day, in whichever item the category has it.
     fn time_of_day(&self) -> Option<TimeOfDay>;
 
-    /// The FSPEC that announces the items of this record.
+    /// The FSPEC of this record.
     fn fspec(&self) -> Fspec;
 
-    /// Decodes the record at the front of `octets`, which begin with its FSPEC and go to the end of the block, and says
-    /// how many octets it took. Offsets in the fault count from the FSPEC.
+    /// Decodes the record at the start of `octets`, which begin with its FSPEC and extend to the end of the block. Returns it
+    /// with its length in octets. Offsets in the fault are relative to the FSPEC.
     fn decode(octets: &[u8], edition: Self::Edition) -> Result<(Self, usize), Fault> {
         let mut record = Self::default();
         let length = record.decode_into(octets, edition)?;
         Ok((record, length))
     }
 
-    /// The same into `self`, which is empty, as [`Default`] makes it: a record that is returned is moved, this one is not. Items
-    /// that `self` has and these octets have not would stay; after a fault it has those that were read before.
+    /// Decodes into `self`, which must be empty, and returns the length in octets. Unlike [`Record::decode`] this does not move
+    /// the record. Items of `self` that are not in `octets` would be kept; after a fault, `self` has the items before it.
     fn decode_into(&mut self, octets: &[u8], edition: Self::Edition) -> Result<usize, Fault>;
 
-    /// Appends the record: its FSPEC and its items.
+    /// Appends the encoded record: its FSPEC and its items.
     fn encode_into(&self, out: &mut Vec<u8>);
 }
 
-/// Why a record was not built.
+/// Reason why a record was not built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 pub enum BuildError {
-    /// The constructor of this item gave `None`: a value was out of its range.
+    /// The constructor of this item returned `None`: a value is out of range.
     #[error("CAT{category:03} item {item}: a value is out of the range that the item can hold")]
     OutOfRange {
         /// The category.
@@ -63,7 +63,7 @@ pub enum BuildError {
         /// Number of the item.
         item: &'static str,
     },
-    /// None of these items, of which the specification wants one, is there.
+    /// None of these items is present; the specification requires one of them.
     #[error("CAT{category:03}: one of the items {items} must be there")]
     Missing {
         /// The category.
@@ -73,15 +73,15 @@ pub enum BuildError {
     },
 }
 
-/// Declares a category's record, its builder and its profile, an item a line in the order of the record:
+/// Declares a category's record, its builder and its profile: one item per line, in the order of the record, with
 /// `must` or `may`, FRN, number, name, accessor and type.
 ///
-/// * `must` is an item without which no record is built; `one_of` names items of which a record must have one.
-/// * `as` names the type that describes the item where the record keeps it as something else.
-/// * `in (Edition)` is a category whose editions differ: that type has a function `profile`.
-/// * `time function` gives the time of day of a record that has no item of that name.
-/// * `= function` reads the item where its type alone does not say how; it may use the context that the record is read
-///   `with`. The function behind that context decodes a record.
+/// * `must` marks a mandatory item; `one_of` lists items of which a record must have one.
+/// * `as` names the type that describes the item if the record stores it in another form.
+/// * `in (Edition)` marks a category whose editions differ; that type has a function `profile`.
+/// * `time function` returns the time of day of a record without an item of that name.
+/// * `= function` decodes the item if its type alone does not determine how. It may use the context after `with`; the function
+///   after that context decodes a record.
 macro_rules! record {
     (
         $(#[$meta:meta])*
@@ -98,7 +98,7 @@ macro_rules! record {
         /// The items in the order of the record.
         pub const UAP: &$crate::Profile = &PROFILE;
 
-        /// What a constant refers to is there once only where it is a static: else each crate has one of its own.
+        /// A static, because each crate would get a copy of what a constant refers to.
         static PROFILE: $crate::Profile = $crate::Profile::new(&[$($crate::UapItem::new(
             $frn,
             $number,
@@ -124,8 +124,8 @@ macro_rules! record {
                 $(#[$doc])*
                 pub $item: Option<$type>,
             )*
-            /// FSPEC octets beyond the minimal ones, which announce nothing; 0 in a record built anew. The whole FSPEC never
-            /// gets longer than [`Fspec::MAX_OCTETS`](crate::Fspec::MAX_OCTETS).
+            /// Number of superfluous FSPEC octets, which announce nothing; 0 in a new record. The whole FSPEC never exceeds
+            /// [`Fspec::MAX_OCTETS`](crate::Fspec::MAX_OCTETS).
             pub fspec_padding: u8,
         }
 
@@ -183,7 +183,7 @@ macro_rules! record {
                 $crate::Fspec::announcing(frns, self.fspec_padding)
             }
 
-            // Inlined into its caller it is slower: the compiler then gathers the items elsewhere first.
+            // Slower if inlined: the compiler then collects the items elsewhere first.
             #[inline(never)]
             fn decode_into(&mut self, octets: &[u8], edition: Self::Edition) -> Result<usize, $crate::Fault> {
                 $crate::record::given!([$($decode)?] $crate::record::decode)(self, octets, edition)
@@ -200,7 +200,7 @@ macro_rules! record {
     };
 }
 
-/// What is given, or else the other expression.
+/// The given expression or type, or else the other one.
 macro_rules! given {
     ([] $other:expr) => {
         $other
@@ -216,7 +216,7 @@ macro_rules! given {
     };
 }
 
-/// The builder of a category's record: the items that every record must have, then the others.
+/// The builder of a category's record: mandatory items first, then the others.
 macro_rules! builder {
     ($category:literal [$($must:tt)*] { must $($item:tt)* } $($rest:tt)*) => {
         $crate::record::builder!($category [$($must)* { $($item)* }] $($rest)*);
@@ -238,8 +238,8 @@ macro_rules! builder {
     ) => {
         #[doc = concat!("Builds a CAT", stringify!($category), " record that lacks nothing it must have.")]
         ///
-        /// An item may be given as it is or as the `Option` that its constructor returns. `None` is a mistake and not an
-        /// absent item: [`OutOfRange`](crate::BuildError::OutOfRange). The first mistake counts.
+        /// An item is given as a value or as the `Option` that its constructor returns. `None` is an error, not an absent item:
+        /// [`OutOfRange`](crate::BuildError::OutOfRange). The first error counts.
         #[derive(Clone, Debug)]
         #[must_use]
         pub struct Builder {
@@ -248,7 +248,7 @@ macro_rules! builder {
         }
 
         impl Record {
-            /// Begins a record with the items that every record must have; a `None` is refused by [`Builder::build`].
+            /// Starts a record with its mandatory items; [`Builder::build`] refuses a `None`.
             pub fn builder($($must: impl Into<Option<$must_type>>),*) -> Builder {
                 let mut builder = Builder { record: Record::default(), mistake: None };
                 $(builder.record.$must = builder.checked($must_number, $must.into());)*
@@ -268,8 +268,8 @@ macro_rules! builder {
             /// The record.
             ///
             /// # Errors
-            /// An item was `None`: its constructor found a value out of range. Or a record must have one of several items
-            /// and has none.
+            /// An item was `None`, because its constructor found a value out of range. Or none of several items is present of
+            /// which the record must have one.
             pub fn build(self) -> Result<Record, $crate::BuildError> {
                 if let Some(mistake) = self.mistake {
                     return Err(mistake);
@@ -292,7 +292,7 @@ macro_rules! builder {
 
 pub(crate) use {builder, given, record};
 
-/// The field reference numbers that a profile defines, as bits of an FSPEC.
+/// The field reference numbers defined by a profile, as bits of an FSPEC.
 struct Defined<R>(PhantomData<R>);
 
 impl<R: Record> Defined<R> {
@@ -306,7 +306,7 @@ impl<R: Record> Defined<R> {
     };
 }
 
-/// Reads the FSPEC at the front of a record that announces no item beyond those of its category.
+/// Decodes the FSPEC at the start of a record, which must announce only items of its category.
 #[inline]
 pub(crate) fn read_fspec<R: Record>(octets: &[u8], edition: R::Edition) -> Result<Fspec, Fault> {
     match Fspec::read(octets) {
@@ -315,14 +315,14 @@ pub(crate) fn read_fspec<R: Record>(octets: &[u8], edition: R::Edition) -> Resul
     }
 }
 
-/// A record that takes its items from a reader, which stands behind the FSPEC.
+/// A record that decodes its items from a reader positioned after the FSPEC.
 pub(crate) trait ReadItems<C> {
-    /// Each item is put where it stays as soon as it is read. Were they collected in a record that is returned, all of them
-    /// would be fetched from the stack again, many by loads that wait for several narrower stores.
+    /// Stores each item in its final place at once. Collecting the items in a returned record would fetch all of them from the
+    /// stack again, many by loads that stall on several narrower stores.
     fn read_items<R: Read + Seek>(&mut self, reader: &mut Reader<R>, context: C) -> Result<(), DekuError>;
 }
 
-/// Reads the items behind this FSPEC, which is at the front of `octets`. Says how many octets the record takes.
+/// Decodes the items after this FSPEC, which is at the start of `octets`. Returns the length of the record in octets.
 #[inline(always)]
 pub(crate) fn read<C>(
     record: &mut impl ReadItems<C>,
@@ -336,7 +336,7 @@ pub(crate) fn read<C>(
     Ok(octets.len() - rest.len())
 }
 
-/// Decodes the record at the front of `octets`, see [`Record::decode_into`].
+/// Decodes the record at the start of `octets`, see [`Record::decode_into`].
 #[inline(always)]
 pub(crate) fn decode<R>(record: &mut R, octets: &[u8], (): ()) -> Result<usize, Fault>
 where
@@ -353,7 +353,7 @@ pub(crate) fn encode<R: Record + DekuWriter>(record: &R, out: &mut Vec<u8>) {
     append(record, out);
 }
 
-/// Appends an item or the items of a record to a vector, or fills octets with them.
+/// Appends items to a vector, or fills octets with them.
 #[inline]
 pub(crate) fn append<W>(items: &impl DekuWriter, out: W)
 where
@@ -362,8 +362,7 @@ where
     items.to_writer(&mut Writer::new(Forward(out)), ()).expect("writing whole octets to memory cannot fail");
 }
 
-/// Octets that are read from the front or written to the end: `Cursor` without its position, which the compiler sees
-/// through.
+/// Octets that are read from the start or written to the end: a `Cursor` without a position, which the compiler can optimise.
 pub(crate) struct Forward<T>(pub T);
 
 impl<T: Read> Read for Forward<T> {
@@ -408,19 +407,19 @@ impl Write for Forward<&mut Vec<u8>> {
 }
 
 impl<T> Seek for Forward<T> {
-    /// Nothing here goes back.
+    /// Seeking is not supported.
     fn seek(&mut self, _: SeekFrom) -> no_std_io::Result<u64> {
         Err(no_std_io::ErrorKind::Unsupported.into())
     }
 }
 
-/// Finds what is wrong with a record, the first thing in the order of its octets.
+/// Finds the first fault of a record in the order of its octets.
 ///
-/// The readers of the categories carry no bookkeeping; only when one fails is the record walked again, item by item.
+/// The decoders of the categories keep no record of their place. Only if one fails, the record is examined again, item by item.
 #[cold]
 pub(crate) fn explain<R: Record>(octets: &[u8], edition: R::Edition) -> Fault {
     walk(R::CATEGORY, R::profile(edition), octets).err().unwrap_or_else(|| {
-        // Not reached: the table and the reader of a category agree, which the tests of both hold them to.
+        // Unreachable: tests verify that the table and the decoder of each category agree.
         debug_assert!(false, "CAT{:03}: the reader refused a record that its table accepts", R::CATEGORY);
         Fault { category: Some(R::CATEGORY), item: None, offset: 0, kind: FaultKind::ItemPastEnd }
     })

@@ -1,4 +1,4 @@
-//! What announces the subfields of an item, and parts that repeat.
+//! Primary subfields, which announce the subfields of an item, and repeated parts.
 
 use deku::no_std_io::{Read, Seek, Write};
 use deku::reader::Reader;
@@ -10,11 +10,11 @@ use crate::fspec::{Frns, Fspec};
 use crate::layout::{Describe, Layout, Subfield};
 use crate::variable::{REFUSED, read_octet};
 
-/// The subfields that an item defines, as a primary subfield announces them: seven an octet, as an FSPEC announces items.
+/// The subfields that an item defines, as a primary subfield announces them: seven per octet, like the items of an FSPEC.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Defined {
     subfields: Frns,
-    /// The most octets that a primary subfield takes.
+    /// Maximum length of the primary subfield, in octets.
     octets: u8,
 }
 
@@ -30,12 +30,12 @@ impl Defined {
     }
 }
 
-/// The primary subfield of a compound item: seven bits an octet, the first at the top.
+/// The primary subfield of a compound item: seven bits per octet, the first one highest.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Primary(Fspec);
 
 impl Primary {
-    /// Reads one that announces no more than what is defined.
+    /// Decodes a primary subfield, which must announce only defined subfields.
     #[inline(always)]
     pub fn read<R: Read + Seek>(reader: &mut Reader<R>, defined: Defined) -> Result<Self, DekuError> {
         let mut octet = read_octet(reader)?;
@@ -50,7 +50,7 @@ impl Primary {
         if ends && primary.is_within(defined.subfields) { Ok(Self(primary)) } else { Err(REFUSED) }
     }
 
-    /// One that announces these subfields, with so many octets more than it need have.
+    /// A primary subfield that announces these subfields, with `padding` superfluous octets.
     pub const fn announcing(subfields: Frns, padding: u8) -> Self {
         Self(Fspec::announcing(subfields, padding))
     }
@@ -60,7 +60,7 @@ impl Primary {
         self.0.has(index + 1)
     }
 
-    /// Octets more than it need have.
+    /// Number of superfluous octets.
     pub const fn padding(self) -> u8 {
         self.0.padding()
     }
@@ -71,7 +71,7 @@ impl Primary {
     }
 }
 
-/// The octet in front of a reserved expansion field's contents: eight bits.
+/// The octet with eight bits before the contents of a reserved expansion field.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Eight(u8);
 
@@ -80,7 +80,7 @@ impl Eight {
         read_octet(reader).map(Self)
     }
 
-    /// One that announces these subfields; what is behind the first seven is at the eighth bit.
+    /// The octet that announces these subfields; the eighth subfield has the lowest bit.
     pub const fn announcing(subfields: Frns, _: u8) -> Self {
         Self(subfields.eight())
     }
@@ -94,12 +94,12 @@ impl Eight {
     }
 }
 
-/// A repetitive item: up to 255 parts of the same kind, of which four take no allocation.
+/// A repetitive item: up to 255 parts of the same kind. Up to four of them need no allocation.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Repeated<T>(SmallVec<[T; 4]>);
 
 impl<T: Clone> Repeated<T> {
-    /// These parts in this order, or `None` for more than 255.
+    /// These parts in this order; `None` if there are more than 255.
     pub fn new(parts: &[T]) -> Option<Self> {
         (parts.len() <= usize::from(u8::MAX)).then(|| Self(parts.into()))
     }

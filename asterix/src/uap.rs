@@ -1,4 +1,4 @@
-//! User application profiles: the order of a category's items and how long each is.
+//! User application profiles: the order and the lengths of a category's items.
 
 use core::ops::Deref;
 
@@ -8,40 +8,40 @@ use crate::joined::Joined;
 use crate::layout::Layout;
 use crate::lengths::{Length, Lengths};
 
-/// One item of a category's user application profile. Another structure takes another one, made by [`UapItem::new`].
+/// An item of a category's user application profile. To change the structure, create a new item with [`UapItem::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UapItem {
-    /// Field reference number, counted from 1: the item's place in the FSPEC and in the record.
+    /// Field reference number, counted from 1: the place of the item in the FSPEC and in the record.
     pub frn: u8,
     /// Number of the item in its category, `"040"`, or `"SP"`, `"RE"`.
     pub item: &'static str,
     /// Name of the item.
     pub name: &'static str,
-    /// What its octets mean, and how its length is found.
+    /// Meaning of its octets, and rule for its length.
     pub layout: Layout,
     pub(crate) length: Length,
     joined: Joined,
 }
 
 impl UapItem {
-    /// The item of this field reference number, number, name and structure.
+    /// An item with this field reference number, number, name and structure.
     pub const fn new(frn: u8, item: &'static str, name: &'static str, layout: Layout) -> Self {
         Self { frn, item, name, layout, length: Length::of(&layout), joined: Joined::of(item) }
     }
 
-    /// As [`Layout::measure`].
+    /// Like [`Layout::measure`], without reading the fields.
     #[inline]
     pub fn measure(&self, octets: &[u8]) -> Result<usize, FaultKind> {
         self.length.measure(octets)
     }
 
-    /// Its number as a key in JSON.
+    /// The item number as a key for JSON.
     pub const fn joined(&self) -> &Joined {
         &self.joined
     }
 }
 
-/// The user application profile of a category, or of an edition of one: its items in the order of the record.
+/// The user application profile of a category or edition: its items in the order of the record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Profile {
     items: &'static [UapItem],
@@ -49,9 +49,9 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// That of these items.
+    /// The profile with these items.
     ///
-    /// Panics where a field reference number is not 1 to 56.
+    /// Panics if a field reference number is not in 1 to 56.
     pub const fn new(items: &'static [UapItem]) -> Self {
         Self { items, lengths: Lengths::of(items) }
     }
@@ -61,8 +61,8 @@ impl Profile {
         self.items
     }
 
-    /// Octets of the record of this category at the front of `octets`, which go to the end of the block. Offsets in the fault
-    /// count from its FSPEC.
+    /// Length, in octets, of the record of this category at the start of `octets`, which extend to the end of the block. Offsets
+    /// in the fault are relative to the FSPEC.
     #[inline]
     pub(crate) fn measure(&self, category: u8, octets: &[u8]) -> Result<usize, Fault> {
         self.lengths.measure(self.items, octets).map_or_else(|| walk(category, self.items, octets), Ok)
@@ -86,21 +86,21 @@ impl IntoIterator for &Profile {
     }
 }
 
-/// The item with this field reference number, of items in their order.
+/// The item with this field reference number, in a list sorted by that number.
 #[inline]
 pub(crate) fn find(uap: &[UapItem], frn: u8) -> Option<&UapItem> {
-    // It stands at its place, or before where numbers are left out.
+    // The item is at its place, or before it if numbers are missing.
     match uap.get(usize::from(frn).wrapping_sub(1)) {
         Some(item) if item.frn == frn => Some(item),
         _ => uap.iter().find(|item| item.frn == frn),
     }
 }
 
-/// Octets of the record at the front of `octets`, which go to the end of the block, measured item by item: what is wrong
-/// with it, mostly.
+/// Length, in octets, of the record at the start of `octets`, which extend to the end of the block. Measures it item by item,
+/// mostly to find its fault.
 ///
-/// The items are looked at in the order of the record, up to the first of which the category knows no length. Only then
-/// an FSPEC with more octets than any record needs is found out.
+/// The items are examined in the order of the record, up to the first of unknown length. Only then an FSPEC with more octets
+/// than any record needs is reported.
 #[cold]
 pub(crate) fn walk(category: u8, uap: &[UapItem], octets: &[u8]) -> Result<usize, Fault> {
     let fault = |item, offset, kind| Fault { category: Some(category), item, offset, kind };
@@ -124,15 +124,15 @@ pub(crate) fn walk(category: u8, uap: &[UapItem], octets: &[u8]) -> Result<usize
     Ok(offset)
 }
 
-/// The items of a whole record, `octets` from its FSPEC to its end: each with its own octets.
+/// The items of a complete record, whose `octets` extend from its FSPEC to its end, each with its octets.
 ///
-/// For records that were decoded, or written by [`crate::Record::encode_into`]; of another the rest is left out.
+/// For records that were decoded or encoded by [`crate::Record::encode_into`]; otherwise the rest after a fault is left out.
 pub fn items<'a>(
     uap: &'static [UapItem],
     octets: &'a [u8],
 ) -> impl Iterator<Item = (&'static UapItem, &'a [u8])> {
     let fspec = Fspec::at_front(octets);
-    // Where one octet of I129/120 does not end the record at its end, it has three.
+    // If the record does not end at its end with one octet of I129/120, the item has three.
     let either = uap.iter().any(|item| matches!(item.layout, Layout::OneOrThree(_)));
     let long = either && walk(0, uap, octets) != Ok(octets.len());
     let mut offset = fspec.map_or(0, Fspec::length);

@@ -1,4 +1,4 @@
-//! Items without a fixed length. Their octets are kept inline as they were read, so that encoding gives them back.
+//! Items of variable length. Their octets are stored inline as read, so that encoding restores them.
 
 use core::fmt;
 
@@ -11,11 +11,11 @@ use smallvec::SmallVec;
 use crate::bits;
 use crate::item::{fill, read_octets};
 
-/// What the readers of this module return when an item contradicts itself. It never leaves the crate: the fault that does
-/// is found by a second walk over the record.
+/// Returned by the readers of this module if an item contradicts itself. It stays inside the crate: a second pass over the record
+/// finds the fault to report.
 pub(crate) const REFUSED: DekuError = DekuError::Io(ErrorKind::InvalidData);
 
-/// How many octets an item of variable length holds without allocating.
+/// Number of octets that an item of variable length holds without allocation.
 const INLINE: usize = 24;
 
 /// Appends the next `more` octets to `octets`.
@@ -25,7 +25,7 @@ fn read_more<R: Read + Seek>(
     octets: &mut SmallVec<[u8; INLINE]>,
     mut more: usize,
 ) -> Result<(), DekuError> {
-    // By way of the stack, because to lengthen the vector first and to read into it is slower.
+    // Uses the stack: extending the vector first and reading into it is slower.
     let mut buffer = [0; INLINE];
     while more > 0 {
         let part = more.min(INLINE);
@@ -41,47 +41,47 @@ pub(crate) fn read_octet<R: Read + Seek>(reader: &mut Reader<R>) -> Result<u8, D
     read_octets(reader).map(u8::from_be_bytes)
 }
 
-/// An extended item: octets of seven bits, the lowest bit (FX) of all but the last set.
+/// An extended item: octets of seven bits; all but the last have the lowest bit (FX) set.
 ///
-/// Held inline, so copying one allocates nothing.
+/// Stored inline, so copying needs no allocation.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Chain {
-    /// Zero beyond the chain.
+    /// Zero after the chain.
     octets: [u8; Self::MAX_OCTETS],
 }
 
 impl Chain {
-    /// The longest chain that is read. I048/020 has 6 octets in edition 1.32.
+    /// Maximum length of a chain, in octets. I048/020 has 6 octets in edition 1.32.
     pub const MAX_OCTETS: usize = 16;
 
     /// The FX bit of every octet.
     const EXTENSIONS: u128 = u128::MAX / 0xff;
 
-    /// One octet, whose bits 8 to 2 are those of `bits`.
+    /// A chain of one octet, whose bits 8 to 2 are those of `bits`.
     pub const fn new(bits: u8) -> Self {
         Self { octets: ((bits & !1) as u128).to_le_bytes() }
     }
 
-    /// How many octets there are: up to the first without FX.
+    /// Number of octets up to the first without FX.
     const fn length(&self) -> usize {
         let ends = !u128::from_be_bytes(self.octets) & Self::EXTENSIONS;
         ends.leading_zeros() as usize / 8 + 1
     }
 
-    /// The octets, FX bits included; at least one.
+    /// The octets with their FX bits; at least one.
     pub fn octets(&self) -> &[u8] {
         &self.octets[..self.length()]
     }
 
-    /// The octet at `index` (0 is the first part, 1 the first extension), or `None` where the chain ends before.
+    /// The octet at `index` (0 is the first part, 1 the first extension); `None` after the end of the chain.
     pub const fn octet(&self, index: usize) -> Option<u8> {
         if index < self.length() { Some(self.octets[index]) } else { None }
     }
 
-    /// The chain with bits 8 to 2 of the octet at `index` replaced where `mask` has ones; extended with zero octets to
-    /// reach it.
+    /// The chain with bits 8 to 2 of the octet at `index` replaced where `mask` has ones; extended with zero octets if it is
+    /// shorter.
     ///
-    /// Panics when `index` is not below [`Chain::MAX_OCTETS`].
+    /// Panics if `index` is not below [`Chain::MAX_OCTETS`].
     #[must_use]
     pub const fn with(self, index: usize, mask: u8, bits: u8) -> Self {
         let mut chain = self.reaching(index);
@@ -90,7 +90,7 @@ impl Chain {
         chain
     }
 
-    /// The chain, extended with zero octets to reach the octet at `index`.
+    /// The chain, extended with zero octets up to `index` if it is shorter.
     const fn reaching(mut self, index: usize) -> Self {
         let mut last = self.length() - 1;
         while last < index {
@@ -101,13 +101,13 @@ impl Chain {
     }
 }
 
-/// As [`crate::bits::get`]; what an absent extension would say is 0.
+/// Like [`crate::bits::get`]; absent extensions count as 0.
 #[inline]
 pub(crate) const fn get(chain: &Chain, offset: usize, width: usize) -> u64 {
     bits::get(&chain.octets, offset, width)
 }
 
-/// As [`crate::bits::set`], in one octet of the chain, which is extended to reach it.
+/// Like [`crate::bits::set`], in one octet of the chain, which is extended if it is shorter.
 pub(crate) const fn set(chain: Chain, offset: usize, width: usize, value: u64) -> Chain {
     let Chain { octets } = chain.reaching(offset / 8);
     Chain { octets: bits::set(octets, offset, width, value) }
@@ -120,8 +120,8 @@ impl fmt::Debug for Chain {
 }
 
 impl DekuReader<'_> for Chain {
-    // Inlined, as is everything that most records hold: what a call leaves in memory piece by piece and its caller fetches
-    // at once stalls the processor.
+    // Inlined, as is everything that most records need: if a call stores a value piece by piece and its caller loads it at once,
+    // the processor stalls.
     #[inline(always)]
     fn from_reader_with_ctx<R: Read + Seek>(reader: &mut Reader<R>, (): ()) -> Result<Self, DekuError> {
         let first = read_octet(reader)?;
@@ -146,13 +146,13 @@ impl DekuWriter for Chain {
     }
 }
 
-/// An explicit item, SP or RE: a length octet that counts itself, and up to 254 octets whose meaning the users of the
-/// category agree on.
+/// An explicit item, SP or RE: a length octet that counts itself, and up to 254 octets whose meaning the users of the category
+/// define.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Explicit(SmallVec<[u8; INLINE]>);
 
 impl Explicit {
-    /// The field with these contents, or `None` when they are more than 254 octets.
+    /// The item with these contents; `None` if they are longer than 254 octets.
     pub fn new(contents: &[u8]) -> Option<Self> {
         let length = u8::try_from(contents.len() + 1).ok()?;
         let mut octets = SmallVec::with_capacity(contents.len() + 1);
@@ -161,12 +161,12 @@ impl Explicit {
         Some(Self(octets))
     }
 
-    /// What follows the length octet.
+    /// The octets after the length octet.
     pub fn contents(&self) -> &[u8] {
         &self.0[1..]
     }
 
-    /// The whole item, length octet included.
+    /// The whole item with its length octet.
     pub fn octets(&self) -> &[u8] {
         &self.0
     }
@@ -192,13 +192,13 @@ impl DekuWriter for Explicit {
     }
 }
 
-/// How the contents of a reserved expansion field are read from it and put into it.
+/// Conversion between a reserved expansion field and its contents.
 macro_rules! expansion_field {
     ($name:ident) => {
         impl $name {
-            /// Reads a reserved expansion field. `None` where its octets are not what this edition says, or where
-            /// [`to_field`](Self::to_field) would not give the same octets: such a field is of another edition or damaged,
-            /// and its octets are all that is known.
+            /// Decodes a reserved expansion field. `None` if its octets do not follow this edition, or if
+            /// [`to_field`](Self::to_field) would not restore them. Such a field is damaged or of another edition, and only its
+            /// octets are known.
             pub fn read(field: &$crate::Explicit) -> Option<Self> {
                 let mut contents = $crate::record::Forward(field.contents());
                 let mut reader = deku::reader::Reader::new(&mut contents);
@@ -206,7 +206,7 @@ macro_rules! expansion_field {
                 (read.to_field().as_ref() == Some(field)).then_some(read)
             }
 
-            /// The field that says this; `None` when it is longer than 254 octets.
+            /// The field with these contents; `None` if it is longer than 254 octets.
             pub fn to_field(&self) -> Option<$crate::Explicit> {
                 let mut contents = alloc::vec::Vec::new();
                 $crate::record::append(self, &mut contents);

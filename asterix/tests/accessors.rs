@@ -1,4 +1,4 @@
-//! The items that are written out by hand say the same as their layouts.
+//! Hand-written items agree with their layouts.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -14,7 +14,7 @@ use utm_asterix::cat129::{
 };
 use utm_asterix::{Chain, Explicit, Field, Fspec, Kind, Layout, Record};
 
-/// The value of the field with this key: a physical value, or the count.
+/// The value of the field with this key: a physical value, or a count.
 fn value(fields: &[Field], octets: &[u8], key: &str) -> f64 {
     let mut at = 0;
     for field in fields {
@@ -31,7 +31,7 @@ fn value(fields: &[Field], octets: &[u8], key: &str) -> f64 {
     panic!("no field {key:?}")
 }
 
-/// A record with one item, whose octets are the first of these, and how its layout reads them.
+/// A record with one item, whose octets begin `octets`, and a function that reads its fields by its layout.
 fn with_item<R: Record<Edition: Default>>(number: &str, octets: &[u8]) -> (R, impl Fn(&str) -> f64) {
     let item = R::UAP.iter().find(|item| item.item == number).unwrap();
     let (Layout::Fields(fields) | Layout::OneOrThree(fields)) = item.layout else { panic!() };
@@ -46,12 +46,12 @@ fn with_item<R: Record<Edition: Default>>(number: &str, octets: &[u8]) -> (R, im
     (records.remove(0), move |key: &str| value(fields, &octets, key))
 }
 
-/// Equal but for the order of the arithmetic.
+/// Whether two values are equal except for rounding.
 fn close(ours: f64, layout: f64) -> bool {
     (ours - layout).abs() <= 1e-12 * layout.abs().max(1e-9)
 }
 
-/// The count of the field with this key; `None` where the chain ends before it.
+/// The count of the field with this key; `None` if the chain ends before it.
 fn in_chain(layout: Layout, chain: &Chain, key: &str) -> Option<u64> {
     let Layout::Extended(octets) = layout else { panic!() };
     let (index, fields) =

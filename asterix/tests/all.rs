@@ -1,4 +1,4 @@
-//! Categories without types: every edition, random records, damage, and the typed records beside them.
+//! Categories without types: every edition, random records, damage, and comparison with the typed records.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -20,7 +20,7 @@ use utm_asterix::{
     cat034, cat048, cat062, cat063, cat065, cat129,
 };
 
-/// Random records of each edition.
+/// Number of random records per edition.
 const RECORDS: usize = 300;
 
 /// Every edition with every reserved expansion field.
@@ -48,7 +48,7 @@ fn records(definition: &'static Definition, count: usize) -> Vec<Vec<u8>> {
     while records.len() < count {
         for strategy in &strategies {
             let octets = strategy.new_tree(&mut runner).unwrap().current();
-            // It may not say its profile, or say another.
+            // The record may state no profile or another one.
             if definition.record(&octets).is_ok_and(|record| record.octets() == octets) {
                 records.push(octets);
             }
@@ -92,7 +92,7 @@ fn editions_are_found_by_name() {
     assert!([0, 3, 30, 252].into_iter().all(|number| category(number).is_none()));
 }
 
-/// Every list of fields in a layout, and the number of bits in which they end.
+/// Every list of fields in a layout, and the unit of bits in which it must end.
 fn lists(layout: Layout, found: &mut Vec<(&'static [Field], usize)>) {
     match layout {
         Layout::Fields(fields) | Layout::Repetitive(fields) | Layout::OneOrThree(fields) => {
@@ -117,7 +117,7 @@ fn lists(layout: Layout, found: &mut Vec<(&'static [Field], usize)>) {
     }
 }
 
-/// What `decode` and `encode` take for granted of every layout.
+/// Properties of every layout that `decode` and `encode` rely on.
 #[test]
 fn layouts_hold_together() {
     for definition in definitions() {
@@ -142,7 +142,7 @@ fn layouts_hold_together() {
             if let Layout::Extended(parts) | Layout::Parts(parts) = item.layout {
                 let keys = || parts.iter().copied().flatten().map(|field| field.key);
                 assert_eq!(keys().collect::<BTreeSet<_>>().len(), keys().count(), "{place}");
-                // A part that is there must be seen to be.
+                // The presence of a part must be visible.
                 assert!(
                     parts.iter().all(|fields| fields.iter().any(|field| field.kind != Kind::Spare)),
                     "{place}"
@@ -183,7 +183,7 @@ fn check_field(field: &Field, at: usize, fields: &[Field], place: &str) {
     }
 }
 
-/// Records stand one behind the other, their items are all of them, and nothing is refused.
+/// Records are contiguous, their items are complete, and no valid record is refused.
 #[test]
 fn random_records_of_every_edition_are_read() {
     for definition in definitions() {
@@ -194,7 +194,7 @@ fn random_records_of_every_edition_are_read() {
             let octets = block(category, &chunk.concat());
             let block = blocks(&octets).next().unwrap().unwrap();
             if category == cat129::Record::CATEGORY {
-                // In a block of several, one of three octets may be what another would be of one.
+                // In a block of several records the length of I129/120 is ambiguous.
                 continue;
             }
             let read: Vec<_> = definition.records(block).map(Result::unwrap).collect();
@@ -217,7 +217,7 @@ fn random_records_of_every_edition_are_read() {
     }
 }
 
-/// What holds for any contents of a block.
+/// Checks properties that hold for any contents of a block.
 fn check(definition: &'static Definition, octets: &[u8]) -> Result<Vec<usize>, Fault> {
     let block = Block { category: definition.category(), offset: 7, octets };
     let (mut next, mut lengths) = (7 + 3, Vec::new());
@@ -242,7 +242,7 @@ fn check(definition: &'static Definition, octets: &[u8]) -> Result<Vec<usize>, F
     Ok(lengths)
 }
 
-/// Damaged records, and octets that never were any: a fault in its place, or records one behind the other.
+/// Damaged records and random octets: a fault with its place, or contiguous records.
 #[test]
 fn no_octets_do_harm() {
     let mut random = Random(0x6861_726d_6c65_7373);
@@ -266,12 +266,12 @@ fn no_octets_do_harm() {
         }
     }
     assert!(read > 20_000, "{read}");
-    // Those of blocks are none of records.
+    // Faults of blocks do not occur in records.
     let kinds = FaultKind::ALL.iter().map(|kind| kind.name()).filter(|name| !name.starts_with("block_"));
     assert_eq!(refused, kinds.collect::<BTreeSet<_>>());
 }
 
-/// Typed and untyped, the same records are read, and a fault in the same place ends them.
+/// Typed and untyped decoding find the same records, and the same fault at the end.
 fn agrees_with<R: Record>(definition: &'static Definition, edition: R::Edition, random: &mut Random) {
     let sound = records(definition, 100);
     for index in 0..3_000 {
@@ -285,7 +285,7 @@ fn agrees_with<R: Record>(definition: &'static Definition, edition: R::Edition, 
         let typed: Result<Vec<usize>, Fault> =
             typed.records_in::<R>(edition).map(|located| Ok(located?.length)).collect();
         let untyped = check(definition, &octets);
-        // Of two things that are wrong with an item, one or the other is told.
+        // If an item has two faults, either may be reported.
         let place = |read: Result<Vec<usize>, Fault>| read.map_err(|fault| (fault.item, fault.offset));
         assert_eq!(place(untyped), place(typed), "{} {octets:02x?}", definition.name());
     }
@@ -307,7 +307,7 @@ fn typed_records_are_the_same_records() {
     }
 }
 
-/// Numbers, order and lengths of the items are those of the typed records, whatever their fields are called.
+/// Numbers, order and lengths of the items are those of the typed records; names of fields may differ.
 #[test]
 fn typed_records_have_the_same_items() {
     for (number, uap) in
@@ -319,7 +319,7 @@ fn typed_records_have_the_same_items() {
     }
 }
 
-/// A field of an item of a record that these octets are.
+/// The value of a field in an item of the record with these octets.
 fn value(definition: &'static Definition, record: &str, item: &str, key: &str) -> f64 {
     let octets = hex(record);
     let record = definition.record(&octets).unwrap();
@@ -346,14 +346,14 @@ fn value(definition: &'static Definition, record: &str, item: &str, key: &str) -
 
 #[test]
 fn values_by_hand() {
-    // A plot and a track of CAT001: what follows 020 depends on its first bit.
+    // A plot and a track of CAT001: the items after 020 depend on its first bit.
     let cat001 = newest(1);
     assert_eq!(value(cat001, "f0 1907 20 0500 4000 0fff", "040", "rho_m"), 1280.0 * 1852.0 / 128.0);
     assert_eq!(value(cat001, "f0 1907 20 0500 4000 0fff", "070", "mode3a"), 0o7777 as f64);
     assert_eq!(value(cat001, "e8 1907 a0 0123 0040ffc0", "042", "x_m"), 1852.0);
     assert_eq!(value(cat001, "e8 1907 a0 0123 0040ffc0", "042", "y_m"), -1852.0);
     assert_eq!(value(newest(10), "c0 1907 01", "000", ""), 1.0);
-    // Air speed or Mach number: the bit before the value says which.
+    // The bit before the value distinguishes air speed and Mach number.
     let cat021 = category(21).unwrap().edition("0.26").unwrap();
     let air_speed = cat021.items().iter().find(|item| item.item == "150").unwrap().frn;
     let fspec = fspec_of(air_speed);
@@ -371,7 +371,7 @@ fn fspec_of(frn: u8) -> String {
 }
 
 #[test]
-fn who_and_when() {
+fn sensor_and_time_are_decoded() {
     let read = |number: u8, record: &str| {
         let octets = hex(record);
         let record = newest(number).record(&octets).unwrap();
@@ -381,7 +381,7 @@ fn who_and_when() {
     assert_eq!(read(2, "d0 1907 01 5460 40"), (source, Some(43_200.5)));
     assert_eq!(read(18, "80 1907"), (source, None));
     assert_eq!(read(1, "c0 1907 20"), (source, None));
-    // CAT150 calls its centres by numbers of its own.
+    // CAT150 numbers its centres differently.
     for category in categories().filter(|category| category.number() != 150) {
         let names: Vec<&str> = category.newest().items().iter().map(|item| item.name).collect();
         assert!(names.iter().any(|name| name.starts_with("Data Source")), "{names:?}");
@@ -389,7 +389,7 @@ fn who_and_when() {
 }
 
 #[test]
-fn a_record_that_does_not_say_its_profile_is_none() {
+fn record_without_profile_is_rejected() {
     let refused = |number: u8, record: &str| {
         let octets = hex(record);
         let fault = newest(number).record(&octets).unwrap_err();
@@ -400,7 +400,7 @@ fn a_record_that_does_not_say_its_profile_is_none() {
     assert_eq!(refused(1, "c0 1907"), (Some("020"), 3, FaultKind::ItemPastEnd));
     assert_eq!(refused(1, "01"), (None, 0, FaultKind::FspecPastEnd));
     assert_eq!(refused(7, "a0 1907 09"), (Some("410"), 3, FaultKind::NoProfile));
-    // Random field sequencing: two items, the second of which the category does not define.
+    // Random field sequencing with two items, the second of which the category does not define.
     assert_eq!(refused(2, "8102 1907 02 02 01 0d"), (Some("RFS"), 4, FaultKind::ItemPastEnd));
     assert_eq!(refused(2, "8102 1907 02 02 01 0c 00"), (Some("RFS"), 4, FaultKind::ReservedFrn));
 }

@@ -1,4 +1,4 @@
-//! Reading and writing a record allocates nothing, but for what is longer than most records have.
+//! Decoding and encoding a record allocates only for unusually long items.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -12,8 +12,8 @@ use utm_asterix::{
     encode_block,
 };
 
-/// Allocations while the records of the blocks in these octets are read, how many those are, and how many allocations
-/// there are while each record that was read is written into a vector that has room.
+/// The number of allocations while the records of these blocks are decoded, the number of records, and the number of allocations
+/// while each record is encoded into a vector with enough capacity.
 fn count(octets: &[u8]) -> (u64, usize, u64) {
     fn of<R: Record<Edition: Default>>(
         block: &utm_asterix::Block<'_>,
@@ -85,7 +85,7 @@ fn four_registers_and_24_octets_of_sp_and_re_are_held_inline() {
     assert_eq!(count(&record(5, 24, 24)).0, 1);
     assert_eq!(count(&record(4, 25, 24)).0, 1);
     assert_eq!(count(&record(4, 24, 25)).0, 1);
-    // The parts of other repetitive items are held in the same way.
+    // The parts of other repetitive items are stored in the same way.
     let counts = |number: u8| [&[0x01, 0x80, number], vec![9; 2 * usize::from(number)].as_slice()].concat();
     assert_eq!(count(&common::block(34, &counts(4))), (0, 1, 0));
     assert_eq!(count(&common::block(34, &counts(5))).0, 1);
@@ -114,7 +114,7 @@ fn faults_allocate_nothing() {
             };
         });
         assert_eq!(faults, 1);
-        // The long expansion is put together before its end is missed.
+        // The long expansion field is assembled before its truncation is detected.
         assert_eq!(allocations.count_total > 0, vector == hex(EXPANSION), "{allocations:?}");
     }
 }
@@ -130,7 +130,7 @@ fn a_block_is_written_into_a_vector_with_room() {
 }
 
 #[test]
-fn of_an_hour_of_real_records_only_those_with_more_than_four_registers_allocate() {
+fn real_records_with_up_to_four_registers_do_not_allocate() {
     let Some(folder) = common::recordings::shared_data() else { return };
     let octets = std::fs::read(folder.join("cat048-barcelona/capture.ast")).unwrap();
     let (mut records, mut long, mut allocating) = (0, 0, 0);

@@ -1,4 +1,4 @@
-//! Blocks of any category with types: read as the category's own records are, and nothing else.
+//! Blocks of any category with types are decoded like blocks of a known category.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -29,15 +29,15 @@ fn every_category_with_a_profile_is_one_and_no_other() {
     }
 }
 
-/// So large that a program which wants one category is told to ask for that.
+/// The record is so large that a program which needs one category should use that category's type.
 #[test]
-fn it_is_as_large_as_the_largest_record() {
+fn any_record_is_as_large_as_the_largest() {
     let (any, largest) = (size_of::<AnyRecord>(), size_of::<cat062::Record>());
     println!("octets in memory: any {any}, CAT062 {largest}, CAT048 {}", size_of::<cat048::Record>());
     assert!((largest..=largest + size_of::<usize>()).contains(&any));
 }
 
-/// I021/271 of two octets, the second of which has FX from edition 2.2 on.
+/// I021/271 with two octets, the second of which has an FX bit from edition 2.2 on.
 #[test]
 fn cat021_is_read_in_the_edition_that_is_given() {
     let octets = block(21, &hex("01 01 01 01 01 40  01 01"));
@@ -50,7 +50,7 @@ fn cat021_is_read_in_the_edition_that_is_given() {
     );
 }
 
-/// Whole records of a profile, and the same cut short.
+/// Complete records of a profile, and truncated ones.
 fn any_of<R>(edition: R::Edition, cat021: Edition, uap: &'static [UapItem])
 where
     R: Record + Into<AnyRecord> + Debug,

@@ -1,4 +1,4 @@
-//! Builders: what is given is in the record, and what is wrong is named.
+//! Builders store the given items and name the item of an error.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -15,7 +15,7 @@ fn noon() -> Option<TimeOfDay> {
 }
 
 #[test]
-fn what_is_given_is_in_the_record() {
+fn builder_values_are_in_the_record() {
     let built = cat048::Record::builder(SOURCE, noon(), TargetReport::new(DetectionType::Primary))
         .polar_position(PolarPosition::new(1852.0, 90.0))
         .track_number(TrackNumber::from_octets([0, 7]))

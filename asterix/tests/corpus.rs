@@ -1,9 +1,9 @@
-//! What fuzzing found worth keeping (`fuzz/corpus`), read again as the fuzz targets read it. The corpus is the repository's, so
-//! this file is not in the published package.
+//! The corpus of the fuzzer (`fuzz/corpus`), read like by the fuzz targets. It is not part of the published package, nor is this
+//! file.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
-// What the fuzz targets call it.
+// The name used by the fuzz targets.
 extern crate utm_asterix as asterix;
 
 use std::path::Path;
@@ -29,7 +29,7 @@ fn replay(target: &str, exercise: impl Fn(&[u8])) {
     for file in folder.read_dir().unwrap() {
         let path = file.unwrap().path();
         let octets = std::fs::read(&path).unwrap();
-        // Seen only when the test fails, in its last line.
+        // Shown only if the test fails: the last line names the file.
         println!("{}", path.display());
         exercise(&octets);
         count += 1;
@@ -37,7 +37,7 @@ fn replay(target: &str, exercise: impl Fn(&[u8])) {
     assert!(count > 0, "{} is empty", folder.display());
 }
 
-/// Every block of this category in the folder of that name, read as of whichever category.
+/// Every block of this category in the folder with that name, decoded as any category.
 fn any<R>(target: &str, edition: R::Edition)
 where
     R: Record + Into<AnyRecord> + std::fmt::Debug,

@@ -1,4 +1,4 @@
-//! Damaged octets: never a panic, and never a record that was not whole.
+//! Damaged octets cause no panic and yield no incomplete record.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -8,14 +8,14 @@ use common::{VECTORS, block, encode, hex, read};
 use utm_asterix::cat048::ReservedExpansion;
 use utm_asterix::{Explicit, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 
-/// Reads everything that can be read; what a block yields without a fault must encode to the block.
+/// Decodes everything; a block without a fault must encode to the same octets.
 fn survey(datagram: &[u8]) -> usize {
     fn records<R: Record<Edition: Default>>(block: &utm_asterix::Block<'_>) -> usize {
         let (records, fault) = common::read_block::<R>(block);
         let encoded: Vec<u8> = records.iter().flat_map(encode).collect();
         assert!(block.contents().starts_with(&encoded));
         assert_eq!(fault.is_none(), encoded.len() == block.contents().len());
-        // The profile and the reader agree on what is whole; I129/120 has a length that only the reader finds.
+        // Profile and decoder agree on complete records, except that only the decoder knows the length of I129/120.
         if R::CATEGORY != cat129::Record::CATEGORY {
             assert_eq!(block.measure(R::UAP), fault.map_or(Ok(records.len()), Err));
         }
@@ -57,7 +57,7 @@ fn datagram_cut_at_every_length() {
 fn record_cut_at_every_length() {
     for vector in VECTORS.map(hex) {
         for length in 1..vector.len() - 3 {
-            // LEN says what is there, so the block is fine and its record is not.
+            // LEN is the actual length, so the block is valid and its record is not.
             assert_eq!(
                 survey(&block(vector[0], &vector[3..3 + length])),
                 0,
@@ -103,7 +103,7 @@ fn every_octet_removed_or_doubled() {
     }
 }
 
-/// A reserved expansion field is read when it is whole, and gives its octets back.
+/// A complete reserved expansion field is decoded and restores its octets.
 #[test]
 fn expansion_with_every_octet_set_to_every_value() {
     let vector = hex(common::EXPANSION);
@@ -125,8 +125,8 @@ fn expansion_with_every_octet_set_to_every_value() {
 }
 
 #[test]
-fn faults_say_which_item() {
-    // Cut in the middle of I048/240 of the record that has every item.
+fn faults_name_the_item() {
+    // Truncated within I048/240 of the record with every item.
     let vector = hex(common::EVERY_ITEM);
     let (_, fault) = read::<cat048::Record>(&block(48, &vector[3..36]));
     let fault = fault.unwrap();

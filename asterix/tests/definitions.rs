@@ -1,5 +1,5 @@
-//! The layouts beside the machine-readable definitions of the asterix-specs project, which are not part of this one: the
-//! folder `../asterix` beside the folder that `UTM_FUSION_SHARED_DATA` names holds them.
+//! The layouts compared with the machine-readable definitions of the asterix-specs project, which are not part of this project.
+//! They are in the folder `../asterix` next to the one that `UTM_FUSION_SHARED_DATA` names.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -21,7 +21,7 @@ use utm_asterix::{
     Contents, Describe, Field, Kind, Layout, Quantity, Subfield, UapItem, cat015, cat062, cat063,
 };
 
-/// A definition, or `None` (and a word about it) where it is not at hand.
+/// A definition; `None`, with a message, if it is not available.
 fn definition(file: &str) -> Option<Value> {
     let folder = recordings::shared_data()?;
     let path = folder.join("../asterix/specs").join(format!("{file}.gz"));
@@ -39,8 +39,8 @@ fn expansion_of(definition: &Value, uap: &[UapItem]) -> Complaints {
     expansion(definition, subfields)
 }
 
-/// What the layouts of each edition of CAT021 say otherwise than its definition: what came later and was spare, or not there,
-/// and a name that changed.
+/// Differences between our layouts and the definition of each edition of CAT021: later additions in spare or absent bits, and a
+/// changed name.
 const LATER: [(Edition, &[&str]); 7] = [
     (Edition::V2_1, &["040", "090", "200", "295/ISA"]),
     (Edition::V2_2, &["040", "090", "295/ISA"]),
@@ -60,13 +60,13 @@ fn editions_differ_where_they_are_said_to() {
         assert!(complaints.iter().all(is_later), "{edition}: {complaints:?}");
         assert!(later.iter().all(|place| complaints.iter().any(|complaint| complaint.starts_with(place))));
     }
-    // Read in the wrong edition, I021/271 differs, too.
+    // In the wrong edition I021/271 differs, too.
     let definition = definition("cat021-2.1.json").unwrap();
     let complaints = category(&definition, Edition::V2_2.profile());
     assert!(complaints.iter().any(|complaint| complaint.starts_with("271")));
 }
 
-/// A comparison of a definition with what is here.
+/// A comparison of a definition with our layouts.
 type Comparison = fn(&Value) -> Complaints;
 
 const COMPARISONS: [(&str, Comparison); 9] = [
@@ -89,7 +89,7 @@ fn layouts_are_those_of_the_definitions() {
     }
 }
 
-/// The tables of what has no types are what `make.py` makes of the definitions.
+/// The tables of categories without types are what `make.py` makes of the definitions.
 #[test]
 fn tables_are_those_of_the_definitions() {
     let Some(folder) = recordings::shared_data() else { return };
@@ -101,10 +101,10 @@ fn tables_are_those_of_the_definitions() {
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stdout));
 }
 
-/// Whether our table has a name for a code.
+/// Whether our table names a code.
 type Named = fn(u8) -> bool;
 
-/// Where a table of codes stands, how many bits a code has, and what we name.
+/// The place of a table of codes, the number of bits of a code, and the codes that we name.
 const TABLES: [(&str, &[&str], u32, Named); 27] = [
     ("cat015-1.2.json", &["000", "MT"], 7, |code| {
         !matches!(cat015::MessageKind::from_code(code), cat015::MessageKind::Other(_))
@@ -212,7 +212,7 @@ fn pointers(value: &Value, here: &str, found: &mut Vec<String>) {
     }
 }
 
-/// Another value in the place of this one, where it says something about the octets.
+/// A changed value for this one, if it concerns the octets.
 fn changed(pointer: &str, value: &Value) -> Option<Value> {
     let last = pointer.rsplit('/').next()?;
     Some(match (last, value) {
@@ -247,7 +247,7 @@ fn changed(pointer: &str, value: &Value) -> Option<Value> {
     })
 }
 
-/// Were the definition another in any one place, the comparison would say so.
+/// A change of the definition in any single place is detected.
 #[test]
 fn every_difference_is_noticed() {
     for (file, compare) in COMPARISONS {
@@ -282,7 +282,7 @@ const fn quantity(signed: bool, lsb: f64) -> Kind {
 const SPARE: Field = field("spare", 2, Kind::Spare);
 const RIGHT: Kind = quantity(true, 7.62);
 
-/// Layouts of I048/110 that are wrong in one place each.
+/// Layouts of I048/110 with one error each.
 const WRONG: [Layout; 14] = [
     Layout::Fields(&[field("height_m", 14, RIGHT), SPARE]),
     Layout::Fields(&[field("spare", 2, Kind::Count), field("height_m", 14, RIGHT)]),

@@ -1,4 +1,4 @@
-//! CAT048 by hand: octets beside what they say; both ways.
+//! Hand-made CAT048: octets and their values, decoded and encoded.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -107,12 +107,12 @@ fn every_item_of_cat048() {
         fspec_padding: 0,
     };
     check(EVERY_ITEM, &record);
-    // GEN48 of it announces a subfield that edition 1.13 does not define.
+    // Its GEN48 announces a subfield that edition 1.13 does not define.
     assert_eq!(ReservedExpansion::read(record.reserved_expansion.as_ref().unwrap()), None);
 }
 
 #[test]
-fn what_the_items_of_cat048_say() {
+fn cat048_items_are_decoded() {
     let (records, _) = read::<cat048::Record>(&hex(EVERY_ITEM));
     let record = &records[0];
     let plot = record.plot_characteristics.as_ref().unwrap();
@@ -153,7 +153,7 @@ fn items_of_a_record_with_their_octets() {
     assert_eq!(walked[19].1, hex("c0 83fb 01 000a00140bb8"));
     assert_eq!(walked[27].1, [4, 1, 2, 3]);
     assert_eq!(walked.iter().map(|(_, octets)| octets.len()).sum::<usize>(), octets.len() - 3 - 4);
-    // Of octets that are no whole record the rest is left out.
+    // The rest of an incomplete record is left out.
     assert_eq!(items(cat048::UAP, &octets[3..20]).count(), 5);
     assert_eq!(items(cat048::UAP, &[0xff]).count(), 0);
 }
@@ -176,14 +176,14 @@ fn tables_are_in_order() {
 }
 
 #[test]
-fn what_is_repeated_has_a_count_of_one_octet() {
+fn repetition_has_a_count_of_one_octet() {
     assert!(Repeated::new(&[BdsRegister::default(); 255]).is_some());
     assert_eq!(Repeated::new(&[BdsRegister::default(); 256]), None);
     assert_eq!(Repeated::<BdsRegister>::new(&[]).unwrap().len(), 0);
 }
 
 #[test]
-fn a_block_too_long_for_len_is_refused_and_leaves_the_octets_as_they_were() {
+fn block_too_long_for_len_is_refused_without_writing() {
     let record = cat048::Record { special_purpose: Explicit::new(&[0; 254]), ..cat048::Record::default() };
     let records = vec![record; 254];
     let mut out = vec![1, 2, 3];

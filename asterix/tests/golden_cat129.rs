@@ -1,4 +1,4 @@
-//! CAT129 by hand: octets beside what they say; both ways.
+//! Hand-made CAT129: octets and their values, decoded and encoded.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -148,8 +148,8 @@ fn operational_risk_of_one_octet_and_of_three() {
 }
 
 #[test]
-fn operational_risk_counts_as_one_octet_where_the_end_does_not_tell() {
-    // Two records in a block, against the edition: the first is read with one octet.
+fn operational_risk_of_unclear_length_is_one_octet() {
+    // Two records in a block, which the edition does not allow: the first is read with one octet.
     let two = block(129, &hex("0108 11 0108 22aabb"));
     let (records, fault) = read::<cat129::Record>(&two);
     assert_eq!(fault, None);
@@ -165,7 +165,7 @@ fn operational_risk_counts_as_one_octet_where_the_end_does_not_tell() {
 }
 
 #[test]
-fn whole_serial_number_is_behind_the_report_or_alone() {
+fn whole_serial_number_follows_the_report_or_is_alone() {
     let serial = WholeSerial::new(b"1581F4FKD2291000A4").unwrap();
     let field = fused_point().to_field_with(&serial);
     let report = fused_point().to_field();
@@ -182,7 +182,7 @@ fn whole_serial_number_is_behind_the_report_or_alone() {
     assert_eq!(WholeSerial::read(&report), None);
     assert_eq!(WholeSerial::new(&[b'1'; 21]), None);
     assert_eq!(WholeSerial::new(b"TEST-1").unwrap().last(), *b"TEST-1      ");
-    // Cut, and longer than it says.
+    // Truncated, and longer than stated.
     for contents in [&field.contents()[..40], &[field.contents(), &[0]].concat()] {
         let field = Explicit::new(contents).unwrap();
         assert_eq!((FusionReport::read(&field), WholeSerial::read(&field)), (None, None));

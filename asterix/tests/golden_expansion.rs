@@ -1,4 +1,4 @@
-//! The reserved expansion field of CAT048 by hand: octets beside what they say; both ways.
+//! The hand-made reserved expansion field of CAT048: octets and their values, decoded and encoded.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -162,7 +162,7 @@ fn every_part_of_the_reserved_expansion_field() {
 }
 
 #[test]
-fn what_its_parts_say() {
+fn expansion_parts_are_decoded() {
     let octets = hex(EXPANSION);
     let read = ReservedExpansion::read(&Explicit::new(&octets[3 + 4 + 2 + 1..]).unwrap()).unwrap();
     let mode_5 = read.mode_5.unwrap();
@@ -204,7 +204,7 @@ fn a_field_that_is_not_of_edition_1_13_stays_as_it_is() {
         let field = Explicit::new(&hex(contents)).unwrap();
         assert_eq!(ReservedExpansion::read(&field), None, "{contents}");
     }
-    // Nothing announced and nothing there is a field, if an empty one; M4E keeps an extension that nobody defined.
+    // A field that announces nothing and has no contents is valid; M4E keeps an undefined extension.
     for contents in ["00", "20 0704"] {
         let field = Explicit::new(&hex(contents)).unwrap();
         let read = ReservedExpansion::read(&field).unwrap();

@@ -1,4 +1,4 @@
-//! CAT034 and CAT065 by hand: octets beside what they say; both ways.
+//! Hand-made CAT034 and CAT065: octets and their values, decoded and encoded.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -75,7 +75,7 @@ fn every_item_of_cat034() {
 }
 
 #[test]
-fn what_the_items_of_cat034_say() {
+fn cat034_items_are_decoded() {
     let (records, _) = read::<cat034::Record>(&hex(SERVICE_MESSAGE));
     let record = &records[0];
     assert_eq!(record.message_type.unwrap().kind(), MessageKind::NorthMarker);
@@ -163,7 +163,7 @@ fn north_marker_and_sector_crossing_in_a_block() {
     assert_eq!((counts.len(), counts[0].kind(), counts[0].count()), (1, CounterKind::Psr, 5));
     assert_eq!(crossing.message_type.unwrap().kind(), MessageKind::SectorCrossing);
     assert_eq!(crossing.sector_number.unwrap().azimuth_deg(), 90.0);
-    // Cut by an octet, the second record is a fault and the first stands; an octet of zeros is an empty record.
+    // Truncated by an octet: the second record is a fault, the first is valid. An octet of zeros is an empty record.
     let (records, fault) = read::<cat034::Record>(&block(34, &contents[..contents.len() - 1]));
     let fault = fault.unwrap();
     assert_eq!((records.len(), fault.item, fault.kind), (1, Some("020"), FaultKind::ItemPastEnd));

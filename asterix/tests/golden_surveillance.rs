@@ -1,4 +1,4 @@
-//! CAT015, CAT021, CAT062 and CAT063 octet by octet, and what their builders and accessors say.
+//! Hand-made CAT015, CAT021, CAT062 and CAT063: octets, builders and accessors.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -61,7 +61,7 @@ fn an_aircraft_in_adsb() {
 }
 
 #[test]
-fn an_edition_decides_what_the_second_octet_of_271_is() {
+fn edition_determines_the_second_octet_of_271() {
     // 040 and 271, FRN 2 and 37; 0x05 is length and width 5 up to edition 2.1, and in 2.2 spare bits and FX.
     let octets = hex("15 000c 41 01 01 01 01 40 00 03 05");
     let old = SurfaceCharacteristics21::default().with_ident(true).with_length_and_width(5).unwrap();
@@ -180,7 +180,7 @@ fn a_bearing() {
     assert!((elevation.elevation.unwrap().degrees() - 15.0).abs() <= 90.0 / 65536.0);
     assert!((elevation.deviation.unwrap().degrees() - 0.2).abs() <= 22.5 / 65536.0);
     assert_eq!(Warnings::new(&[32]).unwrap().codes().collect::<Vec<_>>(), [32]);
-    // Angles: an azimuth is brought into one turn, an elevation has an end.
+    // An azimuth is reduced to one turn; an elevation is limited.
     assert_eq!(Angle::default().with_degrees(-90.0).unwrap().degrees(), 270.0);
     assert_eq!(SignedAngle::default().with_degrees(90.0), None);
 }

@@ -1,4 +1,4 @@
-//! What holds for every layout of every profile.
+//! Properties of every layout of every profile.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -8,15 +8,15 @@ use proptest::prelude::*;
 use utm_asterix::cat021::Edition;
 use utm_asterix::{Contents, Field, Kind, Layout, Quantity, Subfield, octets_of, profile};
 
-/// Fields that stand together, and where.
+/// A list of fields with its place.
 struct Together {
     place: String,
     fields: &'static [Field],
-    /// How many bits they have to be a multiple of.
+    /// Unit of which their total number of bits must be a multiple.
     unit: usize,
 }
 
-/// In the place of a unit: the fields and FX are whole octets together.
+/// In place of a unit: the fields and FX together fill whole octets.
 const FX: usize = 1;
 
 /// Every list of fields in a layout, and every list of subfields.
@@ -32,7 +32,7 @@ fn walk(
             add(place, fields, 8);
         }
         Layout::Explicit(Contents::Known(forms)) => {
-            // Forms of one key take turns: each has its own fields.
+            // Forms with the same name are alternatives, each with its own fields.
             for (index, form) in forms.iter().enumerate() {
                 add(&format!("{place}/{} form {index}", form.key), form.fields, 8);
             }
@@ -55,7 +55,7 @@ fn walk(
                 walk(&format!("{place}/{}", subfield.key), subfield.layout, lists, subfield_lists);
             }
         }
-        // A sequence of items is in no typed record.
+        // No typed record has a sequence of items.
         Layout::Codes | Layout::Explicit(Contents::Opaque) | Layout::Sequence(_) => {}
     }
 }
@@ -73,7 +73,7 @@ fn everything() -> (Vec<Together>, Vec<(String, &'static [Subfield])>) {
     (lists, subfields)
 }
 
-/// Every field, with its place and the bit where it begins.
+/// Every field with its place and the index of its first bit.
 fn fields() -> Vec<(String, usize, Field)> {
     let mut all = Vec::new();
     for Together { place, fields, .. } in everything().0 {
@@ -122,7 +122,7 @@ fn fields_are_whole_octets() {
     for Together { place, fields, unit } in everything().0 {
         let bits: usize = fields.iter().map(|field| usize::from(field.bits)).sum();
         assert!(bits > 0 && bits % unit == 0, "{place}: {bits} bits");
-        // Seven of eight: the eighth is FX.
+        // Seven of eight bits: the eighth is FX.
         assert!(unit != 7 || bits == 7, "{place}: {bits} bits");
         assert!(unit != FX || bits % 8 == 7, "{place}: {bits} bits");
         if unit == 8 {
@@ -140,7 +140,7 @@ fn keys_are_in_lower_case_and_unique() {
     let (lists, subfields) = everything();
     let mut seen = BTreeSet::new();
     for Together { place, fields, .. } in lists {
-        // The octets of an extended item share their keys.
+        // All octets of an extended item share one set of keys.
         let item = place.split('[').next().unwrap().to_owned();
         for field in fields {
             assert!(is_key(field.key), "{place}: {:?}", field.key);
@@ -182,7 +182,7 @@ fn kinds_fit_their_widths() {
     }
 }
 
-/// Counts of this width: all of them up to 16 bits, else the ends and some between.
+/// Counts of this width: all of them up to 16 bits, otherwise the limits and some between.
 fn counts(width: usize) -> Vec<u64> {
     let end = 1_u64 << width;
     if width <= 16 {
@@ -223,7 +223,7 @@ fn values_out_of_range_have_no_count() {
 
 proptest! {
     #[test]
-    fn what_is_set_is_read_and_nothing_else_changes(octets in any::<[u8; 32]>(), count in any::<u64>()) {
+    fn written_item_is_read_back_and_others_are_unchanged(octets in any::<[u8; 32]>(), count in any::<u64>()) {
         for Together { place, fields, .. } in everything().0 {
             let starts = fields.iter().scan(0, |at, field| {
                 let start = *at;

@@ -1,4 +1,4 @@
-//! Blocks damaged at random: the crate and a strict parser written by hand agree on every record.
+//! Randomly damaged blocks: the crate and a strict hand-written parser agree on every record.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -16,10 +16,10 @@ use damaging::{Random, damage};
 use slice::Malformed;
 use utm_asterix::{Record, blocks, cat048};
 
-/// Blocks to damage.
+/// Number of blocks to damage.
 const BLOCKS: usize = 100_000;
 
-/// CAT048 blocks to begin with: written by hand and, where there are any, of real radars.
+/// Valid CAT048 blocks: hand-made ones and, if available, those of real radars.
 fn sound_blocks() -> Vec<Vec<u8>> {
     let mut sound: Vec<Vec<u8>> = [DRONE_PLOT, EVERY_ITEM].map(hex).to_vec();
     sound.push(block(48, &[&sound[0][3..], &sound[1][3..], &sound[0][3..]].concat()));
@@ -50,7 +50,7 @@ fn sound_blocks() -> Vec<Vec<u8>> {
     sound
 }
 
-/// The values that both name are the same ones. What only the parser by hand spells out is compared by encoding.
+/// Compares the values that both decoders name. The others are compared by encoding.
 fn assert_same(record: &cat048::Record, by_hand: &slice::Record<'_>) {
     assert_eq!(record.data_source.map(|at| (at.sac, at.sic)), by_hand.i010.map(|at| (at.sac, at.sic)));
     assert_eq!(record.time_of_day.map(utm_asterix::TimeOfDay::count), by_hand.i140);
@@ -87,7 +87,7 @@ fn assert_same(record: &cat048::Record, by_hand: &slice::Record<'_>) {
     assert_eq!(record.special_purpose.as_ref().map(utm_asterix::Explicit::octets), by_hand.sp);
 }
 
-/// Reads a block both ways. Says how many records there were, and whether the last one was refused.
+/// Decodes a block in both ways. Returns the number of records, and whether the last one was refused.
 fn compare(block: &utm_asterix::Block<'_>) -> (usize, bool) {
     let mut rest = block.contents();
     let mut records = block.records::<cat048::Record>();
@@ -127,7 +127,7 @@ fn a_hundred_thousand_damaged_blocks() {
         for _ in 0..=random.below(4) {
             damage(&mut octets, other, &mut random);
         }
-        // Most often LEN is corrected, so that the damage reaches the records.
+        // LEN is corrected in most cases, so that the damage reaches the records.
         if octets.len() >= 3 && random.below(8) > 0 {
             octets = block(48, &octets[3..]);
         }
@@ -165,7 +165,7 @@ fn octets_of_other_categories() {
     }
 }
 
-/// The yardstick itself, on the record that has every item.
+/// The hand-written parser on the record with every item.
 #[test]
 fn the_parser_by_hand_reads_every_item() {
     let octets = hex(EVERY_ITEM);

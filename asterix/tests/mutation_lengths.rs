@@ -1,5 +1,5 @@
-//! Blocks of CAT015, CAT021, CAT062 and CAT063 damaged at random: the crate and a strict parser written by hand find the same
-//! records, and what is read comes back. `UTM_FUSION_MUTATIONS` says how many blocks of each.
+//! Randomly damaged blocks of CAT015, CAT021, CAT062 and CAT063: the crate and a strict hand-written parser find the same
+//! records, and decoded records are restored. `UTM_FUSION_MUTATIONS` is the number of blocks of each category.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -20,7 +20,7 @@ use proptest::test_runner::TestRunner;
 use utm_asterix::cat021::Edition;
 use utm_asterix::{Block, Record, blocks, cat015, cat021, cat062, cat063};
 
-/// Sound blocks: of random records, and of real ones where there are any.
+/// Valid blocks: of random records, and real ones if available.
 fn sound_blocks<R: Record>(edition: R::Edition) -> Vec<Vec<u8>> {
     let strategy = record_octets(R::profile(edition));
     let mut runner = TestRunner::deterministic();
@@ -37,7 +37,7 @@ fn sound_blocks<R: Record>(edition: R::Edition) -> Vec<Vec<u8>> {
     sound
 }
 
-/// Reads a block both ways; how many records it has, and whether the last is refused.
+/// Decodes a block in both ways. Returns the number of records, and whether the last one is refused.
 fn compare<R: Record>(block: &Block<'_>, edition: R::Edition, items: &[Length]) -> (usize, bool) {
     let mut rest = block.contents();
     let mut records = block.records_in::<R>(edition);

@@ -1,5 +1,5 @@
-//! What a program without the standard library does with the crate; it has `core` and `alloc` alone. That the crate itself needs
-//! no more is shown by `scripts/no-std`.
+//! Use of the crate in a program without the standard library, with `core` and `alloc` only. `scripts/no-std` shows that the
+//! crate itself needs no more.
 
 #![no_std]
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]

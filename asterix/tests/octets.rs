@@ -1,4 +1,4 @@
-//! Properties over octets: what is read is written back, and what is not whole is not read.
+//! Properties of octets: decoded records are restored, and incomplete ones are not decoded.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -12,14 +12,14 @@ use proptest::sample::Index;
 use utm_asterix::cat021::Edition;
 use utm_asterix::{Explicit, Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 
-/// The octets are one whole record, and it encodes to the same octets.
+/// The octets are one complete record, which encodes to the same octets.
 fn comes_back<R: Record>(edition: R::Edition, contents: &[u8]) {
     let (records, fault) = read_in::<R>(edition, &block(R::CATEGORY, contents));
     assert_eq!((records.len(), fault), (1, None));
     assert_eq!(encode(&records[0]), contents);
 }
 
-/// A record without its last octets is a fault, and its profile finds the same fault as its reader.
+/// A record without its last octets is a fault, and its profile finds the same fault as its decoder.
 fn cut_is_refused<R: Record>(edition: R::Edition, contents: &[u8], cut: Index) {
     let block = block(R::CATEGORY, &contents[..cut.index(contents.len())]);
     let (records, fault) = read_in::<R>(edition, &block);
@@ -29,14 +29,14 @@ fn cut_is_refused<R: Record>(edition: R::Edition, contents: &[u8], cut: Index) {
     assert_eq!(measured, Some(fault.map_or(Ok(0), Err)));
 }
 
-/// Of any octets, what is read encodes to the same octets.
+/// Records decoded from any octets encode to the same octets.
 fn what_is_read_comes_back<R: Record>(edition: R::Edition, contents: &[u8]) {
     let (records, _) = read_in::<R>(edition, &block(R::CATEGORY, contents));
     let encoded: Vec<u8> = records.iter().flat_map(encode).collect();
     assert!(contents.starts_with(&encoded));
 }
 
-/// Whole records and records cut anywhere, of a category in an edition.
+/// Complete and truncated records of a category in an edition.
 macro_rules! records {
     ($($whole:ident $cut:ident $category:ident $edition:expr;)*) => {
         proptest! {$(
@@ -64,7 +64,7 @@ records! {
     whole_records_of_cat065 records_of_cat065_cut_anywhere cat065 ();
 }
 
-/// Of a reserved expansion field: whole ones, cut ones, and any octets.
+/// Complete, truncated and random reserved expansion fields.
 macro_rules! expansions {
     ($($whole:ident $cut:ident $any:ident $category:ident;)*) => {
         proptest! {$(

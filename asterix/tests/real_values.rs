@@ -1,4 +1,4 @@
-//! What real data does, in its values: one test for each habit of radars, transponders and their clocks.
+//! Values of real data: one test for each peculiarity of radars, transponders and their clocks.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -39,7 +39,7 @@ fn spare_bits_are_kept() {
 
 #[test]
 fn unaligned_and_24_bit_numbers_keep_their_sign() {
-    // 090, 185, 220: -1 count each, and the largest.
+    // 090, 185, 220: -1 count each, and the maximum.
     let (records, _) = read::<cat129::Record>(&block(129, &hex("01 43 80 ffffff fffff80000 0fffff")));
     let record = &records[0];
     assert_eq!(record.altitude_amsl.unwrap().metres(), -0.1);
@@ -88,7 +88,7 @@ fn spare_bits_are_kept_in_every_item_that_has_some() {
     assert_eq!(record.mode_3a.unwrap().code(), 0o7777);
     assert_eq!(record.radial_doppler.as_ref().unwrap().calculated.unwrap().speed_m_s(), -1.0);
     assert!(record.track_status.unwrap().is_slant_range_corrected());
-    // Setters leave them alone.
+    // Setters leave these bits unchanged.
     let mode_2 = record.mode_2.unwrap().with_code(0o1234).unwrap().with_garbled(false);
     assert_eq!(mode_2.octets(), [0xb2, 0x9c]);
     // 034/050 and 060, every subfield; 065/040.
@@ -102,7 +102,7 @@ fn spare_bits_are_kept_in_every_item_that_has_some() {
 
 #[test]
 fn signs_of_the_other_widths() {
-    // 042 (16 bits), 130 SAM and RPD (8), 120 CAL (10): -1 count each, then the least.
+    // 042 (16 bits), 130 SAM and RPD (8), 120 CAL (10): -1 count each, then the minimum.
     let (records, _) = plot("030904 24ffff ffffffff 8003ff 030904 248080 80008000 800200");
     for (record, count) in records.iter().zip([[-1.0; 3], [-128.0, -32_768.0, -512.0]]) {
         let plot = record.plot_characteristics.as_ref().unwrap();
@@ -114,7 +114,7 @@ fn signs_of_the_other_widths() {
         assert_eq!(doppler.calculated.unwrap().speed_m_s(), count[2]);
     }
     assert_eq!(records.len(), 2);
-    // 034/120, 24 bits that do not stand on an even octet.
+    // 034/120: 24 bits at an odd offset.
     let (records, _) = read::<cat034::Record>(&block(34, &hex("0110 ffff ffffff 800000")));
     let position = records[0].source_position.unwrap();
     let lsb = 180.0 / f64::from(1 << 23);
@@ -131,7 +131,7 @@ fn midnight() {
     let times: Vec<f64> = records.iter().map(|record| record.time_of_day.unwrap().seconds()).collect();
     assert_eq!(times, [86_399.992_187_5, 0.0]);
     assert!(records.iter().all(|record| record.time_of_day.unwrap().in_range()));
-    // Every category says it in the same way.
+    // All categories report it in the same way.
     let (records, _) = read::<cat034::Record>(&block(34, &hex("20 a8c000")));
     assert!(!records[0].time_of_day.unwrap().in_range());
     let (records, _) = read::<cat065::Record>(&block(65, &hex("10 a8bfff")));
@@ -163,7 +163,7 @@ fn position_of_the_radar_to_two_metres_and_a_half() {
 
 #[test]
 fn a_radar_that_warns_of_itself() {
-    // NOGO, RDPR (track numbers will be assigned anew) and TSV (the time source is invalid), one at a time.
+    // NOGO, RDPR (track numbers will be assigned again) and TSV (the time source is invalid), one at a time.
     for (octet, expected) in [
         ("80", [true, false, false]),
         ("20", [false, true, false]),
@@ -195,7 +195,7 @@ fn codes_that_the_editions_do_not_define() {
 }
 
 #[test]
-fn target_report_with_an_extension_that_nobody_defined() {
+fn target_report_with_undefined_extension_is_decoded() {
     let mut chain = Chain::new(0x20);
     for (index, octet) in [0x80, 0xc0, 0x10, 0xe0, 0xd0, 0xfe, 0x02].into_iter().enumerate() {
         chain = chain.with(index + 1, 0xff, octet);

@@ -1,4 +1,4 @@
-//! What real data does, in its structure: one test for each habit of radars, transponders and networks that a decoder has to survive.
+//! Structure of real data: one test for each peculiarity of radars, transponders and networks that a decoder must tolerate.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -12,7 +12,7 @@ fn plot(contents: &str) -> (Vec<cat048::Record>, Option<Fault>) {
     read(&block(48, &hex(contents)))
 }
 
-/// The fault of a CAT048 block with these contents, as text: its offsets count from the CAT octet.
+/// The fault of a CAT048 block with these contents, as text; its offsets are relative to the CAT octet.
 fn complaint(contents: &str) -> String {
     let (records, fault) = plot(contents);
     assert!(records.is_empty());
@@ -70,7 +70,7 @@ fn several_records_in_a_block() {
     let (records, fault) = plot("80 0101 80 0102 80 0103");
     let sics: Vec<u8> = records.iter().map(|record| record.data_source.unwrap().sic).collect();
     assert_eq!((sics.as_slice(), fault), (&[1, 2, 3][..], None));
-    // The edition of CAT129 allows one; more are read.
+    // The edition of CAT129 allows one record; several are decoded.
     let (records, fault) = read::<cat129::Record>(&block(129, &hex("80 0101 80 0102")));
     assert_eq!((records.len(), fault), (2, None));
 }
@@ -92,7 +92,7 @@ fn several_categories_in_a_datagram() {
 
 #[test]
 fn octets_after_the_last_block() {
-    // The padding of a frame that a capture handed over by mistake: CAT 0 of LEN 0.
+    // Padding of a frame that a capture includes by mistake: CAT 0 with LEN 0.
     for (rest, category, kind) in [
         (&[0][..], None, FaultKind::BlockPastEnd),
         (&[0, 0][..], None, FaultKind::BlockPastEnd),
@@ -152,7 +152,7 @@ fn bad_record_costs_neither_those_before_it_nor_the_next_block() {
     );
     let (records, fault) = read_block::<cat048::Record>(&walked[1]);
     assert_eq!((records.len(), fault), (1, None));
-    // In a later block the offset still counts from the start of the datagram.
+    // In a later block the offset is still relative to the start of the datagram.
     let datagram = [hex(DRONE_PLOT), block(48, &hex("c0 0101 ffff"))].concat();
     let second = blocks(&datagram).nth(1).unwrap().unwrap();
     assert_eq!(read_block::<cat048::Record>(&second).1.unwrap().offset, 25 + 3 + 1 + 2);
@@ -171,7 +171,7 @@ fn sp_and_re_of_length_zero_or_past_the_end() {
         fault.unwrap().to_string(),
         "CAT129 item SP at octet 5: the length octet is 0, although it counts itself"
     );
-    // Nothing but the length octet is legal, and so are 255 octets.
+    // A length octet alone is legal, and so are 255 octets.
     assert_eq!(plot("01010104 01").0[0].special_purpose.as_ref().unwrap().contents(), []);
     let longest = [hex("01010102 ff"), vec![7; 254]].concat();
     let (records, fault) = read::<cat048::Record>(&block(48, &longest));
@@ -252,7 +252,7 @@ fn subfields_that_the_edition_does_not_define() {
             assert_eq!((fault.offset, fault.kind.name()), (4, "reserved_subfield"));
         }
     }
-    // Without such a bit an empty primary subfield is fine.
+    // Without such a bit an empty primary subfield is valid.
     assert_eq!(plot("010104 00").0[0].radial_doppler, Some(RadialDoppler::default()));
 }
 
@@ -268,12 +268,12 @@ fn reserved_frns_of_the_service_categories() {
     assert_eq!(fault.unwrap().kind, FaultKind::ReservedFrn);
     let (_, fault) = read::<cat034::Record>(&block(34, &hex("0101 80 00")));
     assert_eq!(fault.unwrap().kind, FaultKind::ReservedFrn);
-    // What stands before the reserved bit is looked at first.
+    // Items before the reserved bit are examined first.
     let (_, fault) = read::<cat065::Record>(&block(65, &hex("81 80 19")));
     assert_eq!(fault.unwrap().item, Some("010"));
 }
 
-/// The reverse of the order of CAT048.
+/// The order is the reverse of that of CAT048.
 #[test]
 fn re_before_sp_in_the_service_categories() {
     let contents = hex("01 06 03aabb 02cc");
@@ -291,8 +291,8 @@ fn re_before_sp_in_the_service_categories() {
     assert_eq!(records[0].reserved_expansion, Explicit::new(&[0xcc]));
 }
 
-/// An Ethernet frame has at least 46 octets after its header; what UDP does not count is not the datagram's, but a capture
-/// may hand it over.
+/// An Ethernet frame has at least 46 octets after its header. Octets beyond the length of UDP are not part of the datagram, but a
+/// capture may include them.
 #[test]
 fn padding_of_a_short_frame_costs_no_record() {
     let north_marker = block(34, &hex("e0 1907 01 546000"));

@@ -1,4 +1,4 @@
-//! Properties over records and their values: what is written is read back.
+//! Properties of records and their values: encoded values are decoded again.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -171,7 +171,7 @@ fn cat129_record() -> impl Strategy<Value = cat129::Record> {
         altitude_amsl: what.2,
         altitude_agl: what.3,
         gnss_accuracy: what.4,
-        // Before an SP the two lengths of I129/120 cannot always be told apart.
+        // Before an SP the two lengths of I129/120 are not always distinguishable.
         special_purpose: what.6.filter(|_| what.5.is_none_or(|risk| risk.undescribed.is_none())),
         operational_risk: what.5,
         horizontal_velocity: what.7,
@@ -201,7 +201,7 @@ proptest! {
         latitude_deg in -90.0..=90.0, longitude_deg in -180.0..=180.0, altitude_m in -800_000.0..800_000.0,
         velocity_m_s in -5000.0..5000.0, seconds in 0.0..86_399.99,
     ) {
-        // Half an LSB, and a little for the arithmetic.
+        // Half an LSB, with a margin for rounding.
         let near = |read: f64, value: f64, lsb: f64| (read - value).abs() <= lsb * 0.500_001;
         let polar = PolarPosition::new(range_m, azimuth_deg).unwrap();
         prop_assert!(near(polar.range_m(), range_m, 1852.0 / 256.0));

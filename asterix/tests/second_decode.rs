@@ -1,5 +1,5 @@
-//! Datagrams of seven radars, CAT034 and CAT048 mixed, beside the text that another decoder made of them: every item with
-//! its octets, and the counts of its fields.
+//! Datagrams of seven radars with CAT034 and CAT048, compared with the text output of another decoder: every item with its
+//! octets, and the counts of its fields.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -11,7 +11,7 @@ use common::hex;
 use common::recordings::{datagrams, shared_data};
 use utm_asterix::{Field, Kind, Layout, Quantity, blocks, items, profile};
 
-/// The counts of these fields, spare ones left out.
+/// The counts of these fields, without spare ones.
 fn field_counts(fields: &[Field], octets: &[u8]) -> Vec<i64> {
     let mut at = 0;
     let count = |field: &Field| {
@@ -33,7 +33,7 @@ fn field_counts(fields: &[Field], octets: &[u8]) -> Vec<i64> {
         .collect()
 }
 
-/// The counts of all fields of an item, FX and primary subfields left out.
+/// The counts of all fields of an item, without FX and primary subfields.
 fn counts(layout: Layout, octets: &[u8]) -> Vec<i64> {
     match layout {
         Layout::Fields(fields) => field_counts(fields, octets),
@@ -55,7 +55,7 @@ fn counts(layout: Layout, octets: &[u8]) -> Vec<i64> {
     }
 }
 
-/// An item in the text: its number, its octets, and the counts that it gives.
+/// An item in the text: its number, its octets, and its counts.
 struct TextItem<'a> {
     number: &'a str,
     octets: Vec<u8>,
@@ -95,12 +95,12 @@ fn every_item_has_the_octets_and_counts_of_another_decoder() {
                 let theirs = theirs.next().unwrap();
                 let ours: Vec<_> = items(uap, &block.octets[start..end]).collect();
                 assert_eq!(ours.len(), theirs.len(), "record {records}");
-                // The text is in the order of the numbers, not of the record.
+                // The text is sorted by item number.
                 for TextItem { number, octets, counts: their_counts } in theirs {
                     let &(item, our_octets) = ours.iter().find(|(item, _)| item.item == number).unwrap();
                     let place = format!("I{:03}/{number} of record {records}", block.category);
                     assert_eq!(our_octets, octets, "{place}");
-                    // These four it does not give as counts.
+                    // The other decoder does not show these four as counts.
                     if !["070", "220", "240", "250"].contains(&number) {
                         assert_eq!(counts(item.layout, our_octets), their_counts, "{place}");
                         *compared.entry((block.category, item.item)).or_default() += 1;

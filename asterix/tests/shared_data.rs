@@ -1,4 +1,4 @@
-//! Real recordings, which are not part of the project: `UTM_FUSION_SHARED_DATA` names the folder that holds them.
+//! Real recordings, which are not part of the project, from the folder that `UTM_FUSION_SHARED_DATA` names.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -18,7 +18,7 @@ use utm_asterix::{
     encode_block,
 };
 
-/// A code as the independent decode gives it.
+/// A flag as the independent decoder shows it.
 fn bit(flag: bool) -> u8 {
     u8::from(flag)
 }
@@ -56,8 +56,8 @@ fn capability(capability: Capability) -> Value {
     })
 }
 
-/// The items that occur, in the words of the independent decode. All values are whole multiples of a power of two, also in
-/// the specification's units, so they are equal to the last bit.
+/// The items present, in the terms of the independent decoder. All values are multiples of a power of two, also in the
+/// specification's units, so they are equal to the last bit.
 fn typed_items(record: &cat048::Record) -> BTreeMap<&'static str, Value> {
     let mut items = BTreeMap::new();
     let mut put = |item, value: Option<Value>| value.map(|value| items.insert(item, value));
@@ -204,7 +204,7 @@ fn single_vectors_and_odd_encodings() {
     }
 }
 
-/// How many records the block has, and what is wrong with it. A block without a fault encodes to its octets.
+/// The number of records in the block, and its fault. A block without a fault encodes to its octets.
 fn round_trip(block: &Block<'_>, edition: Edition) -> (usize, Option<Fault>) {
     fn of<R: Record>(block: &Block<'_>, edition: R::Edition) -> (usize, Option<Fault>) {
         let (records, fault) = common::read_block_in::<R>(edition, block);
@@ -228,14 +228,14 @@ fn round_trip(block: &Block<'_>, edition: Edition) -> (usize, Option<Fault>) {
     }
 }
 
-/// The files in a folder and in those below it.
+/// The files in a folder and its subfolders.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let (mut found, mut folders) = (Vec::new(), vec![folder.to_owned()]);
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             match path.is_dir() {
-                // Frames of Wi-Fi and Bluetooth hold no UDP datagrams; field cases are damaged or framed otherwise.
+                // Wi-Fi and Bluetooth frames hold no UDP datagrams; field cases are damaged or framed differently.
                 true if path.ends_with("remote-id-radio") || path.ends_with("field-cases") => {}
                 true => folders.push(path),
                 false => found.push(path),
@@ -259,7 +259,7 @@ fn every_capture_comes_back_octet_by_octet() {
         };
         captures += 1;
         let named = |name: &&str| path.to_string_lossy().contains(name);
-        // Of the second one each datagram begins with six octets of its recorder, the third is older than any edition.
+        // The second one has six octets of its recorder before each datagram; the third is older than any edition.
         let hostile = ["hostile", "croatia_cat001_cat002", "croatia_cat062_100datagrams"].iter().any(named);
         let is_old = ["cat021-barcelona", "cat021ed2.1"].iter().any(named);
         let edition = if is_old { Edition::V2_1 } else { Edition::default() };
@@ -289,7 +289,7 @@ fn damaged_datagrams_are_counted_by_reason() {
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     let mut recent: HashMap<&[u8], u64> = HashMap::new();
     for (received_us, datagram) in datagrams(&pcap) {
-        // A copy of a datagram within 2 s came over a redundant line and is not counted again.
+        // A copy of a datagram within 2 s came over a redundant line and is not counted.
         if recent.get(datagram).is_some_and(|handled| received_us - handled <= 2_000_000) {
             continue;
         }
@@ -297,7 +297,7 @@ fn damaged_datagrams_are_counted_by_reason() {
         for block in blocks(datagram) {
             let is_new = |block: &Block<'_>| [21, 62, 63].contains(&block.category);
             let fault = match block {
-                // That decoder was not asked for these.
+                // The other decoder was not asked for these.
                 Ok(block) if is_new(&block) => None,
                 Ok(block) => round_trip(&block, Edition::default()).1,
                 Err(fault) => Some(fault),
@@ -307,7 +307,7 @@ fn damaged_datagrams_are_counted_by_reason() {
             }
         }
     }
-    // As an independent decoder counts them.
+    // The counts of an independent decoder.
     let expected = [
         (FaultKind::BlockTooShort, 9),
         (FaultKind::BlockPastEnd, 33),

@@ -1,20 +1,20 @@
 // Made of /openapi.json and /api/v1/asyncapi.json by tests/readers/generate.rs; UPDATE=1 makes it anew.
 
-/** What there is to ask for. */
+/** Description of the base map. */
 export type About = {
-  /** The coarsest zoom. */
+  /** Lowest zoom level. */
   min_zoom: number;
-  /** The finest zoom. */
+  /** Highest zoom level. */
   max_zoom: number;
-  /** Whom the map is owed to. */
+  /** Copyright notice of the map. */
   attribution: string;
 };
 
-/** A track as readsb describes an aircraft. Only an aircraft that is heard by ADS-B has an ICAO address. Barometric heights are not known and left out. */
+/** A track in the format of a readsb aircraft. Only an aircraft with ADS-B has an ICAO address. Barometric heights are unknown and left out. */
 export type Aircraft = {
-  /** ICAO address, six digits; of a track without one `~` and a hash of its id. */
+  /** ICAO address, six digits. For a track without one, `~` and a hash of its id. */
   hex: string;
-  /** `tisb_trackfile`: radar alone. */
+  /** `tisb_trackfile` means radar only. */
   type: "adsb_icao" | "tisb_trackfile" | "other";
   lat: number;
   lon: number;
@@ -22,43 +22,43 @@ export type Aircraft = {
   seen_pos: number;
   mlat: Array<unknown>;
   tisb: Array<unknown>;
-  /** Emitter category of ADS-B, by which displays choose an icon: the one that the aircraft states, else B6 (unmanned) of a drone. Absent where neither is known. */
+  /** Emitter category of ADS-B, by which displays choose an icon: the reported one, else B6 (unmanned) for a drone. Left out if neither is known. */
   category?: "A1" | "A2" | "A3" | "A4" | "A5" | "A6" | "A7" | "B1" | "B2" | "B3" | "B4" | "B6" | "B7" | "C1" | "C2" | "C3" | "C4" | "C5";
-  /** ICAO type designator of a drone. tar1090 draws B6 alone as an aeroplane; for UHEL it takes the icon with rotors. */
+  /** ICAO type designator of a drone. tar1090 draws B6 alone as an aeroplane; for UHEL it uses the rotorcraft icon. */
   t?: "UHEL";
   /** Description of the type, shown beside `t`. */
   desc?: "Drone";
-  /** Serial number of the transponder, else the track's id. */
+  /** Serial number of the transponder, else the id of the track. */
   flight: string;
-  /** Above the ellipsoid, feet. */
+  /** Height above the ellipsoid, in feet. */
   alt_geom?: number;
-  /** Ground speed, knots. */
+  /** Ground speed, in knots. */
   gs?: number;
   nac_p?: number;
   nac_v?: number;
   track?: number;
-  /** Feet per minute. */
+  /** Vertical rate, in feet per minute. */
   geom_rate?: number;
   gva?: number;
 };
 
-/** What an aircraft says of itself by ADS-B. */
+/** Properties that an aircraft reports by ADS-B. */
 export type AircraftJson = {
   /** ICAO aircraft address, six hexadecimal digits. */
   icao24: string;
   callsign?: string;
-  /** As in I021/020. */
+  /** Emitter category, as in I021/020. */
   emitter_category?: number;
 };
 
-/** What is wrong, or was. */
+/** An alert, active or ended. */
 export type Alert = {
   id: string;
-  kind: "sensor" | "area" | "area-predicted" | "service" | "registration" | "integrity" | "jamming" | "silent" | "uncooperative" | "conflict" | "emergency";
+  kind: "sensor" | "area" | "area-predicted" | "service" | "registration" | "integrity" | "jamming" | "silent" | "height" | "uncooperative" | "conflict" | "emergency";
   severity: "warning" | "critical";
-  /** A time, RFC 3339, UTC. */
+  /** A UTC time, RFC 3339. */
   since: string;
-  /** In words. */
+  /** Text of the alert. */
   text: string;
   /** Id of the sensor. */
   sensor?: string;
@@ -66,97 +66,111 @@ export type Alert = {
   track?: string;
   /** Id of the conflict. */
   conflict?: string;
-  /** Part of the service. */
+  /** Affected part of the service. */
   part?: string;
   /** Serial number of the transponder. */
   identity?: string;
-  /** Id of its track. */
+  /** Id of the transponder's track. */
   track_id?: string;
-  /** Id of the track that radar sees where it is not. */
+  /** Id of the track that radar sees elsewhere, most likely the real aircraft. */
   twin_id?: string;
-  /** A state by its name. */
+  /** Name of an integrity state. */
   state?: "unverified" | "verified" | "suspect" | "failed";
-  /** What speaks against it; empty where only an operator does. */
+  /** Reasons against the transponder; empty if only an operator distrusts it. */
   reasons?: Array<"radar" | "jump" | "frozen" | "replay" | "duplicate" | "swapped" | "velocity" | "time">;
-  /** How far its positions are off, metres. */
+  /** Error of its reported position, in metres. */
   offset_m?: number;
+  /** How far its heights are above those of radars, metres. */
+  height_offset_m?: number;
   /** Ids of the tracks of both aircraft. */
   tracks?: Array<string>;
-  /** Name of the volume that one may enter, or has entered. */
+  /** Name of the protection volume that is, or is about to be, infringed. */
   volume?: string;
-  /** Serial numbers of those that fell silent together. */
+  /** Serial numbers of the transponders that fell silent together. */
   identities?: Array<string>;
-  /** Where they were heard last, with 100 m around it. */
+  /** Area of their last positions, with a margin of 100 m. */
   hull?: Hull;
-  /** It has ended because a transponder was heard after all, or because it is the twin of one that lies. */
+  /** Ended because a transponder was received after all, or because the drone is the twin of a suspect transponder. */
   resolved?: boolean;
-  /** The area that the track is in, or about to enter. */
+  /** The area that the track is inside, or about to enter. */
   area?: {
     name: string;
-    /** Its authority's. */
+    /** Identifier given by the authority. */
     identifier?: string;
     type?: "prohibited" | "authorisation" | "conditional" | "u-space" | "no-restriction";
   };
-  /** The area begins or ends at a height, and nobody knows that of the track. */
+  /** The area is limited in height, and the track's height is unknown. */
   height_unknown?: boolean;
-  /** When the track enters if it flies on as it does, seconds; 0: it is inside by now. Left out while it would pass it by, and enter at a course one standard deviation beside its own. */
+  /** Time until the track enters on its present course, in seconds; 0 if it is predicted to be inside now. Absent if the present course misses the area, and only a course one standard deviation beside it enters. */
   time_to_entry_s?: number;
-  /** The same at the earliest of its course and those one standard deviation beside it. */
+  /** Earliest time to entry, in seconds: on the present course or one standard deviation beside it. */
   earliest_s?: number;
-  /** Who has seen it; left out while nobody has, and again once it has become worse. */
+  /** Acknowledgement by an operator. Absent until acknowledged; removed when the severity increases. */
   acknowledged?: {
-    /** Who: the name of the token, or what was given. */
+    /** Operator: the name of the API token, or the name given in the request. */
     by: string;
-    /** A time, RFC 3339, UTC. */
+    /** A UTC time, RFC 3339. */
     at: string;
     note?: string;
   };
-  /** Nobody is to be bothered with it for a while. */
+  /** Shelving by an operator: notifications are suppressed until it expires or is removed. */
   shelved?: {
-    /** Who says so: the name of the token, or what was given. */
+    /** Operator: the name of the API token, or the name given in the request. */
     by: string;
-    /** A time, RFC 3339, UTC. */
+    /** A UTC time, RFC 3339. */
     at: string;
-    /** A time, RFC 3339, UTC. */
+    /** A UTC time, RFC 3339. */
     until: string;
     note?: string;
   };
-  /** Left out while it lasts. */
+  /** End of the alert; absent while it is active. */
   until?: string;
 };
 
-/** For how long nobody is to be bothered. */
+/** Shelving: suppresses notifications of an alert for some time. */
 export type AlertShelf = {
-  /** For how long; at most 8 hours. */
+  /** Duration, in minutes; at most 480 (8 hours). */
   minutes: number;
-  /** Who says so, where the service asks for no token: else it is the token's name. */
+  /** Name of the operator. Only without authentication; otherwise the name of the token is used. */
   by?: string | null;
-  /** What is to be remembered with it. */
+  /** Note stored with the action. */
   note?: string | null;
 };
 
-/** Who has seen an alert. */
+/** Acknowledgement of an alert, or end of its shelving. */
 export type AlertWord = {
-  /** Who says so, where the service asks for no token: else it is the token's name. */
+  /** Name of the operator. Only without authentication; otherwise the name of the token is used. */
   by?: string | null;
-  /** What is to be remembered with it. */
+  /** Note stored with the action. */
   note?: string | null;
 };
 
-/** What is wrong, and what was. */
+/** Active and ended alerts. */
 export type Alerts = {
-  /** A time, RFC 3339, UTC. */
+  /** A UTC time, RFC 3339. */
   time: string;
-  /** Those that last, the worst first. */
+  /** Active alerts, most severe first. */
   alerts: Array<Alert>;
-  /** Those that ended, the latest first: the last 100, or as many as `limit`. The last 5000 are remembered while the service runs. */
+  /** Ended alerts, latest first: the last 100, or at most `limit`. The service keeps the last 5000 while it runs. */
   ended: Array<Alert>;
-  /** Further ones that ended match and are left off. */
+  /** Whether further matching ended alerts were left out. */
   more?: boolean;
 };
 
+/** A further transponder of the aircraft, linked by evidence: the same motion for most of a minute. */
+export type Also = {
+  uas_id?: UasId;
+  aircraft?: AircraftJson;
+  /** Configured id of the sensor that received it last. */
+  sensor: string;
+  /** Track number of the transponder. */
+  track_number: number;
+  /** Time of its latest report. */
+  time?: string;
+};
+
 export type Altitude = {
-  /** Metres above the WGS-84 ellipsoid. */
+  /** Height above the WGS-84 ellipsoid, in metres. */
   value: number;
   reference: "W84";
   units: "M";
@@ -165,200 +179,200 @@ export type Altitude = {
 export type AreaProperties = {
   kind: "mask" | "coverage" | "alert";
   name: string;
-  /** Whose coverage it is. */
+  /** Id of the sensor whose coverage this is. */
   sensor?: string;
-  /** What its authority calls it. */
+  /** Identifier given by the authority. */
   identifier?: string;
-  /** What holds in a UAS zone. */
+  /** Type of a UAS zone. */
   type?: "prohibited" | "authorisation" | "conditional" | "u-space" | "no-restriction";
-  /** What of a UAS zone is in force under which conditions, in its authority's words. */
+  /** Conditions of a UAS zone, in the words of its authority. */
   conditions?: string;
-  /** Lowest height, metres above mean sea level; left out from the ground up. */
+  /** Lower limit, in metres above mean sea level; left out if it is the ground. */
   floor_m?: number;
-  /** Highest height, metres above mean sea level; left out without a limit. */
+  /** Upper limit, in metres above mean sea level; left out if there is none. */
   ceiling_m?: number;
-  /** Whether it is in force now. */
+  /** Whether the area is in force now. */
   active: boolean;
-  /** When that changes; left out where it does not. */
+  /** Time of the next change of `active`; left out if it does not change. */
   changes_at?: string;
-  /** When it is in force, in short. */
+  /** Short text of the times when the area is in force. */
   hours: string;
-  /** How bad it is to be inside; left out where it raises no alert. */
+  /** Severity of an alert for a track inside; left out if the area raises no alert. */
   severity?: "warning" | "critical";
-  /** What its file is. */
+  /** Format of the area's file. */
   format: "geojson" | "ed-318" | "ed-269";
 };
 
 /** A cell. */
 export type CellState = {
-  /** Its name. */
+  /** Name of the cell. */
   cell: string;
-  /** The node that owns it; absent: nobody does. */
+  /** Node that owns the cell; absent if no node does. */
   owner?: string;
-  /** The node that takes over when the owner falls silent; absent: nobody would. */
+  /** Node that takes over when the owner falls silent; absent if there is none. */
   standby?: string;
-  /** The number of the owner's lease; greater than of whoever owned the cell before. */
+  /** Number of the owner's lease; greater than that of any earlier owner. */
   lease: number;
-  /** Slots that the standby is behind. */
+  /** Number of slots by which the standby is behind. */
   behind: number;
-  /** What is left out because its owner cannot keep up: a step of docs/SCALING.md, 0 for nothing. */
+  /** Level of load shedding of an overloaded owner, as in docs/SCALING.md; 0 if nothing is left out. */
   step: number;
-  /** The same in words. */
+  /** Text for the level of load shedding. */
   left_out: string;
-  /** Whether the picture is without it: nobody has published it for longer than a take-over takes. */
+  /** Whether the cell is missing from the picture: no node has published it for longer than a takeover takes. */
   is_missing: boolean;
-  /** Whether the picture is without it because its owner has another configuration. */
+  /** Whether the cell is missing from the picture because its owner has a different configuration. */
   is_foreign: boolean;
-  /** Where it is, longitude and latitude of its corners in degrees; empty: it is the whole site. */
+  /** Corners of the cell: longitude and latitude, in degrees; empty if the cell is the whole site. */
   corners: Array<Array<number>>;
 };
 
-/** How far apart the clocks of two gateways are, by when both heard the same datagrams. */
+/** Difference between the clocks of two gateways, from the times at which both received the same datagrams. */
 export type ClockDifference = {
-  /** One of them. */
+  /** Name of the first gateway. */
   gateway: string;
-  /** The other one. */
+  /** Name of the second gateway. */
   other: string;
-  /** The median of how much later the one stamps than the other one, seconds. */
+  /** Median of the first gateway's time stamps minus the second's, in seconds. */
   difference_s: number;
-  /** Datagrams that were compared. */
+  /** Number of datagrams compared. */
   datagrams: number;
-  /** They have been more than 20 ms apart, and not less than 15 ms since. */
+  /** Whether the clocks have been more than 20 ms apart, and not less than 15 ms since. */
   apart: boolean;
 };
 
-/** Who says how good a clock is. */
+/** Source of a clock's quality. */
 export type ClockSource = "chrony" | "kernel" | "systemd";
 
-/** What a clock is worth. */
+/** Quality of a clock. */
 export type ClockStanding = "good" | "warning" | "degraded" | "unbounded" | "unsynchronised" | "unknown";
 
-/** Why the stream ends. */
+/** Reason why the stream ends. */
 export type Closed = {
   reason: string;
 };
 
 /** A GeoJSON feature collection. */
 export type CollectionOfFeatureOfAreaProperties = {
-  /** A GeoJSON object with features. */
+  /** Type of a GeoJSON object with features. */
   type: "FeatureCollection";
   features: Array<FeatureOfAreaProperties>;
 };
 
 /** A GeoJSON feature collection. */
 export type CollectionOfFeatureOfCoverageProperties = {
-  /** A GeoJSON object with features. */
+  /** Type of a GeoJSON object with features. */
   type: "FeatureCollection";
   features: Array<FeatureOfCoverageProperties>;
 };
 
-/** A candidate that was not associated: for a radar track a transponder, for a transponder a radar track. */
+/** A candidate that was not associated: a transponder for a radar track, or a radar track for a transponder. */
 export type Competitor = {
-  /** Its configured id. */
+  /** Configured id of the sensor. */
   sensor: string;
   track_number?: number;
   uas_id?: TransponderId;
   /** Natural logarithm of the likelihood ratio of one aircraft to two. */
   log_likelihood_ratio: number;
-  /** An operator has decided that it is another. */
+  /** Whether an operator has decided that it is another aircraft. */
   decorrelated?: boolean;
 };
 
-/** Two aircraft that may come near each other, and one of the volumes. */
+/** Two aircraft that may come near each other, evaluated for one volume. */
 export type Conflict = {
-  /** The same for a pair as long as any level holds; left out where none does. */
+  /** Id of the conflict: constant for the pair as long as a level holds; absent if none does. */
   id?: string;
-  /** Of the evaluation. */
+  /** Time of the evaluation. */
   time: string;
-  /** When both were there last, where one is missing now: the figures are of then. */
+  /** Last time at which both aircraft were present, if one is missing now. All figures are of that time. */
   seen?: string;
-  /** Track id of one. */
+  /** Track id of aircraft a. */
   a: string;
-  /** Track id of the other. */
+  /** Track id of aircraft b. */
   b: string;
   /** Name of the volume. */
   volume: string;
   level: "none" | "advisory" | "warning" | "violation";
-  /** Since when the level holds. */
+  /** Time since which the level holds. */
   since?: string;
-  /** Time to the closest point of approach, seconds; 0 where they fly apart. */
+  /** Time to the closest point of approach, seconds; 0 if the aircraft fly apart. */
   t_cpa_s: number;
-  /** Distance over ground then, metres. */
+  /** Horizontal distance at the closest point of approach, metres. */
   d_cpa_h_m: number;
-  /** Difference of the heights then, metres; left out where one is not known. */
+  /** Vertical distance at the closest point of approach, metres; absent if the height of one aircraft is unknown. */
   d_cpa_v_m?: number;
-  /** Distance over ground now, metres. */
+  /** Present horizontal distance, metres. */
   d_now_h_m: number;
-  /** Difference of the heights now, metres; left out where one is not known. */
+  /** Present vertical distance, metres; absent if the height of one aircraft is unknown. */
   d_now_v_m?: number;
-  /** Of being within the volume at the closest point of approach. */
+  /** Probability of being within the volume at the closest point of approach. */
   probability: number;
-  /** Whether the heights of both are known; where they are not, they count as the same. */
+  /** Whether the heights of both aircraft are known; if not, they are assumed to be equal. */
   vertical_known: boolean;
   miss: MissJson;
   cpa: CpaJson;
-  /** The worse state of their transponders. */
+  /** State of the less trustworthy of the two transponders. */
   integrity?: "unverified" | "verified" | "suspect" | "failed";
 };
 
-/** Who will come near whom. */
+/** Predicted conflicts between aircraft. */
 export type Conflicts = {
-  /** Of the positions; where nothing is computed, now. */
+  /** Time of the positions. Present time if conflicts are not computed. */
   time: string;
-  /** Where it is false an empty list does not mean that there are none. */
+  /** Whether conflicts are computed. If false, an empty list does not mean that there are no conflicts. */
   computed: boolean;
-  /** Why they are not computed. */
+  /** Reason why conflicts are not computed. */
   reason?: string;
   volumes: Array<Volume>;
-  /** Aircraft that took part. */
+  /** Number of aircraft that were compared. */
   aircraft: number;
-  /** Aircraft of which too little is known to take part. */
+  /** Number of aircraft that were left out because too little is known about them. */
   left_out: number;
-  /** The worst first, then the soonest. */
+  /** Conflicts, highest level first, then by time to the conflict. */
   conflicts: Array<Conflict>;
 };
 
-/** A sender that is refused under the SAC/SIC of a sensor. */
+/** A sender that is refused because another one uses the SAC/SIC of a sensor. */
 export type Contested = {
-  /** Address and port of the sender that counts; with port 0 the host that `source` names. */
+  /** Address and port of the accepted sender. Port 0 stands for the host named by `source`. */
   counts: string;
-  /** Address and port of the sender that is refused. */
+  /** Address and port of the refused sender. */
   refused: string;
-  /** `other_sender`: the one that counts was heard first. `foreign_source`: it is not a host that the sensor's inputs name as `source`. */
+  /** `other_sender`: the accepted sender was received first. `foreign_source`: the refused one is not a host that the sensor's inputs name as `source`. */
   reason: "other_sender" | "foreign_source";
-  /** Serial numbers of the transponders that both report. */
+  /** Serial numbers of the transponders that both senders report. */
   transponders: Array<string>;
 };
 
-/** A sensor's part in a track and, of a fused track's radar, why it was associated. */
+/** A sensor that contributes to a track. For the radar of a fused track, also the evidence of the association. */
 export type Contributor = {
   kind: "radar" | "transponder" | "camera";
-  /** Its configured id. */
+  /** Configured id of the sensor. */
   sensor: string;
   track_number: number;
-  /** Of its measurement; of a camera, of the latest bearing that is used. */
+  /** Time of its measurement; for a camera, of the latest bearing used. */
   time?: string;
-  /** Its share in the position, where that is fixed. */
+  /** Weight in the position, if it is fixed. */
   weight?: number;
   /** Whether the radar measured a height. */
   height_measured?: boolean;
-  /** Between radar and transponder, metres. */
+  /** Distance between radar and transponder, in metres. */
   distance_m?: number;
-  /** Reference: gate, metres. */
+  /** Reference profile: association distance, in metres. */
   threshold_m?: number;
-  /** Reference: share of the slots in which the distance was within the gate. */
+  /** Reference profile: share of the common slots with a distance within the association distance. */
   ratio?: number;
-  /** Reference: slots within the gate. */
+  /** Reference profile: number of slots within the association distance. */
   within?: number;
-  /** Reference: slots with both. */
+  /** Reference profile: number of common slots. */
   co_present?: number;
-  /** Operational: an operator has decided that they are one. */
+  /** Operational profile: whether an operator has decided that both are one aircraft. */
   manual?: boolean;
-  /** Operational: natural logarithm of the likelihood ratio of one aircraft to two. */
+  /** Operational profile: natural logarithm of the likelihood ratio of one aircraft to two. */
   log_likelihood_ratio?: number;
-  /** Operational: thresholds of that logarithm. */
+  /** Operational profile: thresholds of `log_likelihood_ratio`. */
   threshold?: Threshold;
-  /** Operational, of a single track or with include=competitors: who else could be it, the likeliest first; of a radar track transponders, of a transponder radar tracks. */
+  /** Operational profile, for a single track or with `include=competitors`: alternative associations, likeliest first. They are transponders for a radar track, radar tracks for a transponder. */
   competitors?: Array<Competitor>;
 };
 
@@ -368,25 +382,25 @@ export type Correlation = {
   track_number: number;
   uas_id: TransponderId;
   verdict: "correlated" | "decorrelated";
-  /** Of the first slot that it applies to. */
+  /** Time of the first slot to which the decision applies. */
   since: string;
 };
 
-/** Decisions of operators that are in force. */
+/** Operator decisions in force. */
 export type Correlations = {
   correlations: Array<Correlation>;
 };
 
 export type CoverageProperties = {
-  /** Its configured id. */
+  /** Configured id of the sensor. */
   sensor: string;
   kind: "radar" | "transponder" | "adsb" | "remote-id" | "camera";
-  /** Area: as configured; circle: of the radar's range. */
+  /** `area`: configured polygon. `circle`: range of the radar. */
   shape: "area" | "circle";
   max_range_m?: number;
 };
 
-/** Where both are at the closest point of approach: longitude, latitude (degrees), metres above the ellipsoid where known. */
+/** Positions at the closest point of approach: longitude, latitude (degrees) and, if known, height above the ellipsoid (metres). */
 export type CpaJson = {
   a: Array<number>;
   b: Array<number>;
@@ -394,17 +408,17 @@ export type CpaJson = {
 
 /** An ellipse about a position. */
 export type Ellipse = {
-  /** Longer half axis, metres. */
+  /** Semi-major axis, in metres. */
   major_m: number;
-  /** Shorter half axis, metres. */
+  /** Semi-minor axis, in metres. */
   minor_m: number;
-  /** Direction of the longer one, degrees true, 0 to 180. */
+  /** Direction of the major axis, in degrees true, 0 to 180. */
   azimuth_deg: number;
 };
 
 /** Tracks that ended. */
 export type Ended = {
-  /** A time, RFC 3339, UTC. */
+  /** A UTC time, RFC 3339. */
   time: string;
   ids: Array<string>;
 };
@@ -416,28 +430,28 @@ export type Fault = {
   count: number;
 };
 
-/** Something with a geometry, that has no id. */
+/** A GeoJSON feature without an id. */
 export type FeatureOfAreaProperties = {
   type: "Feature";
   geometry: Geometry;
   properties: AreaProperties;
 };
 
-/** Something with a geometry. */
+/** A GeoJSON feature with an id. */
 export type FeatureOfCoverageProperties = {
   type: "Feature";
-  /** As in the properties. */
+  /** Same id as in the properties. */
   id: string;
   geometry: Geometry | null;
   properties: CoverageProperties;
 };
 
-/** Something with a geometry. */
+/** A GeoJSON feature with an id. */
 export type FeatureOfPastProperties = {
   type: "Feature";
-  /** As in the properties. */
+  /** Same id as in the properties. */
   id: string;
-  /** A place. */
+  /** A point. */
   geometry: {
     type: "Point";
     coordinates: Position;
@@ -445,10 +459,10 @@ export type FeatureOfPastProperties = {
   properties: PastProperties;
 };
 
-/** Something with a geometry, that has no id. */
+/** A GeoJSON feature without an id. */
 export type FeatureOfReportProperties = {
   type: "Feature";
-  /** A place. */
+  /** A point. */
   geometry: {
     type: "Point";
     coordinates: Position;
@@ -456,12 +470,12 @@ export type FeatureOfReportProperties = {
   properties: ReportProperties;
 };
 
-/** Something with a geometry. */
+/** A GeoJSON feature with an id. */
 export type FeatureOfSensorProperties = {
   type: "Feature";
-  /** As in the properties. */
+  /** Same id as in the properties. */
   id: string;
-  /** A place. */
+  /** A point. */
   geometry: {
     type: "Point";
     coordinates: Position;
@@ -469,12 +483,12 @@ export type FeatureOfSensorProperties = {
   properties: SensorProperties;
 };
 
-/** Something with a geometry. */
+/** A GeoJSON feature with an id. */
 export type FeatureOfTrackProperties = {
   type: "Feature";
-  /** As in the properties. */
+  /** Same id as in the properties. */
   id: string;
-  /** A place. */
+  /** A point. */
   geometry: {
     type: "Point";
     coordinates: Position;
@@ -482,10 +496,10 @@ export type FeatureOfTrackProperties = {
   properties: TrackProperties;
 };
 
-/** Something with a geometry. */
+/** A GeoJSON feature with an id. */
 export type FeatureOfTrailProperties = {
   type: "Feature";
-  /** As in the properties. */
+  /** Same id as in the properties. */
   id: string;
   geometry: Geometry;
   properties: TrailProperties;
@@ -504,33 +518,33 @@ export type Flights = {
 
 /** A gateway. */
 export type GatewayState = {
-  /** Its name. */
+  /** Name of the gateway. */
   node: string;
-  /** Its lines. */
+  /** Number of its input lines. */
   lines: number;
   /** Messages that it wrote into the log. */
   written: number;
-  /** Messages that wait for the log. */
+  /** Messages waiting for the log. */
   waiting: number;
-  /** Datagrams that were dropped because the log was away for too long. */
+  /** Datagrams dropped because the log was unavailable for too long. */
   dropped: number;
-  /** What its clock is worth. */
+  /** Quality of its clock. */
   clock: ClockStanding;
-  /** Its clock is off by no more than this, seconds; absent: nobody knows. */
+  /** Maximum error of its clock, in seconds; absent if unknown. */
   clock_bound_s?: number;
-  /** Who says so; absent: nobody does. */
+  /** Source of the clock's quality; absent if there is none. */
   clock_by?: ClockSource;
-  /** Its clock has not been synchronised for a minute or longer. */
+  /** Whether its clock has been unsynchronised for a minute or longer. */
   unfit: boolean;
-  /** It publishes nothing, because of that: other gateways carry all that it hears. */
+  /** Whether it publishes nothing because its clock is unsynchronised; other gateways receive the same data. */
   silent: boolean;
-  /** Datagrams that it did not publish while it was silent. */
+  /** Datagrams not published while it was silent. */
   withheld: number;
-  /** How far its clock is ahead of reference time, the median of the log's and the gateways' clocks, seconds; negative where it is behind; absent: not known yet. Beyond 1 s what it sends is refused. */
+  /** Offset of the gateway's clock from reference time (the median of the clocks of the log and the gateways), in seconds; positive if ahead; absent if unknown. Beyond 1 s its messages are refused. */
   clock_ahead_s?: number;
 };
 
-/** A place, a line, or an area. */
+/** A point, a line, or an area. */
 export type Geometry = {
   type: "Point";
   coordinates: Position;
@@ -548,98 +562,98 @@ export type Geometry = {
   coordinates: Array<Array<Array<Position>>>;
 };
 
-/** That it is alive, or ready. */
+/** Liveness or readiness of the service. */
 export type Health = {
   status: "ok" | "ready";
 };
 
-/** Each second: that the service lives, and how it is. */
+/** Sent every second with the state of the service. */
 export type Heartbeat = {
-  /** Of the latest slot. */
+  /** Time of the latest slot. */
   time?: string;
-  /** Of the latest slot. */
+  /** Sequence number of the latest slot. */
   seq: number;
-  /** From the opening of the slot to its publication, seconds. */
+  /** Time from the start of the slot to its publication, in seconds. */
   latency_s?: number;
-  /** While the picture is late: by how much, seconds. */
+  /** Delay of the picture, in seconds; present only while it is late. */
   late_s?: number;
 };
 
-/** GeoJSON, RFC 7946. */
+/** GeoJSON polygon (RFC 7946). */
 export type Hull = {
   type: "Polygon";
   coordinates: Array<Array<[number, number]>>;
 };
 
-/** What is known of a transponder. */
+/** Integrity of a transponder. */
 export type IdentityIntegrity = {
-  /** Its serial number, as it is named in the path. */
+  /** Serial number, as used in the path. */
   identity: string;
   uas_id: TransponderId;
-  /** Id of its track, where it has one in the latest slot. */
+  /** Id of its track, if it has one in the latest slot. */
   track_id?: string;
-  /** A state by its name. */
+  /** Name of an integrity state. */
   state: "unverified" | "verified" | "suspect" | "failed";
-  /** When the state began. */
+  /** Time since which the state applies. */
   since: string;
-  /** Natural logarithm of how much likelier a lie is than none, by radar. */
+  /** Natural logarithm of the likelihood ratio of a false to a true report, by radar. */
   index: number;
-  /** Radius that holds 95 % of the offsets that radar would not have shown by now, metres; left out where nothing bounds it. */
+  /** Protection level, in metres: radius that contains 95 % of the position offsets that radar would not have revealed so far. Left out if there is no bound. */
   protection_level_m?: number;
-  /** Of a suspect or failed one: how far its positions are off. */
+  /** Estimated offset of its positions; only for a suspect or failed transponder. */
   offset?: IntegrityOffset;
-  /** What speaks against it. */
+  /** Evidence against the transponder. */
   reasons: Array<"radar" | "jump" | "frozen" | "replay" | "duplicate" | "swapped" | "velocity" | "time">;
-  /** Its newest report. */
+  /** Time of its newest report. */
   heard: string;
-  /** It has fallen silent. */
+  /** Whether the transponder has fallen silent. */
   silent: boolean;
-  /** What an operator says of it; left out where nobody has said anything. */
+  /** Operator verdict; left out if there is none. */
   verdict?: "trusted" | "distrusted";
-  /** Of the first slot that the verdict applies to. */
+  /** Time of the first slot to which the verdict applies. */
   verdict_since?: string;
-  /** Id of the track that radar sees where it is not. */
+  /** Id of the track that radar sees at another position than the reported one. */
   twin_id?: string;
-  /** The last radar tracks that it was compared with, the latest first. */
+  /** Radar tracks with which the transponder was compared, latest first. */
   evidence: Array<IntegrityEvidence>;
 };
 
-/** Version, site and the settings that a reader of the picture should know. */
+/** Version, site, and settings that clients of the picture need. */
 export type Info = {
   name: "utm-fusion";
   version: string;
   site: Site;
-  /** Geoid above ellipsoid at the site, metres. */
+  /** Height of the geoid above the ellipsoid at the site, in metres. */
   geoid_separation: number;
   profile: "operational" | "reference";
   slot_s: number;
-  /** From the opening of a slot until it is due, seconds. */
+  /** Time from the start of a slot to its due time, in seconds. */
   latency_s: number;
-  /** Whether there is a picture at=now as well. */
+  /** Whether the picture `at=now` is available. */
   now: boolean;
-  /** Whether the picture is made by several machines (`/api/v1/cluster`). */
+  /** Whether a cluster makes the picture (`/api/v1/cluster`). */
   cluster: boolean;
-  /** A time, RFC 3339, UTC. */
+  /** A UTC time, RFC 3339. */
   started: string;
   mode: "live" | "replay";
   auth: "none" | "tokens";
   /** Whether the token in use has the scope `control`. */
   control: boolean;
   settings: Settings;
-  /** Where the page gets its map from. */
+  /** Server of raster map tiles for the page. */
   tiles?: Tiles;
-  /** The base map, from `/api/v1/basemap`. */
+  /** Base map, served by `/api/v1/basemap`. */
   basemap?: About;
-  /** How far back the history goes at most, hours; absent where none is kept. */
+  /** Maximum length of the history, in hours; left out if no history is kept. */
   history_hours?: number;
   replay?: Replay;
 };
 
-/** What is known of the transponders that were heard in the last hour. */
+/** Integrity of the transponders heard in the last hour. */
 export type Integrity = {
-  /** Of the slot that it is known at. */
+  /** Time of the slot to which the states apply. */
   time?: string;
-  /** Whether it is judged at all: not in the reference profile, nor with `[integrity] action = "off"`. */
+  /** Whether integrity is evaluated. It is not in the reference profile, nor with `[integrity] action = "off"`. */
   computed: boolean;
   identities: Array<IdentityIntegrity>;
 };
@@ -648,27 +662,27 @@ export type IntegrityEvidence = {
   /** Id of the radar. */
   sensor: string;
   track_number: number;
-  /** Near: it was where the transponder says; far: it flies alike elsewhere. */
+  /** `near`: the radar track was at the reported position. `far`: it flies the same way elsewhere. */
   kind: "near" | "far";
-  /** The first second that counted. */
+  /** First second that counted. */
   from: string;
-  /** How many seconds counted. */
+  /** Number of seconds that counted. */
   seconds: number;
-  /** What it added to the index. */
+  /** Contribution to the index. */
   gain: number;
 };
 
-/** An offset over ground. */
+/** Horizontal offset. */
 export type IntegrityOffset = {
   east_m: number;
   north_m: number;
-  /** East and north, m². */
+  /** Covariance of east and north, in m². */
   covariance_m2: Array<Array<number>>;
 };
 
-/** What an operator says. */
+/** Operator verdict on a transponder. */
 export type IntegrityVerdict = {
-  /** It is what it says; it is not; or as the evidence has it. */
+  /** Whether the transponder is to be trusted, not to be trusted, or to be judged by the evidence. */
   verdict: "trusted" | "distrusted" | "automatic";
 };
 
@@ -677,9 +691,9 @@ export type LatLngPoint = {
   lng: number;
 };
 
-/** A radar's errors as they have shown themselves; operational profile only, where they are learnt. */
+/** Errors of a radar as learnt by the operational profile. */
 export type Learnt = {
-  /** In a line. */
+  /** One-line summary. */
   summary: string;
   range_m: LearntErrors;
   azimuth_deg: LearntErrors;
@@ -687,28 +701,28 @@ export type Learnt = {
   velocity: LearntVelocity;
 };
 
-/** How late the times of reports are. */
+/** Delay of the times of reports, in seconds. */
 export type LearntDelay = {
   value: number;
-  /** Standard deviation. */
+  /** Standard deviation, in seconds. */
   deviation: number;
-  /** As much of it as is evident: what reports are moved by. */
+  /** Part of the delay that is certain, by which reports are corrected, in seconds. */
   applied: number;
 };
 
-/** The errors of one axis, in its unit. */
+/** Errors along one axis, in the unit of the axis. */
 export type LearntErrors = {
-  /** Bias and noise together over those of the data sheet. */
+  /** Ratio of the total error (bias and noise) to that of the data sheet. */
   of_data_sheet: LearntNumber;
-  /** One standard deviation of the bias, turns included as often as they are flown. */
+  /** Standard deviation of the bias, averaged over straight flight and turns as flown. */
   bias: LearntNumber;
-  /** Its correlation time. */
+  /** Correlation time of the bias, in seconds. */
   correlation_s: LearntNumber;
-  /** How many times as large it is in turns. */
+  /** Ratio of the bias in turns to the bias in straight flight. */
   turn_factor: LearntNumber;
-  /** One standard deviation of the white noise. */
+  /** Standard deviation of the white noise. */
   noise: LearntNumber;
-  /** Independent samples of the bias that this rests upon; older ones count in part. */
+  /** Effective number of independent samples of the bias; older samples have less weight. */
   samples: number;
 };
 
@@ -718,31 +732,31 @@ export type LearntNumber = {
   deviation: number;
 };
 
-/** What transponders of one make and model that this receiver hears have in common; operational profile only. */
+/** Errors common to transponders of one make and model at this receiver; operational profile only. */
 export type LearntTransponderType = {
-  /** I129/020, where it is sent. */
+  /** I129/020, if it is sent. */
   manufacturer?: string;
-  /** I129/030, where it is sent. */
+  /** I129/030, if it is sent. */
   model?: string;
-  /** In a line. */
+  /** One-line summary. */
   summary: string;
-  /** Reports that the white noise rests upon. */
+  /** Number of reports from which the white noise is estimated. */
   reports: number;
-  /** One standard deviation of the white noise, each axis over ground. */
+  /** Standard deviation of the white noise per horizontal axis, in metres. */
   horizontal_m: LearntNumber;
-  /** One standard deviation of the white noise in height. */
+  /** Standard deviation of the white noise of the height, in metres. */
   vertical_m: LearntNumber;
   delay_s: LearntDelay;
 };
 
-/** Whether a radar's velocities (I048/200) are of use. */
+/** Quality of a radar's velocities (I048/200). */
 export type LearntVelocity = {
   verdict: "unknown" | "used" | "ignored";
-  /** How far they are off, each axis, once that is known. */
+  /** Velocity error per axis, in metres per second, once it is known. */
   error_m_s?: LearntNumber;
 };
 
-/** Datagrams of a multicast group or an address. */
+/** Counters of a UDP input: a multicast group or an address. */
 export type Line = {
   name: string;
   joined: boolean;
@@ -751,81 +765,81 @@ export type Line = {
   foreign: number;
   queue_full: number;
   kernel_dropped: number;
-  /** A time, RFC 3339, UTC. */
+  /** A UTC time, RFC 3339. */
   last_received?: string;
-  /** Of a connection: what was not translated, by reason. */
+  /** Number of messages that a connection could not translate, by reason. */
   untranslated?: Record<string, number>;
 };
 
-/** Another track that has to do with it. */
+/** A related track. */
 export type Link = {
-  /** Its id. */
+  /** Id of the track. */
   id: string;
-  /** Disputed: only one of both is where the aircraft is. */
+  /** `disputed`: only one of the two tracks is the aircraft. */
   relation: "disputed";
 };
 
-/** The members of a cluster, as of a second ago at most. */
+/** Members of the cluster, at most a second old. */
 export type Members = {
-  /** The region. */
+  /** Name of the region. */
   region: string;
-  /** Its cells. */
+  /** Cells of the region. */
   cells: Array<CellState>;
-  /** Its nodes. */
+  /** Nodes of the region. */
   nodes: Array<NodeState>;
-  /** Its gateways. */
+  /** Gateways of the region. */
   gateways: Array<GatewayState>;
-  /** How far apart the clocks of each two gateways are that hear the same. */
+  /** Clock differences between each two gateways that receive the same datagrams. */
   clocks: Array<ClockDifference>;
-  /** Gateways that ought to be heard of, and have said nothing for 3 s. */
+  /** Names of expected gateways without a report for 3 s. */
   missing_gateways: Array<string>;
-  /** Members whose configuration is another one than this process's: which, and in what. */
+  /** Members whose configuration differs from this process's, each with the differences. */
   different: Array<string>;
-  /** Slots that were shown here. */
+  /** Slots shown by this process. */
   shown: number;
-  /** Slots that came again after they, or later ones, had been shown. */
+  /** Slots received again after they, or later ones, had been shown. */
   doubled: number;
-  /** Slots that nobody published. */
+  /** Slots that no node published. */
   missing: number;
-  /** Aircraft of a slot that were left out because another cell published them, too. */
+  /** Aircraft left out of a slot because another cell published them too. */
   twice: number;
-  /** Slots of a cell that came when the region's picture of that slot had been shown without them. */
+  /** Slots of a cell received after the region's picture of that slot had been shown without them. */
   too_late: number;
 };
 
-/** How b passes a, and how well that is known. */
+/** Relative position of b to a at the closest point of approach, with its uncertainty. */
 export type MissJson = {
-  /** Over ground, across the relative velocity, metres. */
+  /** Horizontal component across the relative velocity, metres. */
   across_m: number;
-  /** Metres, up. */
+  /** Vertical component, upwards, metres. */
   vertical_m?: number;
-  /** Covariance of both: across, then vertical, which is 0 where a height is not known. */
+  /** Covariance of the two components: across, vertical; the vertical variance is 0 if a height is unknown. */
   covariance_m2: Array<Array<number>>;
 };
 
 /** A node. */
 export type NodeState = {
-  /** Its name. */
+  /** Name of the node. */
   node: string;
-  /** The machine that it runs on. */
+  /** Machine that the node runs on. */
   machine: string;
-  /** What it is: for one cell at least, where there are several. */
+  /** Role of the node, in at least one of its cells. */
   part: "owner" | "standby" | "none" | "drained";
-  /** Cells that it owns. */
+  /** Cells that the node owns. */
   owns: Array<string>;
-  /** Cells beside whose owner it stands. */
+  /** Cells for which the node is the standby. */
   stands_by: Array<string>;
-  /** How often it became the owner. */
+  /** Number of times the node became the owner of a cell. */
   takeovers: number;
-  /** How often it was refused because somebody else owned the cell. */
+  /** Number of times its output was refused because another node owned the cell. */
   fenced: number;
-  /** How often its state was not the owner's. */
+  /** Number of times its state differed from the owner's. */
   diverged: number;
-  /** Slots that it published. */
+  /** Slots that the node published. */
   published: number;
-  /** Checkpoints that it wrote. */
+  /** Checkpoints that the node wrote. */
   checkpoints: number;
-  /** How far its clock is ahead of reference time, the median of the log's and the gateways' clocks, seconds; negative where it is behind; absent: not known yet. */
+  /** Offset of the node's clock from reference time (the median of the clocks of the log and the gateways), in seconds; positive if ahead; absent if unknown. */
   clock_ahead_s?: number;
 };
 
@@ -835,15 +849,15 @@ export type OperatorLocation = {
   altitude_type: "Takeoff" | "Dynamic" | "Fixed";
 };
 
-/** Place of an operator. */
+/** Position of an operator. */
 export type OperatorPlace = {
-  /** WGS-84, degrees. */
+  /** WGS-84 latitude, in degrees. */
   lat: number;
-  /** WGS-84, degrees. */
+  /** WGS-84 longitude, in degrees. */
   lng: number;
-  /** Metres above the ellipsoid. */
+  /** Height above the ellipsoid, in metres. */
   alt?: number;
-  /** The place of take-off, measured, or fixed. */
+  /** Source of the position: take-off point, live position, or fixed. */
   type: "Takeoff" | "Dynamic" | "Fixed";
 };
 
@@ -853,28 +867,28 @@ export type PastPosition = {
   alt: number;
 };
 
-/** A track as the history has it. */
+/** Properties of a track from the history. */
 export type PastProperties = {
   id: string;
   source: "fused" | "radar" | "transponder";
   track_number: number;
-  /** A time, RFC 3339, UTC. */
+  /** A UTC time, RFC 3339. */
   time: string;
   lat: number;
   lng: number;
-  /** Metres above mean sea level, where a height was measured. */
+  /** Height above mean sea level, in metres, if it was measured. */
   alt_msl?: number;
 };
 
 export type Picture = {
-  /** Seconds since 1970. */
+  /** Time, in seconds since 1970. */
   now: number;
-  /** Datagrams received. */
+  /** Number of datagrams received. */
   messages: number;
   aircraft: Array<Aircraft>;
 };
 
-/** Longitude and latitude, degrees, and the ellipsoidal height, metres, where it is known. */
+/** Longitude and latitude in degrees, and the ellipsoidal height in metres if known. */
 export type Position = Array<number>;
 
 /** RFC 9457. */
@@ -883,11 +897,11 @@ export type Problem = {
   title: string;
   status: number;
   detail: string;
-  /** The parameter that is at fault. */
+  /** Parameter that is invalid. */
   parameter?: string;
-  /** Several things at once, where a detail is not enough. */
+  /** Several reasons, if a detail is not enough. */
   reasons?: Array<string>;
-  /** When it is worth trying again, seconds. */
+  /** Time after which to try again, in seconds. */
   retry_after_s?: number;
 };
 
@@ -900,7 +914,7 @@ export type Quantiles = {
 export type RIDAircraftPosition = {
   lat: number;
   lng: number;
-  /** Metres above the ellipsoid; -1000: unknown. */
+  /** Height above the ellipsoid, in metres; -1000 means unknown. */
   alt: number;
   accuracy_h: "HA1m" | "HA3m" | "HA10m" | "HA30m" | "HA005NM" | "HA01NM" | "HA03NM" | "HA05NM" | "HA1NM" | "HA2NM" | "HA4NM" | "HA10NM" | "HA10NMPlus" | "HAUnknown";
   accuracy_v: "VA1m" | "VA3m" | "VA10m" | "VA25m" | "VA45m" | "VA150m" | "VA150mPlus" | "VAUnknown";
@@ -912,14 +926,14 @@ export type RIDAircraftState = {
   timestamp_accuracy: number;
   operational_status: "Undeclared" | "Ground" | "Airborne" | "Emergency" | "RemoteIDSystemFailure";
   position: RIDAircraftPosition;
-  /** Degrees true; 361: unknown. */
+  /** Track angle, in degrees true; 361 means unknown. */
   track: number;
-  /** Metres per second; 255: unknown. */
+  /** Ground speed, in metres per second; 255 means unknown. */
   speed: number;
   speed_accuracy: "SA03mps" | "SA1mps" | "SA3mps" | "SA10mps" | "SA10mpsPlus" | "SAUnknown";
-  /** Metres per second; 63: unknown. */
+  /** Vertical speed, in metres per second; 63 means unknown. */
   vertical_speed: number;
-  /** Above take-off or ground, as the drone declares it. */
+  /** Height above take-off or ground, as declared by the drone. */
   height?: RIDHeight;
 };
 
@@ -928,13 +942,13 @@ export type RIDFlight = {
   aircraft_type: "NotDeclared" | "Aeroplane" | "Helicopter" | "Gyroplane" | "HybridLift" | "Ornithopter" | "Glider" | "Kite" | "FreeBalloon" | "CaptiveBalloon" | "Airship" | "FreeFallOrParachute" | "Rocket" | "TetheredPoweredAircraft" | "GroundObstacle" | "Other";
   simulated: boolean;
   current_state: RIDAircraftState;
-  /** Only where `recent_positions_duration` asks for them. */
+  /** Present if `recent_positions_duration` asks for them. */
   recent_positions?: Array<RIDRecentAircraftPosition>;
 };
 
 export type RIDFlightDetails = {
   id: string;
-  /** One of them. */
+  /** One of the kinds of identities. */
   uas_id: {
     serial_number: string;
   } | {
@@ -948,9 +962,9 @@ export type RIDFlightDetails = {
   operator_location?: OperatorLocation;
 };
 
-/** A height relative to a place. */
+/** Height relative to a reference. */
 export type RIDHeight = {
-  /** Metres. */
+  /** Height, in metres. */
   distance: number;
   reference: "TakeoffLocation" | "GroundLevel";
 };
@@ -965,27 +979,27 @@ export type RIDTime = {
   format: "RFC3339";
 };
 
-/** GeoJSON, RFC 7946. */
+/** Reports as GeoJSON, RFC 7946. */
 export type Raw = {
-  /** A GeoJSON object with features. */
+  /** Type of a GeoJSON object with features. */
   type: "FeatureCollection";
-  /** Number of the last report, for the next request's `after`. */
+  /** Number of the last report, for `after` in the next request. */
   last: number;
   features: Array<FeatureOfReportProperties>;
 };
 
 export type Receiver = {
   version: string;
-  /** Milliseconds between two pictures. */
+  /** Interval between two pictures, in milliseconds. */
   refresh: number;
-  /** 0: no history is served. */
+  /** Always 0, because no history is served. */
   history: number;
-  /** Of the first radar, degrees. */
+  /** Latitude of the first radar, in degrees. */
   lat?: number;
   lon?: number;
 };
 
-/** Where a track was: times and places, the oldest first. */
+/** Trail of a track: times and places, oldest first. */
 export type RecentTrail = {
   times: Array<string>;
   coordinates: Array<Position>;
@@ -998,14 +1012,14 @@ export type Refused = {
   count: number;
 };
 
-/** Misalignment of a radar, estimated from its tracks; operational profile only, and without values where it is off. */
+/** Misalignment of a radar, estimated from its tracks. Operational profile only; without values if the estimation is off. */
 export type Registration = {
   mode: "apply" | "propose" | "off";
-  /** Whether plots are corrected by any of it. */
+  /** Whether plots are corrected by any of the values. */
   applied: boolean;
-  /** Radar tracks that it rests upon; older ones count in part. */
+  /** Effective number of radar tracks used; older ones have less weight. */
   tracks?: number;
-  /** 1: tracks differ as the configured errors predict; above 4: doubtful. */
+  /** Residual: 1 if tracks differ as the configured errors predict; above 4 the estimate is doubtful. */
   residual?: number;
   bearing_deg?: RegistrationValue;
   tilt_east_deg?: RegistrationValue;
@@ -1013,30 +1027,30 @@ export type Registration = {
   range_m?: RegistrationValue;
   height_m?: RegistrationValue;
   time_s?: RegistrationValue;
-  /** What to look at where it is doubtful. */
+  /** Advice to the operator if the estimate is doubtful. */
   hint?: string;
-  /** What to look at after a step, until it is an hour old. */
+  /** Advice to the operator after a step; present for an hour. */
   alarm?: string;
   step?: RegistrationStep;
 };
 
-/** The latest step since the start: the radar may have been moved. */
+/** Latest step since the start: the radar may have been moved. */
 export type RegistrationStep = {
-  /** When it was detected. */
+  /** Time of the detection. */
   time: string;
-  /** Without the latest tracks. */
+  /** Estimate without the latest tracks. */
   before: RegistrationValues;
-  /** With them alone. */
+  /** Estimate from the latest tracks alone. */
   after: RegistrationValues;
 };
 
-/** A bias: measured minus true. */
+/** A bias: measured value minus true value. */
 export type RegistrationValue = {
-  /** 0 where a tilt is not observable. */
+  /** Estimated value; 0 if a tilt is not observable. */
   value: number;
   /** Standard deviation. */
   deviation: number;
-  /** Whether the tracks determine it well enough to be of use; only then is it applied. */
+  /** Whether the tracks determine the value well enough to be used. Only then is it applied. */
   observable: boolean;
 };
 
@@ -1049,94 +1063,94 @@ export type RegistrationValues = {
   time_s: RegistrationValue;
 };
 
-/** What a drone declares by Remote ID beside identity and position. */
+/** Remote ID declarations of a drone, besides identity and position. */
 export type RemoteIdDeclaration = {
   ua_type?: "NotDeclared" | "Aeroplane" | "Helicopter" | "Gyroplane" | "HybridLift" | "Ornithopter" | "Glider" | "Kite" | "FreeBalloon" | "CaptiveBalloon" | "Airship" | "FreeFallOrParachute" | "Rocket" | "TetheredPoweredAircraft" | "GroundObstacle" | "Other";
   operational_status?: "Undeclared" | "Ground" | "Airborne" | "Emergency" | "RemoteIDSystemFailure";
   height?: RIDHeight;
-  /** The operator's registration. */
+  /** Registration of the operator. */
   operator_id?: string;
   operator_location?: OperatorPlace;
 };
 
 /** A broadcast of Remote ID that a gateway received. Other members are ignored. */
 export type RemoteIdLine = {
-  /** Time of reception; without it, the time at which the line arrives. */
+  /** Time of reception; if absent, the time at which the line arrives. */
   time?: number | string | null;
   /** Address of the transmitter, or another name of it; at most 64 octets. */
   transmitter: string;
-  /** Strength of the signal, dBm. */
+  /** Signal strength, in dBm. */
   rssi?: number | null;
-  /** Id of the sensor that received it. */
+  /** Id of the receiving sensor. */
   receiver?: string | null;
-  /** The message or the pack, hexadecimal. */
+  /** The message or the pack, in hexadecimal. */
   message: string;
 };
 
-/** What came of the lines. */
+/** Result of posted lines. */
 export type RemoteIdPosted = {
-  /** Lines, blank ones apart. */
+  /** Number of lines, without blank ones. */
   lines: number;
-  /** Lines that were handed to the engine. What it does not use of them is counted with the sensor. */
+  /** Number of lines accepted for processing. Lines that the engine cannot use are counted with the sensor. */
   taken: number;
-  /** Lines that were not, by reason; the others beside them stand. */
+  /** Number of refused lines, by reason. The other lines are accepted. */
   refused: Record<string, number>;
 };
 
-/** How a replay is. */
+/** State of a replay. */
 export type Replay = {
   playing: boolean;
-  /** How many times faster than it happened. */
+  /** Speed, as a multiple of real time. */
   speed: number;
   ended: boolean;
-  /** Of the slot shown last. */
+  /** Time of the slot shown last. */
   time?: string;
-  /** Of the recording. */
+  /** Start of the recording. */
   start?: string;
-  /** Of the recording; left out until it is known. */
+  /** End of the recording; left out until it is known. */
   end?: string;
 };
 
 /** A report of a radar or a transponder. */
 export type ReportProperties = {
-  /** Its configured id. */
+  /** Configured id of the sensor. */
   sensor: string;
-  /** A time, RFC 3339, UTC. */
+  /** A UTC time, RFC 3339. */
   time: string;
 } & ({
   kind: "radar";
   track_number: number;
-  /** That it is a drone, according to the radar. */
+  /** Probability that the target is a drone, as stated by the radar. */
   uav_probability?: number;
 } | {
   kind: "transponder";
   serial_number: string;
 });
 
-/** Why everything begins anew. */
+/** Reason why the stream starts again with a snapshot. */
 export type Resync = {
   reason: string;
 };
 
-/** What is unknown is left out. */
+/** Properties of a sensor. Unknown values are left out. */
 export type SensorProperties = {
-  /** As configured. */
+  /** Configured id. */
   id: string;
   kind: "radar" | "transponder" | "adsb" | "remote-id" | "camera";
   sac?: number;
   sic?: number;
   state?: "operational" | "degraded" | "outage";
-  /** Why it is not operational. */
+  /** Reasons why the sensor is not operational. */
   reasons?: Array<string>;
-  /** Reports per second, over the last 10 s. */
+  /** Reports per second, averaged over the last 10 s. */
   rate_hz?: number;
   accepted?: number;
-  /** Records without a report, by reason. */
+  /** Number of records without a report, by reason. */
   refused?: Record<string, number>;
   lines?: Array<Line>;
-  /** Of its last record of any kind. */
+  /** Time of its last record of any kind. */
   last_seen?: string;
-  /** From the times of its reports to their reception, seconds: the least of the last ones. */
+  /** Minimum delay of recent reports from their time to their reception, in seconds. */
   clock_offset_s?: number;
   contested?: Array<Contested>;
   registration?: Registration;
@@ -1144,51 +1158,51 @@ export type SensorProperties = {
   transponder_types?: Array<LearntTransponderType>;
 };
 
-/** GeoJSON, RFC 7946. */
+/** Sensors as GeoJSON, RFC 7946. */
 export type Sensors = {
-  /** A GeoJSON object with features. */
+  /** Type of a GeoJSON object with features. */
   type: "FeatureCollection";
   unknown: Array<UnknownSource>;
   features: Array<FeatureOfSensorProperties>;
-  /** Of the sensors' states. */
+  /** Time of the sensors' states. */
   time?: string;
 };
 
-/** Health with reasons, latency, counters. */
+/** State with reasons, latency and counters. */
 export type ServiceStatus = {
-  /** A time, RFC 3339, UTC. */
+  /** A UTC time, RFC 3339. */
   time: string;
   state: "ok" | "degraded";
   /** Whether the picture can be used. */
   ready: boolean;
-  /** Why it is not ok. */
+  /** Reasons why the state is not ok. */
   reasons: Array<string>;
-  /** A time, RFC 3339, UTC. */
+  /** A UTC time, RFC 3339. */
   started: string;
   uptime_s: number;
-  /** Number of the latest slot. */
+  /** Sequence number of the latest slot. */
   seq: number;
-  /** Open streams. */
+  /** Number of open streams. */
   streams: number;
-  /** How much later than configured the picture is, seconds. */
+  /** Delay of the picture beyond the configured latency, in seconds. */
   late_s?: number;
-  /** Files of the state directory that cannot be written: a restart would lose what they hold. */
+  /** Files of the state directory that cannot be written. A restart would lose their contents. */
   state_failing: Array<string>;
-  /** From the opening of a slot to its publication, seconds. */
+  /** Time from the start of a slot to its publication, in seconds. */
   latency_s?: Quantiles;
-  /** From when a slot was due to its publication, seconds. */
+  /** Time from a slot's due time to its publication, in seconds. */
   lateness_s?: Quantiles;
   failed_sends?: number;
   tally?: Tally;
 };
 
-/** As configured in `[fusion]`. */
+/** Settings of `[fusion]`. */
 export type Settings = {
   motion: "imm" | "singer";
   window_s: number;
   max_future_s: number;
   max_gap_s: number;
-  /** Rows of slant range and association distance, metres. */
+  /** Rows of slant range and association distance, in metres. */
   threshold_m: Array<[number, number]>;
   ratio_min: number;
   min_samples: number;
@@ -1212,11 +1226,11 @@ export type Skipped = {
 
 /** The picture at a past time: GeoJSON, RFC 7946. */
 export type Snapshot = {
-  /** A GeoJSON object with features. */
+  /** Type of a GeoJSON object with features. */
   type: "FeatureCollection";
-  /** A time, RFC 3339, UTC. */
+  /** A UTC time, RFC 3339. */
   time: string;
-  /** Its configured name. */
+  /** Configured name of the site. */
   site: string;
   numberMatched: number;
   numberReturned: number;
@@ -1266,15 +1280,15 @@ export type StreamMessage = {
   data: Closed;
 };
 
-/** Counts since the start. */
+/** Counters since the start. */
 export type Tally = {
-  /** Datagrams. */
+  /** Number of datagrams received. */
   received: number;
   octets: number;
   duplicates: number;
-  /** Reports, by sensor, in the order of the configuration. */
+  /** Number of reports, by sensor, in the order of the configuration. */
   accepted: Record<string, number>;
-  /** Service messages, by sensor. */
+  /** Number of service messages, by sensor. */
   service: Record<string, number>;
   faults: Array<Fault>;
   refused: Array<Refused>;
@@ -1286,17 +1300,17 @@ export type Tally = {
   dropped: number;
 };
 
-/** Where an association begins and ends: logarithms of likelihood ratios. */
+/** Thresholds of an association, as logarithms of likelihood ratios. */
 export type Threshold = {
-  /** A pair is associated above it. */
+  /** A pair is associated above this value. */
   join: number;
-  /** And separated below it. */
+  /** A pair is separated below this value. */
   part: number;
 };
 
 /** A ticket for one stream. */
 export type Ticket = {
-  /** Given to `/api/v1/stream` as its parameter `ticket`. */
+  /** Value of the parameter `ticket` of `/api/v1/stream`. */
   ticket: string;
   expires_in_s: number;
 };
@@ -1306,154 +1320,156 @@ export type Tiles = {
   attribution: string;
 };
 
-/** A track. What is unknown is left out; in the reference profile that includes motion and accuracy. */
+/** A track. Unknown values are left out; in the reference profile these include motion and accuracy. */
 export type TrackProperties = {
-  /** Operational: one per aircraft, U-…; reference: F-…, R-…, T-…, which change with its sources. */
+  /** Id of the track. Operational profile: one per aircraft, `U-…`. Reference profile: `F-…`, `R-…`, `T-…`, which change with its sources. */
   id: string;
   source: "fused" | "radar" | "transponder";
   track_number: number;
-  /** Coasting: nothing has been measured since; the position is extrapolated. */
+  /** `coasting`: not measured since; the position is extrapolated. */
   state: "active" | "coasting";
-  /** Of the position. */
+  /** Time of the position. */
   time: string;
-  /** WGS-84, degrees. */
+  /** WGS-84 latitude, in degrees. */
   lat: number;
-  /** WGS-84, degrees. */
+  /** WGS-84 longitude, in degrees. */
   lng: number;
-  /** Metres above the ellipsoid, where a height was measured. */
+  /** Height above the ellipsoid, in metres, if a height was measured. */
   alt?: number;
-  /** Metres above mean sea level, where a height was measured. */
+  /** Height above mean sea level, in metres, if a height was measured. */
   alt_msl?: number;
-  /** Geoid above ellipsoid, metres. */
+  /** Height of the geoid above the ellipsoid, in metres. */
   geoid_separation: number;
-  /** Over ground, metres per second. */
+  /** Ground speed, in metres per second. */
   speed?: number;
-  /** Direction over ground, degrees true; left out where it could be any. */
+  /** Direction over ground, in degrees true; left out if it is uncertain. */
   track?: number;
-  /** Metres per second, up. */
+  /** Vertical speed, in metres per second, positive up. */
   vertical_speed?: number;
-  /** Radius that holds 95 % of the horizontal error, as the filter estimates it, metres. */
+  /** Radius that contains 95 % of the horizontal errors, as estimated by the filter, in metres. */
   accuracy_h_m?: number;
-  /** Bound of 95 % of the vertical error, metres. */
+  /** Bound of 95 % of the vertical errors, in metres. */
   accuracy_v_m?: number;
   /** Class of `accuracy_h_m` in ASTM F3411. */
   accuracy_h?: "HA1m" | "HA3m" | "HA10m" | "HA30m" | "HA005NM" | "HA01NM" | "HA03NM" | "HA05NM" | "HA1NM" | "HA2NM" | "HA4NM" | "HA10NM" | "HA10NMPlus";
   /** Class of `accuracy_v_m` in ASTM F3411. */
   accuracy_v?: "VA1m" | "VA3m" | "VA10m" | "VA25m" | "VA45m" | "VA150m" | "VA150mPlus";
-  /** Of a predicted position (at=now): holds 95 % of the horizontal error. */
+  /** Ellipse that contains 95 % of the horizontal errors; only for a predicted position (`at=now`). */
   accuracy_ellipse?: Ellipse;
-  /** Operational: the position lies between two measurements; reference: there is a transponder. */
+  /** Operational profile: the position lies between two measurements. Reference profile: there is a transponder. */
   interpolated: boolean;
-  /** The position lies after the last measurement or before the first. */
+  /** Whether the position lies after the last measurement or before the first. */
   extrapolated: boolean;
   /** Probability that it is a drone, according to the radar. */
   uav_probability?: number;
-  /** What it is taken for. */
+  /** Class of the target. */
   aircraft_type: "drone" | "crewed" | "vehicle" | "other" | "unknown";
   uas_id?: UasId;
   aircraft?: AircraftJson;
-  /** What a drone declares by Remote ID. */
+  /** Remote ID declarations of a drone. */
   remote_id?: RemoteIdDeclaration;
-  /** Operational: whether its transponder can be trusted; docs/INTEGRITY.md. */
+  /** Operational profile: further identities of the same aircraft, which carries several transponders. */
+  also?: Array<Also>;
+  /** Operational profile: integrity of its transponder; docs/INTEGRITY.md. */
   integrity?: "unverified" | "verified" | "suspect" | "failed";
-  /** Natural logarithm of how much likelier a lie of its transponder is than none, by radar. */
+  /** Natural logarithm of the likelihood ratio of a false to a true report of its transponder, by radar. */
   integrity_index?: number;
-  /** Radius that holds 95 % of the offsets that radar would not have shown by now, metres; left out where nothing bounds it. */
+  /** Protection level, in metres: radius that contains 95 % of the position offsets that radar would not have revealed so far. Left out if there is no bound. */
   protection_level_m?: number;
-  /** Of a suspect or failed one, how far it is from where radar sees it, metres. */
+  /** Distance between a suspect or failed transponder's position and that seen by radar, in metres. */
   offset_m?: number;
-  /** What speaks against its transponder. */
+  /** Evidence against its transponder. */
   reasons?: Array<"radar" | "jump" | "frozen" | "replay" | "duplicate" | "swapped" | "velocity" | "time">;
-  /** Tracks that claim to be the same aircraft elsewhere. */
+  /** Tracks that claim to be the same aircraft at another position. */
   linked?: Array<Link>;
-  /** It flies without a transponder where one is to be heard. */
+  /** Whether it flies without a transponder where a receiver should hear one. */
   uncooperative?: boolean;
-  /** Centre of the first slot with it. */
+  /** Centre of the first slot with the track. */
   first_seen: string;
-  /** The latest one up to `time`, of any sensor; left out before the first. */
+  /** Time of the latest measurement up to `time`, by any sensor; left out before the first. */
   last_measurement?: string;
   contributors: Array<Contributor>;
-  /** From its time to its publication. */
+  /** Time from the track's time to its publication, in seconds. */
   age_s: number;
-  /** With trail_s. */
+  /** Recent trail; with the parameter `trail_s`. */
   trail?: RecentTrail;
 };
 
-/** GeoJSON, RFC 7946. */
+/** Tracks as GeoJSON, RFC 7946. */
 export type Tracks = {
-  /** A GeoJSON object with features. */
+  /** Type of a GeoJSON object with features. */
   type: "FeatureCollection";
-  /** `now`: the picture of the deadline itself, predicted; left out where it is the slot's own. */
+  /** `now` for the predicted picture of the deadline; left out for the picture of the slot. */
   at?: "now";
-  /** Of the tracks: the centre of the slot. */
+  /** Time of the tracks: the centre of the slot. */
   time?: string;
-  /** When the slot was published. */
+  /** Time of publication of the slot. */
   published_at?: string;
-  /** From the opening of the slot to its publication, seconds. */
+  /** Time from the start of the slot to its publication, in seconds. */
   latency_s?: number;
   seq: number;
-  /** Its configured name. */
+  /** Configured name of the site. */
   site: string;
   numberMatched: number;
   numberReturned: number;
-  /** Where `limit` has left some out: what `after` takes for the next page. */
+  /** Value of `after` for the next page, if `limit` has left out some tracks. */
   next?: string;
-  /** Written one by one, behind all others. */
+  /** Tracks, after all other members. */
   features: Array<FeatureOfTrackProperties>;
 };
 
 export type TrailProperties = {
   id: string;
-  /** Of each place. */
+  /** Time of each position. */
   times: Array<string>;
-  /** Of each place. */
+  /** Source of each position. */
   sources: Array<"fused" | "radar" | "transponder">;
-  /** Of each place, metres above mean sea level; null where no height was measured. */
+  /** Height of each position above mean sea level, in metres; null if none was measured. */
   alt_msl: Array<number | null>;
 };
 
-/** What tells a transponder from all others. */
+/** Unique identity of a transponder. */
 export type TransponderId = {
   serial_number: string;
-  /** ISO 3166-1 alpha-2. */
+  /** Country of registration, ISO 3166-1 alpha-2. */
   registration_country?: string;
 };
 
-/** Identity of a drone as it reports it, by one of the kinds of ASTM F3411. */
+/** Identity of a drone as it reports it, in one of the kinds of ASTM F3411. */
 export type UasId = {
   serial_number?: string;
-  /** Given by an authority. */
+  /** Registration id assigned by an authority. */
   registration_id?: string;
-  /** Given by a traffic management service for a flight: a UUID. */
+  /** UUID assigned by a traffic management service for a flight. */
   utm_id?: string;
-  /** Of a session: 20 octets, hexadecimal; the first octet says of which kind. */
+  /** Session id: 20 octets in hexadecimal, the first of which is its kind. */
   specific_session_id?: string;
   manufacturer?: string;
   model?: string;
-  /** ISO 3166-1 alpha-2. */
+  /** Country of registration, ISO 3166-1 alpha-2. */
   registration_country?: string;
 };
 
-/** A source that is no configured sensor. */
+/** A source that is not a configured sensor. */
 export type UnknownSource = {
   category: number;
   sac: number;
   sic: number;
-  /** The service's own output comes back. */
+  /** Whether it is the service's own output. */
   own: boolean;
   records: number;
-  /** A time, RFC 3339, UTC. */
+  /** A UTC time, RFC 3339. */
   last_seen: string;
 };
 
-/** A volume that aircraft keep around themselves. */
+/** A volume around each aircraft. */
 export type Volume = {
   name: string;
   /** Radius, metres. */
   horizontal_m: number;
-  /** Half of its height, metres. */
+  /** Half of the height, metres. */
   vertical_m: number;
-  /** Modified tau up to which it counts as entered, seconds; 0: it does not. */
+  /** Modified tau up to which the volume counts as entered, seconds; 0: not used. */
   tau_s: number;
 };
 

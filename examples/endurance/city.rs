@@ -1,6 +1,5 @@
-//! A busy site for hours of its own time: does anything grow, does anything get slower?
+//! A busy site for hours of its own time: checks that nothing grows or slows down.
 
-use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -13,53 +12,51 @@ use utm_fusion::config::{Config, Feed};
 use utm_fusion::conflicts::ConflictWatch;
 use utm_fusion::evaluate::plot::curves::{Panel, panels};
 use utm_fusion::formats::Encoders;
-use utm_fusion::history::{Limits, SavedTrack, Snapshot, Store};
-use utm_fusion::live::{Driver, Made};
+use utm_fusion::history::{HistoryLimits, HistoryPicture, HistoryStore, HistoryTrack};
+use utm_fusion::live::{Driver, DriverEvent};
 use utm_fusion::picture::MAX_ACCURACY_M;
 use utm_fusion::simulate::simulate;
 
-use crate::flights::{self, Flights};
+use crate::flights::{self, EndlessFlights, EnduranceResult};
 
-type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
-
-/// Pictures in a transaction of the history, as the service has it.
+/// Pictures per transaction of the history, as in the service.
 const BATCH: usize = 5;
-/// At the end of a day no more memory is held than this times what it took in the second quarter of it.
+/// Maximum ratio of memory at the end to memory in the second quarter.
 const GROWTH: f64 = 1.05;
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// How long, in the site's own time.
+    /// Duration in the site's time, hours.
     #[arg(long, default_value_t = 24.0)]
     hours: f64,
-    /// Who flies: five minutes, a minute's pause, the next flight.
+    /// Scenario. A flight lasts five minutes; after a pause of one minute the next flight begins.
     #[arg(long, default_value = "config/scenarios/city.toml")]
     scenario: PathBuf,
-    /// Where the table and its figure are written.
+    /// Directory for the table and its figure.
     #[arg(long, default_value = "target")]
     out: PathBuf,
 }
 
-/// A minute.
+/// Measurements of one minute.
 #[derive(Clone, Copy, Debug, Default)]
-struct Minute {
-    /// Since the beginning, hours.
+struct CityMinute {
+    /// Time since the beginning, hours.
     at_h: f64,
-    /// Memory that the process holds for itself, MiB.
+    /// Anonymous memory of the process, MiB.
     memory_mib: f64,
-    /// The history's file, MiB, and how far back it goes, hours.
+    /// Size of the history's file, MiB. `history_h` is the time that it covers, hours.
     history_mib: f64,
     history_h: f64,
-    /// The longest that a slot took, milliseconds: made, encoded, looked at for conflicts; and, every five seconds, the history
-    /// written, which the service leaves to a thread of its own.
+    /// Longest time for one slot, milliseconds: computation, encoding, conflict detection. Every five seconds it
+    /// includes writing the history, which the service does in another thread.
     slot_ms: f64,
-    /// Time on a processor, seconds.
+    /// Processor time, seconds.
     processor_s: f64,
     tracks: usize,
     numbers: usize,
 }
 
-/// A row of the table.
+/// Header of the table.
 const HEAD: &str = "hour,memory_mib,history_mib,history_h,slot_ms,processor_s,tracks,numbers\n";
 
 struct City {
@@ -67,9 +64,9 @@ struct City {
     driver: Driver,
     encoders: Encoders,
     watch: Option<ConflictWatch>,
-    store: Store,
-    waiting: Vec<Snapshot>,
-    /// The latest slot, and the second that is kept.
+    store: HistoryStore,
+    waiting: Vec<HistoryPicture>,
+    /// Latest slot. `second` is the latest second in the history.
     latest: Option<Time>,
     second: i64,
     slots: u64,
@@ -78,20 +75,20 @@ struct City {
     tracks: usize,
 }
 
-/// Flies it; whether nothing was missing and nothing grew.
-pub fn fly(args: &Args) -> Result<bool> {
+/// Flies the scenario. Returns whether nothing was missing and nothing grew.
+pub fn fly(args: &Args) -> EnduranceResult<bool> {
     let scenario = flights::scenario(&args.scenario)?;
     let (start, mut short) = (scenario.start_time(), scenario);
     short.duration_s = 1.0;
     let config = simulate(&short, 1, Some(start))?.config;
     fs::create_dir_all(&args.out)?;
     let file = args.out.join(format!("endurance-{}.redb", std::process::id()));
-    let limits = Limits::of(&config.state).ok_or("no history is kept")?;
+    let limits = HistoryLimits::of(&config.state).ok_or("no history is kept")?;
     let driver = Driver::new(&config, Masks::default(), start, config.sensors.len());
     let mut city = City {
         encoders: Encoders::new(&config),
         watch: ConflictWatch::of(&config),
-        store: Store::open(&file, limits)?,
+        store: HistoryStore::open(&file, limits)?,
         driver,
         config,
         waiting: Vec::new(),
@@ -120,14 +117,14 @@ pub fn fly(args: &Args) -> Result<bool> {
 }
 
 impl City {
-    fn minutes(&mut self, args: &Args, start: Time, minutes: &mut Vec<Minute>) -> Result<()> {
+    fn minutes(&mut self, args: &Args, start: Time, minutes: &mut Vec<CityMinute>) -> EnduranceResult<()> {
         let end = start + SignedDuration::from_secs_f64(3600.0 * args.hours);
-        let mut flights = Flights::new(&args.scenario)?;
+        let mut flights = EndlessFlights::new(&args.scenario)?;
         let mut next = start + SignedDuration::from_mins(1);
         let mut slowest_s: f64 = 0.0;
         loop {
             let received = flights.next()?;
-            // Slots are made when they are due, whether anything comes or not.
+            // Slots are computed when they are due, even if nothing arrives.
             while let Some(made) = self.driver.next_made().filter(|made| *made < received.at) {
                 let began = Instant::now();
                 self.driver.tick(made);
@@ -158,9 +155,9 @@ impl City {
         }
     }
 
-    fn hand_out(&mut self) -> Result<()> {
+    fn hand_out(&mut self) -> EnduranceResult<()> {
         while let Some(made) = self.driver.poll() {
-            let Made::Slot(frame) = made else { continue };
+            let DriverEvent::Slot(frame) = made else { continue };
             let picture = &frame.picture;
             let slot = self.config.fusion.slot;
             if self.latest.is_some_and(|latest| picture.time != latest + slot) {
@@ -178,8 +175,8 @@ impl City {
             let second = picture.time.nanos().div_euclid(SECOND);
             if std::mem::replace(&mut self.second, second) != second {
                 let tracks = picture.within(MAX_ACCURACY_M);
-                let tracks = tracks.map(|track| SavedTrack::of(track, self.driver.maker())).collect();
-                self.waiting.push(Snapshot { time: picture.time, tracks });
+                let tracks = tracks.map(|track| HistoryTrack::of(track, self.driver.maker())).collect();
+                self.waiting.push(HistoryPicture { time: picture.time, tracks });
             }
             if self.waiting.len() == BATCH {
                 self.store.keep(&self.waiting)?;
@@ -189,9 +186,9 @@ impl City {
         Ok(())
     }
 
-    fn minute(&self, at_h: f64, slowest_s: f64) -> Result<Minute> {
+    fn minute(&self, at_h: f64, slowest_s: f64) -> EnduranceResult<CityMinute> {
         let span = self.store.span()?.map_or(0.0, |(from, to)| (to - from).as_secs_f64());
-        Ok(Minute {
+        Ok(CityMinute {
             at_h,
             memory_mib: anonymous_mib()?,
             history_mib: self.store.octets()? as f64 / f64::from(1 << 20),
@@ -204,33 +201,33 @@ impl City {
     }
 }
 
-/// Memory that is the process's own, without pages of files (`RssAnon` in proc_pid_status(5)), MiB.
-fn anonymous_mib() -> Result<f64> {
+/// Anonymous memory of the process, without pages of files (`RssAnon` in proc_pid_status(5)), MiB.
+fn anonymous_mib() -> EnduranceResult<f64> {
     let status = fs::read_to_string("/proc/self/status")?;
     let line = status.lines().find_map(|line| line.strip_prefix("RssAnon:")).ok_or("RssAnon is not told")?;
     Ok(line.trim().trim_end_matches("kB").trim().parse::<f64>()? / 1024.0)
 }
 
-/// Time on a processor, in ticks of 10 ms (proc_pid_stat(5)), seconds.
-fn processor_s() -> Result<f64> {
+/// Processor time, seconds, from ticks of 10 ms (proc_pid_stat(5)).
+fn processor_s() -> EnduranceResult<f64> {
     let stat = fs::read_to_string("/proc/self/stat")?;
     let (_, fields) = stat.rsplit_once(')').ok_or("no name in stat")?;
     let ticks = fields.split_whitespace().skip(11).take(2).map(str::parse::<u64>);
-    Ok(ticks.sum::<std::result::Result<u64, _>>()? as f64 * 0.01)
+    Ok(ticks.sum::<Result<u64, _>>()? as f64 * 0.01)
 }
 
-/// Writes the table, and a figure of it.
-fn report(minutes: &[Minute], out: &Path) -> Result<()> {
+/// Writes the table and its figure.
+fn report(minutes: &[CityMinute], out: &Path) -> EnduranceResult<()> {
     let mut table = HEAD.to_owned();
     for minute in minutes {
-        let Minute { at_h, memory_mib, history_mib, history_h, slot_ms, processor_s, tracks, numbers } =
+        let CityMinute { at_h, memory_mib, history_mib, history_h, slot_ms, processor_s, tracks, numbers } =
             minute;
         table += &format!(
             "{at_h:.3},{memory_mib:.1},{history_mib:.1},{history_h:.2},{slot_ms:.2},{processor_s:.1},{tracks},{numbers}\n"
         );
     }
     fs::write(out.join("endurance-city.csv"), table)?;
-    let panel = |label, of: fn(&Minute) -> f64| {
+    let panel = |label, of: fn(&CityMinute) -> f64| {
         Panel::from_zero(label, minutes.iter().map(|minute| (minute.at_h, of(minute))).collect())
     };
     let figure = panels(

@@ -1,4 +1,4 @@
-//! Flights in which things fail, and what must hold all the same.
+//! Flights with faults, and the conditions that must hold despite them.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -14,57 +14,57 @@ use rand_chacha::ChaCha8Rng;
 use utm_fusion::config::{Config, Profile};
 use utm_fusion::simulate::{Scenario, simulate};
 
-use crate::book::{Broken, Place};
-use crate::plan::{Fault, Kind, WELL_S, draw, seconds};
-use crate::service::Service;
+use crate::picture_log::{PublishedPosition, Violation};
+use crate::plan::{FaultKind, PlannedFault, WELL_S, draw, seconds};
+use crate::service::CheckedService;
 
-/// Two drones with transponders, one without, birds, and a network that is never perfect.
+/// Two drones with transponders, one without, birds, and an imperfect network.
 const SCENARIO: &str = "name = \"faults\"\nduration_s = 130\n[drones]\nmultirotors = 3\nequipped = 2\n[birds]\ncount = 3\n\
                         [network]\nlost = 0.01\nreordered = 0.05\nduplicated = 0.02\n";
-/// Flights that schedules share.
+/// Number of different flights, which the schedules share.
 const FLIGHTS: u64 = 16;
-/// From the end of the last fault on until the picture must be that of an undisturbed service, seconds: the window, the latency,
-/// and what the clock was ahead.
+/// Time from the end of the last fault until the picture must equal that of an undisturbed service, seconds: the
+/// window, the latency, and the largest clock error.
 const RECOVERS_S: f64 = 25.0 + 6.25 + 15.0;
-/// That is looked at up to the end of the flight but this, seconds.
+/// Pictures after this time of the flight are not compared, seconds.
 const END_S: f64 = 122.0;
-/// An aircraft that no sensor sees may be shown so much longer or shorter, seconds: when it is known too poorly to be shown goes by
-/// what was learnt of its transponder, too.
+/// Tolerance for the times at which an aircraft without reports appears and disappears, seconds. These times also
+/// depend on what was learnt of its transponder.
 const EDGE_S: f64 = 2.0;
-/// The program is told the time so often at least, seconds.
+/// Maximum time between two ticks of the program, seconds.
 const TICK_S: f64 = 1.0;
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// How many.
+    /// Number of schedules.
     #[arg(long, default_value_t = 1000)]
     schedules: u64,
-    /// The first seed.
+    /// First seed.
     #[arg(long, default_value_t = 1)]
     from: u64,
-    /// How many at a time.
+    /// Number of schedules flown at a time.
     #[arg(long, default_value_t = 2)]
     threads: usize,
 }
 
-/// What arrives at a socket.
-struct Arrival {
+/// A datagram that arrives at a socket.
+struct ArrivedDatagram {
     at_s: f64,
     line: usize,
     payload: Vec<u8>,
 }
 
-/// A flight, and who is shown when nothing fails.
-struct Flight {
+/// A flight, and its pictures without faults.
+struct FaultlessFlight {
     config: Arc<Config>,
     start: Time,
-    arrivals: Vec<Arrival>,
-    undisturbed: BTreeMap<Time, BTreeMap<Identity, Place>>,
+    arrivals: Vec<ArrivedDatagram>,
+    undisturbed: BTreeMap<Time, BTreeMap<Identity, PublishedPosition>>,
 }
 
-/// What came of schedules.
+/// Totals over schedules.
 #[derive(Debug, Default)]
-struct Sums {
+struct ScheduleTotals {
     faults: u64,
     starts: u64,
     warm: u64,
@@ -73,7 +73,7 @@ struct Sums {
     compared: u64,
 }
 
-impl Flight {
+impl FaultlessFlight {
     fn new(
         seed: u64,
         profile: Profile,
@@ -86,7 +86,7 @@ impl Flight {
         config.state.checkpoint_s = 5.0;
         let start = scenario.start_time();
         let radar = config.sensors[0].inputs[0].port;
-        let arrivals = simulation.datagrams.into_iter().map(|datagram| Arrival {
+        let arrivals = simulation.datagrams.into_iter().map(|datagram| ArrivedDatagram {
             at_s: (datagram.received - start).as_secs_f64(),
             line: usize::from(datagram.flow.port != radar),
             payload: datagram.payload,
@@ -98,13 +98,19 @@ impl Flight {
             undisturbed: BTreeMap::new(),
         };
         let random = &mut ChaCha8Rng::seed_from_u64(0);
-        let service = flight.fly(&[], random, directory).map_err(|Broken(what)| what)?;
-        flight.undisturbed = service.book.shown;
+        let service = flight.fly(&[], random, directory).map_err(|Violation(what)| what)?;
+        flight.undisturbed = service.picture_log.shown;
         Ok(flight)
     }
 
-    /// Whether what is shown now is where it would be, and is what would be, or was just before or just after.
-    fn is(&self, time: Time, shown: &BTreeMap<Identity, Place>, now: &BTreeMap<Identity, Place>) -> bool {
+    /// Whether the picture `now` agrees with the undisturbed picture `shown`: the same positions, and the same
+    /// aircraft, within [`EDGE_S`].
+    fn is(
+        &self,
+        time: Time,
+        shown: &BTreeMap<Identity, PublishedPosition>,
+        now: &BTreeMap<Identity, PublishedPosition>,
+    ) -> bool {
         let about = time + seconds(-EDGE_S)..=time + seconds(EDGE_S);
         now.keys().chain(shown.keys()).all(|who| match (now.get(who), shown.get(who)) {
             (Some(here), Some(there)) => here.agrees(there),
@@ -115,14 +121,14 @@ impl Flight {
         })
     }
 
-    /// Flies it with these faults.
+    /// Flies the flight with these faults.
     fn fly(
         &self,
-        faults: &[Fault],
+        faults: &[PlannedFault],
         random: &mut ChaCha8Rng,
         directory: &std::path::Path,
-    ) -> Result<Service, Broken> {
-        let mut service = Service::new(self.config.clone(), directory);
+    ) -> Result<CheckedService, Violation> {
+        let mut service = CheckedService::new(self.config.clone(), directory);
         let mut arrivals = disturbed(&self.arrivals, faults, random).into_iter().peekable();
         let mut edges = edges(faults).into_iter().peekable();
         let mut clock = SiteClock { start: self.start, ahead_s: 0.0 };
@@ -156,7 +162,7 @@ impl Flight {
     }
 }
 
-/// What the clock of the machine shows.
+/// Clock of the machine.
 struct SiteClock {
     start: Time,
     ahead_s: f64,
@@ -168,43 +174,43 @@ impl SiteClock {
     }
 }
 
-/// A fault begins or ends.
-struct Edge<'a> {
+/// Beginning or end of a fault.
+struct FaultEdge<'a> {
     at_s: f64,
-    fault: &'a Fault,
+    fault: &'a PlannedFault,
     begins: bool,
 }
 
-/// All of them, in order.
-fn edges(faults: &[Fault]) -> Vec<Edge<'_>> {
-    let begin = faults.iter().map(|fault| Edge { at_s: fault.from_s, fault, begins: true });
-    let end = faults.iter().map(|fault| Edge { at_s: fault.until_s, fault, begins: false });
+/// All beginnings and ends, in order.
+fn edges(faults: &[PlannedFault]) -> Vec<FaultEdge<'_>> {
+    let begin = faults.iter().map(|fault| FaultEdge { at_s: fault.from_s, fault, begins: true });
+    let end = faults.iter().map(|fault| FaultEdge { at_s: fault.until_s, fault, begins: false });
     let mut edges: Vec<_> = begin.chain(end).collect();
     edges.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
     edges
 }
 
-impl Edge<'_> {
+impl FaultEdge<'_> {
     fn happen(
         &self,
-        service: &mut Service,
+        service: &mut CheckedService,
         clock: &mut SiteClock,
-        faults: &[Fault],
+        faults: &[PlannedFault],
         random: &mut ChaCha8Rng,
-    ) -> Result<(), Broken> {
+    ) -> Result<(), Violation> {
         match self.fault.kind {
-            Kind::Clock(by_s) => {
+            FaultKind::Clock(by_s) => {
                 let by_s = if self.begins { by_s } else { -by_s };
                 if by_s < 0.0 {
-                    service.book.set_back(clock.at(self.at_s));
+                    service.picture_log.set_back(clock.at(self.at_s));
                 }
                 clock.ahead_s += by_s;
             }
-            Kind::Disk => service.disk(!self.begins),
-            Kind::Stop if self.begins => service.stop(clock.at(self.at_s))?,
-            Kind::Kill { damaged } if self.begins => service.kill(damaged.then_some(random))?,
-            Kind::Stop | Kind::Kill { .. } => {
-                // Another fault may keep it down.
+            FaultKind::Disk => service.disk(!self.begins),
+            FaultKind::Stop if self.begins => service.stop(clock.at(self.at_s))?,
+            FaultKind::Kill { damaged } if self.begins => service.kill(damaged.then_some(random))?,
+            FaultKind::Stop | FaultKind::Kill { .. } => {
+                // Another fault may keep the program down.
                 let is_down = faults.iter().any(|fault| fault.is_down() && fault.holds(self.at_s));
                 if !is_down && !service.runs() {
                     service.start(clock.at(self.at_s));
@@ -216,9 +222,9 @@ impl Edge<'_> {
     }
 }
 
-/// When the program runs again that is to do something at that time.
-fn awake(faults: &[Fault], at_s: f64) -> f64 {
-    let pauses = || faults.iter().filter(|fault| fault.kind == Kind::Pause);
+/// First time from `at_s` on at which no pause is active.
+fn awake(faults: &[PlannedFault], at_s: f64) -> f64 {
+    let pauses = || faults.iter().filter(|fault| fault.kind == FaultKind::Pause);
     let mut at_s = at_s;
     // One pause may follow another.
     while let Some(pause) = pauses().find(|pause| pause.holds(at_s)) {
@@ -227,19 +233,23 @@ fn awake(faults: &[Fault], at_s: f64) -> f64 {
     at_s
 }
 
-/// What arrives of these.
-fn disturbed(arrivals: &[Arrival], faults: &[Fault], random: &mut ChaCha8Rng) -> Vec<Arrival> {
+/// Applies the faults to the arriving datagrams.
+fn disturbed(
+    arrivals: &[ArrivedDatagram],
+    faults: &[PlannedFault],
+    random: &mut ChaCha8Rng,
+) -> Vec<ArrivedDatagram> {
     let mut arrived = Vec::new();
     for arrival in arrivals {
-        let Arrival { mut at_s, line, ref payload } = *arrival;
+        let ArrivedDatagram { mut at_s, line, ref payload } = *arrival;
         let mut payload = payload.clone();
         let (mut is_lost, mut copies) = (false, 1);
         for fault in faults.iter().filter(|fault| fault.holds(arrival.at_s)) {
             match fault.kind {
-                Kind::Lost(share) => is_lost |= random.random_bool(share),
-                Kind::Late(by_s) => at_s += random.random_range(0.0..by_s),
-                Kind::Twice => copies = 2,
-                Kind::Torn(share) if random.random_bool(share) && !payload.is_empty() => {
+                FaultKind::Lost(share) => is_lost |= random.random_bool(share),
+                FaultKind::Late(by_s) => at_s += random.random_range(0.0..by_s),
+                FaultKind::Twice => copies = 2,
+                FaultKind::Torn(share) if random.random_bool(share) && !payload.is_empty() => {
                     let place = random.random_range(0..payload.len());
                     if random.random_bool(0.5) {
                         payload.truncate(place);
@@ -251,66 +261,70 @@ fn disturbed(arrivals: &[Arrival], faults: &[Fault], random: &mut ChaCha8Rng) ->
             }
         }
         if !is_lost {
-            arrived.extend((0..copies).map(|_| Arrival { at_s, line, payload: payload.clone() }));
+            arrived.extend((0..copies).map(|_| ArrivedDatagram { at_s, line, payload: payload.clone() }));
         }
     }
     for fault in faults {
-        let Kind::Noise(a_second) = fault.kind else { continue };
+        let FaultKind::Noise(a_second) = fault.kind else { continue };
         let count = (a_second * (fault.until_s - fault.from_s)) as usize;
-        arrived.extend((0..count).map(|_| Arrival {
+        arrived.extend((0..count).map(|_| ArrivedDatagram {
             at_s: random.random_range(fault.from_s..fault.until_s),
             line: random.random_range(0..2),
             payload: (0..random.random_range(0..200)).map(|_| random.random_range(0..=255)).collect(),
         }));
     }
-    // While it stands still its sockets keep what comes.
+    // During a pause, the sockets keep what arrives.
     arrived.iter_mut().for_each(|arrival| arrival.at_s = awake(faults, arrival.at_s));
     arrived.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
     arrived
 }
 
-/// A schedule, whole.
-fn schedule(seed: u64, flights: &[Flight], directory: &std::path::Path) -> Result<Sums, Broken> {
+/// Flies the schedule of one seed.
+fn schedule(
+    seed: u64,
+    flights: &[FaultlessFlight],
+    directory: &std::path::Path,
+) -> Result<ScheduleTotals, Violation> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let flight = &flights[(seed % flights.len() as u64) as usize];
     let faults = draw(&mut random);
     let service = flight.fly(&faults, &mut random, directory)?;
     let [from, until] = [WELL_S + RECOVERS_S, END_S].map(|at_s| flight.start + seconds(at_s) - seconds(6.25));
     let slots: Vec<_> = flight.undisturbed.range(from..until).collect();
-    let now = |time| service.book.shown.get(time);
+    let now = |time| service.picture_log.shown.get(time);
     let mut others =
         slots.iter().filter(|(time, shown)| !now(time).is_some_and(|now| flight.is(**time, shown, now)));
     if let Some((time, shown)) = others.next() {
         let (now, more) = (now(*time), others.count());
-        return Err(Broken(format!(
+        return Err(Violation(format!(
             "slot {time} shows {now:?}, and would show {shown:?}; {more} later ones are others"
         )));
     }
     let compared = slots.len() as u64;
     if compared == 0 {
-        return Err(Broken("nothing was compared".to_owned()));
+        return Err(Violation("nothing was compared".to_owned()));
     }
-    Ok(Sums {
+    Ok(ScheduleTotals {
         faults: faults.len() as u64,
         starts: service.starts.0,
         warm: service.starts.1,
-        slots: service.book.slots,
+        slots: service.picture_log.slots,
         replayed: service.replayed,
         compared,
     })
 }
 
-/// Flies all of them; whether everything held.
+/// Flies all schedules. Returns whether all conditions held.
 pub fn fly(args: &Args) -> Result<bool, Box<dyn Error + Send + Sync>> {
     let began = Instant::now();
     let directory = std::env::temp_dir().join(format!("utm-fusion-endurance-{}", std::process::id()));
     let profiles = [Profile::Operational, Profile::Reference];
     let flights =
-        (0..FLIGHTS).map(|seed| Flight::new(seed, profiles[usize::from(seed % 8 == 7)], &directory));
+        (0..FLIGHTS).map(|seed| FaultlessFlight::new(seed, profiles[usize::from(seed % 8 == 7)], &directory));
     let flights = flights.collect::<Result<Vec<_>, _>>()?;
     let next = AtomicU64::new(args.from);
     let end = args.from + args.schedules;
-    let (sums, failed) = (Mutex::new(Sums::default()), AtomicU64::new(0));
+    let (sums, failed) = (Mutex::new(ScheduleTotals::default()), AtomicU64::new(0));
     std::thread::scope(|scope| {
         for thread in 0..args.threads {
             let directory: PathBuf = directory.join(thread.to_string());
@@ -331,7 +345,7 @@ pub fn fly(args: &Args) -> Result<bool, Box<dyn Error + Send + Sync>> {
                             sums.replayed += of.replayed;
                             sums.compared += of.compared;
                         }
-                        Err(Broken(what)) => {
+                        Err(Violation(what)) => {
                             failed.fetch_add(1, Ordering::Relaxed);
                             println!("seed {seed}: {what}");
                             for fault in draw(&mut ChaCha8Rng::seed_from_u64(seed)) {

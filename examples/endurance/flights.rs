@@ -1,5 +1,5 @@
-//! Flights one after the other, made by a process of its own: a simulated flight is held in memory as a whole, and that is not to be
-//! mistaken for what the service takes.
+//! Successive flights, simulated by a separate process. A simulated flight is held in memory as a whole, which must not
+//! count as memory of the service.
 
 use std::error::Error;
 use std::io::{self, BufReader, BufWriter, ErrorKind, Read, Write};
@@ -11,13 +11,13 @@ use fusion::time::Time;
 use jiff::SignedDuration;
 use utm_fusion::simulate::{Scenario, simulate};
 
-type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
+pub type EnduranceResult<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
-/// A flight of a scenario lasts so long,
+/// Duration of a flight, seconds.
 const LASTS_S: i64 = 300;
-/// and the next one begins so long after its beginning.
+/// Time between the beginnings of two flights.
 const EVERY: SignedDuration = SignedDuration::from_secs(360);
-/// Of a flight's transponders those above this number are heard in that flight alone.
+/// Transponders of a flight with numbers above this one are received in that flight only.
 const RETURNS: u32 = 200;
 
 /// Writes a flight to the standard output.
@@ -27,28 +27,28 @@ pub struct Args {
     number: u64,
 }
 
-/// What was received.
-pub struct Received {
+/// A received datagram.
+pub struct TimedDatagram {
     pub at: Time,
     pub line: usize,
     pub payload: Vec<u8>,
 }
 
-/// The scenario, with flights as long as here.
-pub fn scenario(path: &Path) -> Result<Scenario> {
+/// Loads the scenario, with the duration of flights used here.
+pub fn scenario(path: &Path) -> EnduranceResult<Scenario> {
     let mut scenario = Scenario::load(path)?;
     scenario.duration_s = LASTS_S as f64;
     Ok(scenario)
 }
 
-/// Writes that flight: of each datagram the time (8 octets), the line (1), the length (2, all little endian), the octets.
-pub fn write(args: &Args) -> Result<()> {
+/// Writes the flight. Each datagram has its time (8 octets), line (1), length (2, all little endian), and payload.
+pub fn write(args: &Args) -> EnduranceResult<()> {
     let scenario = scenario(&args.scenario)?;
     let start = scenario.start_time() + SignedDuration::from_secs(EVERY.as_secs() * args.number as i64);
-    // By some seeds there are too many too near each other.
+    // For some seeds the drones find no free paths.
     let mut flights =
         (0..10).map(|other| simulate(&scenario, args.number + 1 + 1_000_000 * other, Some(start)));
-    let simulation = flights.find_map(std::result::Result::ok).ok_or("too crowded, by ten seeds")?;
+    let simulation = flights.find_map(Result::ok).ok_or("too crowded, by ten seeds")?;
     let ports: Vec<u16> = simulation.config.sensors.iter().map(|sensor| sensor.inputs[0].port).collect();
     let mut out = BufWriter::new(io::stdout().lock());
     for datagram in simulation.datagrams {
@@ -62,7 +62,7 @@ pub fn write(args: &Args) -> Result<()> {
     Ok(out.flush()?)
 }
 
-/// The datagram with serial numbers of this flight, where they do not return.
+/// Changes the datagram's serial number to one of this flight, unless the transponder returns in later flights.
 fn renamed(payload: &[u8], flight: u64) -> Vec<u8> {
     if payload.first() != Some(&129) {
         return payload.to_vec();
@@ -86,8 +86,8 @@ fn renamed(payload: &[u8], flight: u64) -> Vec<u8> {
     out
 }
 
-/// Flights until they are dropped; while one is read the next one is made.
-pub struct Flights {
+/// An endless series of flights. While one is read, the next one is simulated.
+pub struct EndlessFlights {
     scenario: PathBuf,
     next: u64,
     reading: BufReader<std::process::ChildStdout>,
@@ -95,16 +95,16 @@ pub struct Flights {
     made: [Child; 2],
 }
 
-impl Flights {
-    pub fn new(scenario: &Path) -> Result<Self> {
+impl EndlessFlights {
+    pub fn new(scenario: &Path) -> EnduranceResult<Self> {
         let mut first = making(scenario, 0)?;
         let reading = BufReader::new(first.stdout.take().ok_or("no pipe")?);
         let made = [first, making(scenario, 1)?];
         Ok(Self { scenario: scenario.to_owned(), next: 2, reading, made })
     }
 
-    /// The next datagram.
-    pub fn next(&mut self) -> Result<Received> {
+    /// Returns the next datagram.
+    pub fn next(&mut self) -> EnduranceResult<TimedDatagram> {
         loop {
             let mut head = [0; 11];
             match self.reading.read_exact(&mut head) {
@@ -112,7 +112,7 @@ impl Flights {
                     let [at @ .., line, low, high] = head;
                     let mut payload = vec![0; usize::from(u16::from_le_bytes([low, high]))];
                     self.reading.read_exact(&mut payload)?;
-                    return Ok(Received {
+                    return Ok(TimedDatagram {
                         at: Time::from_nanos(i64::from_le_bytes(at)),
                         line: line.into(),
                         payload,
@@ -124,7 +124,7 @@ impl Flights {
         }
     }
 
-    fn turn(&mut self) -> Result<()> {
+    fn turn(&mut self) -> EnduranceResult<()> {
         let after = making(&self.scenario, self.next)?;
         self.next += 1;
         self.made.swap(0, 1);
@@ -137,7 +137,7 @@ impl Flights {
     }
 }
 
-impl Drop for Flights {
+impl Drop for EndlessFlights {
     fn drop(&mut self) {
         for child in &mut self.made {
             let _ = child.kill();

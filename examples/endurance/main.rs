@@ -1,20 +1,19 @@
-//! What only time shows: a city for a day, and thousands of flights in which things fail. In virtual time, in one process, with no
-//! socket; files are in a directory of its own.
+//! Endurance tests: a city for a day, and thousands of flights with faults. They run in virtual time, in one process,
+//! without sockets; files are in a temporary directory.
 //!
 //! ```sh
 //! cargo run --release --example endurance -- city --hours 24            # memory, history and time taken, minute by minute
 //! cargo run --release --example endurance -- faults --schedules 10000   # network, clock, disk, restarts
 //! ```
 //!
-//! The exit code is 1 where something did not hold. A schedule of faults that failed is flown again, alone, by
-//! `faults --from SEED --schedules 1`.
+//! The exit code is 1 if a condition was violated. `faults --from SEED --schedules 1` repeats a single schedule.
 
 #![expect(clippy::disallowed_methods, reason = "it measures how long things take, and keeps files")]
 
-mod book;
 mod city;
 mod faults;
 mod flights;
+mod picture_log;
 mod plan;
 mod service;
 
@@ -23,14 +22,14 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-/// Flies for long, and with faults.
+/// Runs endurance tests of the service.
 #[derive(Parser)]
 enum Args {
     /// A busy site for hours.
     City(city::Args),
-    /// Flights of two minutes in which things fail.
+    /// Flights of two minutes with faults.
     Faults(faults::Args),
-    /// A flight of the city, for the process that flies it.
+    /// Writes one flight of the city, for the process that replays it.
     #[command(hide = true)]
     Flight(flights::Args),
 }

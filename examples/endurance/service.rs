@@ -1,4 +1,4 @@
-//! The service without its threads and sockets: its engine, its clock and its file, and what becomes of them.
+//! The service without its threads and sockets: engine, clock, and checkpoint file.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,65 +16,66 @@ use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Feed};
 use utm_fusion::formats::Encoders;
-use utm_fusion::live::{Driver, Made};
+use utm_fusion::live::{Driver, DriverEvent};
 use utm_fusion::pipeline::Event;
-use utm_fusion::state::{Frame, StateHealth, Warm, WarmKeeper, WarmQueue};
+use utm_fusion::state::{StateHealth, WarmFrame, WarmKeeper, WarmQueue, WarmState};
 
-use crate::book::{Book, Broken};
+use crate::picture_log::{PictureLog, Violation};
 
-type Result<T> = std::result::Result<T, Broken>;
+type CheckResult<T> = Result<T, Violation>;
 
-/// The name of the file in `[state] dir` that the engine goes on from.
+/// Name of the engine's checkpoint in `[state] dir`.
 const WARM: &str = "engine.warm";
-/// Who sends everything.
+/// Source address of all datagrams.
 const FROM: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 40_000);
 
-/// What a slot was sent as, by its centre.
-type Sent = BTreeMap<Time, Vec<Vec<u8>>>;
+/// Datagrams sent for each slot, by its centre.
+type SentBySlot = BTreeMap<Time, Vec<Vec<u8>>>;
 
-/// From a start of the service to its end.
-struct Life {
+/// One run of the service, from start to end.
+struct ServiceRun {
     driver: Driver,
     encoders: Encoders,
     disk: Option<(WarmQueue, WarmKeeper)>,
     next_checkpoint: Time,
-    /// Whether the file is its own, and not the one that it went on from.
+    /// Whether this run has written a checkpoint; otherwise the file is the one that it was restored from.
     has_a_file: bool,
-    /// Datagrams that it was handed, and those that it had counted before.
+    /// Number of datagrams passed to this run. `counted` is the number that its counters had at the start.
     offered: u64,
     counted: u64,
-    /// How it began, what it has handled since, and what it has sent: a recording.
+    /// Checkpoint at the start and the encoders; then the datagrams handled since and sent since. Together these are a
+    /// recording.
     began: (Bytes, Encoders),
     handled: Vec<Reception>,
-    sent: Sent,
-    /// Whether the clock has made it start afresh, which a recording cannot tell from a silence.
+    sent: SentBySlot,
+    /// Whether a change of the clock made the engine start afresh, which a recording cannot distinguish from a silence.
     is_afresh: bool,
 }
 
-/// A service that may be killed and started again.
-pub struct Service {
+/// A service that can be killed and started again.
+pub struct CheckedService {
     config: Arc<Config>,
     directory: PathBuf,
-    life: Option<Life>,
-    /// Numbers as the file of the state holds them.
+    run: Option<ServiceRun>,
+    /// Numbers as the state file holds them.
     numbers: BTreeMap<u32, Given>,
-    /// What it published.
-    pub book: Book,
-    /// Starts, and those of them that went on from the file.
+    /// Published pictures.
+    pub picture_log: PictureLog,
+    /// Number of starts, and of starts with a restored checkpoint.
     pub starts: (u64, u64),
-    /// Slots that were made once more from what was handled, and are the same.
+    /// Number of slots that a replay reproduced identically.
     pub replayed: u64,
 }
 
-impl Service {
-    /// One that does not run yet, with an empty directory of its own.
+impl CheckedService {
+    /// A service that is not yet running, with an empty directory.
     pub fn new(config: Arc<Config>, directory: &Path) -> Self {
         let _ = fs::remove_dir_all(directory);
         Self {
-            book: Book::of(config.fusion.profile),
+            picture_log: PictureLog::of(config.fusion.profile),
             config,
             directory: directory.to_owned(),
-            life: None,
+            run: None,
             numbers: BTreeMap::new(),
             starts: (0, 0),
             replayed: 0,
@@ -85,24 +86,24 @@ impl Service {
         self.config.sensors.iter().map(|sensor| sensor.inputs.len()).sum()
     }
 
-    /// Starts it, as `run` does.
+    /// Starts the service, as `run` does.
     pub fn start(&mut self, now: Time) {
         let mut driver = Driver::new(&self.config, Masks::default(), now, self.lines());
         let mut encoders = Encoders::new(&self.config);
-        let warm = Warm::load(&self.directory, now, self.config.fusion.window());
-        let warm = warm.filter(|warm| driver.go_on(&self.config, Masks::default(), warm, now).is_ok());
+        let warm = WarmState::load(&self.directory, now, self.config.fusion.window());
+        let warm = warm.filter(|warm| driver.resume(&self.config, Masks::default(), warm, now).is_ok());
         match &warm {
-            Some(warm) => _ = encoders.go_on(&warm.encoders),
+            Some(warm) => _ = encoders.resume(&warm.encoders),
             None => {
                 driver.remember(&mut self.numbers.values().copied().collect());
-                if Warm::is_there(&self.directory) || !self.numbers.is_empty() {
+                if WarmState::is_there(&self.directory) || !self.numbers.is_empty() {
                     driver.publish_after(now);
                 }
             }
         }
         self.starts.0 += 1;
         self.starts.1 += u64::from(warm.is_some());
-        self.life = Some(Life {
+        self.run = Some(ServiceRun {
             counted: driver.pipeline().tally().received,
             began: (driver.checkpoint(&self.config), encoders.clone()),
             driver,
@@ -112,142 +113,142 @@ impl Service {
             has_a_file: false,
             offered: 0,
             handled: Vec::new(),
-            sent: Sent::new(),
+            sent: SentBySlot::new(),
             is_afresh: false,
         });
     }
 
-    /// Whether it runs.
+    /// Whether the service runs.
     pub fn runs(&self) -> bool {
-        self.life.is_some()
+        self.run.is_some()
     }
 
-    /// When it makes the next slot, if it runs and has received anything.
+    /// Time of the next slot, if the service runs and has received anything.
     pub fn next_made(&self) -> Option<Time> {
-        self.life.as_ref()?.driver.next_made()
+        self.run.as_ref()?.driver.next_made()
     }
 
-    /// Hands it a datagram.
+    /// Passes a datagram to the service.
     ///
     /// # Errors
-    /// Something did not hold.
-    pub fn receive(&mut self, line: usize, now: Time, payload: &[u8]) -> Result<()> {
-        let Some(life) = &mut self.life else { return Ok(()) };
+    /// A condition was violated.
+    pub fn receive(&mut self, line: usize, now: Time, payload: &[u8]) -> CheckResult<()> {
+        let Some(run) = &mut self.run else { return Ok(()) };
         let reception = Reception {
-            received: Some(life.driver.reception(now, now)),
+            received: Some(run.driver.reception(now, now)),
             input: line,
             from: Some(FROM),
             kind: ReceptionKind::Datagram,
             origin: 0,
             payload: payload.to_vec(),
         };
-        life.offered += 1;
-        if let Some((queue, _)) = &mut life.disk {
-            queue.offer(|| Frame::Input {
+        run.offered += 1;
+        if let Some((queue, _)) = &mut run.disk {
+            queue.offer(|| WarmFrame::Input {
                 received: reception.received.unwrap_or_default(),
                 line,
                 from: FROM,
                 payload: reception.payload.clone(),
             });
         }
-        life.driver.receive(&reception);
-        life.handled.push(reception);
+        run.driver.receive(&reception);
+        run.handled.push(reception);
         self.hand_out()
     }
 
-    /// Tells it the time.
+    /// Passes the current time to the service.
     ///
     /// # Errors
-    /// Something did not hold.
-    pub fn tick(&mut self, now: Time) -> Result<()> {
-        let Some(life) = &mut self.life else { return Ok(()) };
-        life.driver.tick(now);
+    /// A condition was violated.
+    pub fn tick(&mut self, now: Time) -> CheckResult<()> {
+        let Some(run) = &mut self.run else { return Ok(()) };
+        run.driver.tick(now);
         self.hand_out()?;
         self.keep(now, false);
         Ok(())
     }
 
     fn keep(&mut self, now: Time, is_end: bool) {
-        let Some(life) = &mut self.life else { return };
+        let Some(run) = &mut self.run else { return };
         let period = SignedDuration::from_secs_f64(self.config.state.checkpoint_s);
-        let is_due = is_end || now >= life.next_checkpoint || life.next_checkpoint - now > period;
-        let Some((queue, _)) = life.disk.as_mut().filter(|_| is_due) else { return };
-        if life.driver.next_made().is_none() {
+        let is_due = is_end || now >= run.next_checkpoint || run.next_checkpoint - now > period;
+        let Some((queue, _)) = run.disk.as_mut().filter(|_| is_due) else { return };
+        if run.driver.next_made().is_none() {
             return;
         }
-        let engine = life.driver.checkpoint(&self.config);
-        let (encoders, published) = (life.encoders.checkpoint().into(), life.driver.published());
-        if queue.begin(Frame::Checkpoint { at: now, engine, encoders, published }) {
-            life.next_checkpoint = now + period;
-            life.has_a_file = true;
+        let engine = run.driver.checkpoint(&self.config);
+        let (encoders, published) = (run.encoders.checkpoint().into(), run.driver.published());
+        if queue.begin(WarmFrame::Checkpoint { at: now, engine, encoders, published }) {
+            run.next_checkpoint = now + period;
+            run.has_a_file = true;
         }
     }
 
-    /// Takes what the driver has made.
-    fn hand_out(&mut self) -> Result<()> {
-        let Some(life) = &mut self.life else { return Ok(()) };
-        while let Some(made) = life.driver.poll() {
+    /// Takes the output of the driver.
+    fn hand_out(&mut self) -> CheckResult<()> {
+        let Some(run) = &mut self.run else { return Ok(()) };
+        while let Some(made) = run.driver.poll() {
             match made {
-                Made::Slot(frame) => {
+                DriverEvent::Slot(frame) => {
                     let picture = &frame.picture;
-                    self.book.note(picture)?;
+                    self.picture_log.note(picture)?;
                     let within = picture.within(self.config.output.max_accuracy_m);
-                    let sent = life.encoders.picture(Feed::RECORDED, picture.time, within);
-                    life.sent.insert(picture.time, sent);
+                    let sent = run.encoders.picture(Feed::RECORDED, picture.time, within);
+                    run.sent.insert(picture.time, sent);
                 }
-                Made::Number(NumberChange::Heard(given)) => {
-                    self.book.numbered(&given)?;
+                DriverEvent::Number(NumberChange::Heard(given)) => {
+                    self.picture_log.numbered(&given)?;
                     self.numbers.insert(given.number, given);
                 }
-                Made::Number(NumberChange::Returned(given)) => _ = self.numbers.remove(&given.number),
-                Made::Event(Event::Restarted) => life.is_afresh = true,
-                Made::Event(_) => {}
+                DriverEvent::Number(NumberChange::Returned(given)) => _ = self.numbers.remove(&given.number),
+                DriverEvent::Event(Event::Restarted) => run.is_afresh = true,
+                DriverEvent::Event(_) => {}
             }
         }
         Ok(())
     }
 
-    /// The disk takes nothing, and what was there is gone; or takes it again.
+    /// Makes the disk fail, with loss of the checkpoint, or work again.
     pub fn disk(&mut self, is_well: bool) {
-        let Some(life) = &mut self.life else { return };
+        let Some(run) = &mut self.run else { return };
         if is_well {
-            if life.disk.is_none() {
-                life.disk = WarmKeeper::start(&self.directory, &StateHealth::default()).ok();
-                life.next_checkpoint = Time::default();
+            if run.disk.is_none() {
+                run.disk = WarmKeeper::start(&self.directory, &StateHealth::default()).ok();
+                run.next_checkpoint = Time::default();
             }
-        } else if let Some((queue, keeper)) = life.disk.take() {
+        } else if let Some((queue, keeper)) = run.disk.take() {
             drop(queue);
             keeper.join();
-            life.has_a_file = false;
+            run.has_a_file = false;
             let _ = fs::remove_file(self.directory.join(WARM));
         }
     }
 
-    /// Stops it in order.
+    /// Stops the service in an orderly way.
     ///
     /// # Errors
-    /// Something did not hold.
-    pub fn stop(&mut self, now: Time) -> Result<()> {
+    /// A condition was violated.
+    pub fn stop(&mut self, now: Time) -> CheckResult<()> {
         self.keep(now, true);
-        let Some(life) = &mut self.life else { return Ok(()) };
+        let Some(run) = &mut self.run else { return Ok(()) };
         if self.config.output.flush_on_stop {
-            life.driver.finish();
+            run.driver.finish();
             self.hand_out()?;
         }
-        let Some(life) = &mut self.life else { return Ok(()) };
-        if let (Some(until), Some((queue, _))) = (life.driver.published(), &life.disk) {
-            queue.end(Frame::Published(until));
+        let Some(run) = &mut self.run else { return Ok(()) };
+        if let (Some(until), Some((queue, _))) = (run.driver.published(), &run.disk) {
+            queue.end(WarmFrame::Published(until));
         }
         self.end()
     }
 
-    /// Kills it; what it has written itself may be damaged then.
+    /// Kills the service; its own checkpoint may then be damaged.
     ///
     /// # Errors
-    /// Something had not held.
-    pub fn kill(&mut self, damage: Option<&mut ChaCha8Rng>) -> Result<()> {
-        let Some(life) = &self.life else { return Ok(()) };
-        let damage = damage.filter(|_| life.has_a_file);
+    /// A condition was violated before.
+    pub fn kill(&mut self, damage: Option<&mut ChaCha8Rng>) -> CheckResult<()> {
+        let Some(run) = &self.run else { return Ok(()) };
+        let damage = damage.filter(|_| run.has_a_file);
         self.end()?;
         let file = self.directory.join(WARM);
         let (Some(random), Ok(mut octets)) = (damage, fs::read(&file)) else { return Ok(()) };
@@ -260,36 +261,38 @@ impl Service {
         } else {
             octets[place] ^= 1 << random.random_range(0..8);
         }
-        fs::write(&file, octets).map_err(|error| Broken(format!("{}: {error}", file.display())))
+        fs::write(&file, octets).map_err(|error| Violation(format!("{}: {error}", file.display())))
     }
 
-    /// The end of a life: was everything counted, and is a recording of it the same?
-    fn end(&mut self) -> Result<()> {
-        let Some(life) = self.life.take() else { return Ok(()) };
-        if let Some((queue, keeper)) = life.disk {
+    /// Ends a run: checks that everything was counted, and that a replay of the recording gives the same output.
+    fn end(&mut self) -> CheckResult<()> {
+        let Some(run) = self.run.take() else { return Ok(()) };
+        if let Some((queue, keeper)) = run.disk {
             drop(queue);
             keeper.join();
         }
-        let counted = life.driver.pipeline().tally().received - life.counted;
-        if counted != life.offered {
-            return Err(Broken(format!("{} datagrams came, {counted} were counted", life.offered)));
+        let counted = run.driver.pipeline().tally().received - run.counted;
+        if counted != run.offered {
+            return Err(Violation(format!("{} datagrams came, {counted} were counted", run.offered)));
         }
-        if life.is_afresh {
+        if run.is_afresh {
             return Ok(());
         }
-        let (state, mut encoders) = life.began;
+        let (state, mut encoders) = run.began;
         let mut again = Driver::new(&self.config, Masks::default(), Time::default(), self.lines());
-        again.restore(&self.config, Masks::default(), &state).map_err(|error| Broken(error.to_string()))?;
-        for reception in &life.handled {
+        again
+            .restore(&self.config, Masks::default(), &state)
+            .map_err(|error| Violation(error.to_string()))?;
+        for reception in &run.handled {
             again.receive(reception);
             while let Some(made) = again.poll() {
-                let Made::Slot(frame) = made else { continue };
+                let DriverEvent::Slot(frame) = made else { continue };
                 let picture = &frame.picture;
                 let within = picture.within(self.config.output.max_accuracy_m);
                 let sent = encoders.picture(Feed::RECORDED, picture.time, within);
-                if let Some(published) = life.sent.get(&picture.time) {
+                if let Some(published) = run.sent.get(&picture.time) {
                     if *published != sent {
-                        return Err(Broken(format!("slot {} replays to another one", picture.time)));
+                        return Err(Violation(format!("slot {} replays to another one", picture.time)));
                     }
                     self.replayed += 1;
                 }

@@ -1,11 +1,11 @@
-//! How well entries into areas are foreseen: drones with transponders on straight flight, and those of a scenario.
+//! Measures predictions of entries into areas: drones with transponders on straight flight, and drones of a scenario.
 //!
 //! ```sh
 //! cargo run --release --example entries -- --seeds 20 --first-seed 1001
 //! ```
 //!
-//! Prints for each scenario how many entries of drones that flew straight for 15 s were warned of at least 10 s ahead (a
-//! warning is in force then), how many warnings no entry followed, and how far the foretold time was off 10 to 30 s ahead.
+//! Prints three numbers for each scenario: entries of drones on straight flight for 15 s with an active warning 10 s
+//! ahead; warnings without an entry; and the error of the predicted time 10 to 30 s ahead.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -17,24 +17,26 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 use utm_fusion::areas::{Areas, Masks};
 use utm_fusion::config::{AlertArea, Area, AreaKind};
-use utm_fusion::live::{Ahead, AlertKind, AlertSettings, Alerts, Change, Details};
+use utm_fusion::live::{
+    AlertChange, AlertDetails, AlertKind, AlertMonitor, AlertSettings, PredictionPicture,
+};
 use utm_fusion::picture::{Picture, PictureMaker};
 use utm_fusion::pipeline::Pipeline;
-use utm_fusion::simulate::{Flight, Scenario, Simulation, simulate};
+use utm_fusion::simulate::{Scenario, SimulatedFlight, Simulation, simulate};
 
-type Failure = Box<dyn Error + Send + Sync>;
+type EntriesFailure = Box<dyn Error + Send + Sync>;
 
-/// Areas of a flight.
+/// Number of areas per flight.
 const AREAS: usize = 12;
-/// An entry counts when the drone was outside, and flew straight, for so long before, seconds.
+/// An entry counts if the drone was outside and flew straight for this time before, seconds.
 const STRAIGHT_S: f64 = 15.0;
-/// Straight is a velocity that changes by no more than this, metres a second.
+/// Maximum change of velocity in straight flight, metres per second.
 const STEADY: f64 = 1.5;
-/// Wanted before an entry, seconds.
+/// Required warning time before an entry, seconds.
 const AHEAD_S: f64 = 10.0;
-/// A warning is false when no entry follows within this time after it ended, seconds.
+/// A warning is false if no entry follows within this time after its end, seconds.
 const FOLLOWS_S: f64 = 15.0;
-/// Aircraft are published some seconds after they are first heard.
+/// Time after which aircraft are published, seconds.
 const SETTLE_S: f64 = 30.0;
 
 const STRAIGHT: &str = r#"
@@ -80,7 +82,7 @@ impl Cuboid {
         let east_m = airspace.east_m + random.random_range(-reach_m..reach_m);
         let north_m = airspace.north_m + random.random_range(-reach_m..reach_m);
         let half_m = random.random_range(60.0..200.0);
-        // Near enough: where it is is what the areas and the truth have in common.
+        // An approximation is sufficient: areas and truth use the same coordinates.
         let degree_m = 111_200.0;
         let lng =
             |metres: f64| place.longitude_deg + metres / degree_m / place.latitude_deg.to_radians().cos();
@@ -111,26 +113,26 @@ impl Cuboid {
     }
 }
 
-/// A true entry: whose, where, and when.
-struct Entry {
+/// A true entry of a flight into an area.
+struct TrueEntry {
     flight: usize,
     area: String,
     time: Time,
     is_straight: bool,
 }
 
-/// A warning: of whose entry, where, from when to when.
-struct Warning {
+/// A warning of a flight's entry into an area, from its beginning to its end.
+struct EntryWarning {
     flight: Option<usize>,
     area: String,
     from: Time,
     until: Time,
-    /// Times of evaluations with what they foretold, seconds.
+    /// Times of predictions, with the predicted time to the entry, seconds.
     foretold: Vec<(Time, f64)>,
 }
 
 #[derive(Default)]
-struct Score {
+struct EntryScore {
     entries: usize,
     warned: usize,
     warnings: usize,
@@ -140,12 +142,12 @@ struct Score {
     foretold: usize,
 }
 
-fn main() -> Result<(), Failure> {
+fn main() -> Result<(), EntriesFailure> {
     let args = Args::parse();
     let crossing = include_str!("../../config/scenarios/crossing.toml");
     for text in [STRAIGHT, crossing] {
         let scenario = Scenario::parse(text, "scenario")?;
-        let mut score = Score::default();
+        let mut score = EntryScore::default();
         for seed in args.first_seed..args.first_seed + args.seeds {
             add(&scenario, seed, &mut score)?;
         }
@@ -165,7 +167,7 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-fn add(scenario: &Scenario, seed: u64, score: &mut Score) -> Result<(), Failure> {
+fn add(scenario: &Scenario, seed: u64, score: &mut EntryScore) -> Result<(), EntriesFailure> {
     let simulation = simulate(scenario, seed, None)?;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let areas: BTreeMap<String, Cuboid> =
@@ -174,10 +176,11 @@ fn add(scenario: &Scenario, seed: u64, score: &mut Score) -> Result<(), Failure>
     let warnings = warnings(&simulation, &areas)?;
     let equipped = simulation.flights.iter().filter(|flight| flight.equipped).count();
     score.drone_hours += equipped as f64 * scenario.duration_s / 3600.0;
-    let is_of =
-        |warning: &Warning, entry: &Entry| warning.flight == Some(entry.flight) && warning.area == entry.area;
+    let is_of = |warning: &EntryWarning, entry: &TrueEntry| {
+        warning.flight == Some(entry.flight) && warning.area == entry.area
+    };
     for entry in entries.iter().filter(|entry| entry.is_straight) {
-        let is_warned = |warning: &&Warning| {
+        let is_warned = |warning: &&EntryWarning| {
             is_of(warning, entry)
                 && entry.time.seconds_since(warning.from) >= AHEAD_S
                 && entry.time.seconds_since(warning.until) < AHEAD_S
@@ -194,7 +197,7 @@ fn add(scenario: &Scenario, seed: u64, score: &mut Score) -> Result<(), Failure>
         }
     }
     for warning in warnings.iter().filter(|warning| warning.flight.is_some()) {
-        let follows = |entry: &Entry| {
+        let follows = |entry: &TrueEntry| {
             is_of(warning, entry)
                 && entry.time >= warning.from
                 && entry.time.seconds_since(warning.until) <= FOLLOWS_S
@@ -205,8 +208,8 @@ fn add(scenario: &Scenario, seed: u64, score: &mut Score) -> Result<(), Failure>
     Ok(())
 }
 
-/// The true entries of drones with transponders.
-fn entries(simulation: &Simulation, areas: &BTreeMap<String, Cuboid>) -> Vec<Entry> {
+/// True entries of drones with transponders.
+fn entries(simulation: &Simulation, areas: &BTreeMap<String, Cuboid>) -> Vec<TrueEntry> {
     let mut found = Vec::new();
     for (number, flight) in simulation.flights.iter().enumerate().filter(|(_, flight)| flight.equipped) {
         let before = (STRAIGHT_S * 10.0) as usize;
@@ -226,7 +229,7 @@ fn entries(simulation: &Simulation, areas: &BTreeMap<String, Cuboid>) -> Vec<Ent
                         let apart = sample.velocity_ned_m_s.iter().zip(now).map(|(a, b)| (a - b).powi(2));
                         apart.sum::<f64>().sqrt() < STEADY
                     });
-                    found.push(Entry {
+                    found.push(TrueEntry {
                         flight: number,
                         area: name.clone(),
                         time: flight.samples[step].time,
@@ -241,8 +244,11 @@ fn entries(simulation: &Simulation, areas: &BTreeMap<String, Cuboid>) -> Vec<Ent
     found
 }
 
-/// What the service says, from what it receives.
-fn warnings(simulation: &Simulation, areas: &BTreeMap<String, Cuboid>) -> Result<Vec<Warning>, Failure> {
+/// Warnings of the service for the simulated datagrams.
+fn warnings(
+    simulation: &Simulation,
+    areas: &BTreeMap<String, Cuboid>,
+) -> Result<Vec<EntryWarning>, EntriesFailure> {
     let zones: Vec<Value> = areas.iter().map(|(name, area)| area.zone(name)).collect();
     let file = std::env::temp_dir().join(format!("utm-fusion-entries-{}.geojson", std::process::id()));
     std::fs::write(&file, json!({ "type": "FeatureCollection", "features": zones }).to_string())?;
@@ -253,20 +259,21 @@ fn warnings(simulation: &Simulation, areas: &BTreeMap<String, Cuboid>) -> Result
     let config = &simulation.config;
     let mut pipeline = Pipeline::new(config, Masks::default());
     let maker = PictureMaker::new(config, pipeline.normaliser());
-    let mut alerts = Alerts::new(AlertSettings::new(&simulation.config.alerts, &loaded)?, Time::default());
-    let (mut lasting, mut over) = (BTreeMap::<u64, Warning>::new(), Vec::new());
+    let mut alerts =
+        AlertMonitor::new(AlertSettings::new(&simulation.config.alerts, &loaded)?, Time::default());
+    let (mut lasting, mut over) = (BTreeMap::<u64, EntryWarning>::new(), Vec::new());
     let mut look = |emission: fusion::Emission| {
         let mut emission = emission;
         let now = emission.now.take().map(|now| maker.now(now));
         alerts.note_picture(&maker.picture(emission), &maker);
         let Some(now) = now else { return };
-        alerts.note_approaches(Ahead::Now(&now), &maker);
+        alerts.note_approaches(PredictionPicture::Now(&now), &maker);
         for (change, alert) in alerts.take_changes() {
-            let Details::AreaPredicted { area, .. } = &alert.details else { continue };
+            let AlertDetails::AreaPredicted { area, .. } = &alert.details else { continue };
             match change {
-                Change::Began => {
+                AlertChange::Began => {
                     let flight = whose(&simulation.flights, &now, &maker, &alert.subject);
-                    let warning = Warning {
+                    let warning = EntryWarning {
                         flight,
                         area: area.name.clone(),
                         from: now.time,
@@ -275,15 +282,16 @@ fn warnings(simulation: &Simulation, areas: &BTreeMap<String, Cuboid>) -> Result
                     };
                     lasting.insert(alert.id, warning);
                 }
-                Change::Ended => over
-                    .extend(lasting.remove(&alert.id).map(|warning| Warning { until: now.time, ..warning })),
-                // Nobody decides about alerts here.
+                AlertChange::Ended => over.extend(
+                    lasting.remove(&alert.id).map(|warning| EntryWarning { until: now.time, ..warning }),
+                ),
+                // There are no operator decisions on alerts in this program.
                 _ => {}
             }
         }
         if now.slot.0 % 4 == 0 {
             for alert in alerts.all().iter().filter(|alert| alert.kind == AlertKind::AreaPredicted) {
-                if let (Details::AreaPredicted { time_to_entry_s, .. }, Some(warning)) =
+                if let (AlertDetails::AreaPredicted { time_to_entry_s, .. }, Some(warning)) =
                     (&alert.details, lasting.get_mut(&alert.id))
                 {
                     warning.foretold.extend(time_to_entry_s.map(|seconds| (now.time, seconds)));
@@ -298,18 +306,18 @@ fn warnings(simulation: &Simulation, areas: &BTreeMap<String, Cuboid>) -> Result
     pipeline.finish();
     pipeline.emissions().for_each(&mut look);
     let end = Time::from_nanos(i64::MAX / 2);
-    over.extend(lasting.into_values().map(|warning| Warning { until: end, ..warning }));
+    over.extend(lasting.into_values().map(|warning| EntryWarning { until: end, ..warning }));
     Ok(over)
 }
 
 /// The drone with a transponder that is nearest to the track.
-fn whose(flights: &[Flight], now: &Picture, maker: &PictureMaker, id: &str) -> Option<usize> {
-    /// Farther away it is somebody else's, metres.
+fn whose(flights: &[SimulatedFlight], now: &Picture, maker: &PictureMaker, id: &str) -> Option<usize> {
+    /// Maximum distance of the drone from the track, metres.
     const NEAR_M: f64 = 100.0;
     let track = now.tracks.iter().find(|track| maker.track_id(track) == id)?;
     track.point.source.transponder()?;
     let (lng, lat) = (track.position.longitude_deg(), track.position.latitude_deg());
-    let distance_m = |flight: &Flight| {
+    let distance_m = |flight: &SimulatedFlight| {
         let first = flight.samples.first()?.time;
         let step = ((now.time.nanos() - first.nanos()) / (SECOND / 10)).max(0) as usize;
         let sample = flight.samples.get(step)?;

@@ -1,34 +1,36 @@
-//! How well conflicts are foreseen: flights replayed in this process, and what was foreseen in them scored.
+//! Scores of conflict predictions: flights replayed in this process.
 
 use std::ops::RangeInclusive;
 
 use utm_fusion::areas::Masks;
 use utm_fusion::conflicts::ConflictWatch;
-use utm_fusion::evaluate::{ConflictFlight, Foreseen, Foresight, OutputPoint, Scoring, foresight};
+use utm_fusion::evaluate::{
+    ConflictFlight, ConflictPrediction, ConflictScore, OutputPoint, Scoring, score_conflicts,
+};
 use utm_fusion::picture::PictureMaker;
 use utm_fusion::pipeline::Pipeline;
 use utm_fusion::simulate::{Scenario, simulate};
 
-use crate::flights::{self, Failure};
+use crate::flights::{self, EvaluationFailure};
 use crate::integrity::{configured, labels};
 use crate::parallel;
 
-/// Where that is measured; the first has the straight legs.
+/// Scenarios for conflicts; the first has the straight legs.
 pub const SCENARIOS: [&str; 3] = [LEGS, "crossing", "dense"];
 pub const LEGS: &str = "legs";
-/// Least statements of a bin whose reliability counts.
+/// Minimum number of predictions in a bin for its reliability to count.
 const STATED: u64 = 50;
 
-/// Flies each scenario with each seed, and adds up.
+/// Flies each scenario with each seed, and adds up the scores.
 pub fn measure(
     seeds: &RangeInclusive<u64>,
     threads: usize,
-) -> Result<Vec<(&'static str, Foresight)>, Failure> {
+) -> Result<Vec<(&'static str, ConflictScore)>, EvaluationFailure> {
     let of_scenario = |name: &'static str| {
         let scenario = flights::scenario(name)?;
         let seeds: Vec<u64> = seeds.clone().collect();
         let scores = parallel::each(&seeds, threads, |_, seed| of_flight(&scenario, *seed));
-        let mut all = Foresight::default();
+        let mut all = ConflictScore::default();
         for score in scores {
             all = all.and(&score?);
         }
@@ -37,7 +39,7 @@ pub fn measure(
     SCENARIOS.into_iter().map(of_scenario).collect()
 }
 
-fn of_flight(scenario: &Scenario, seed: u64) -> Result<Foresight, Failure> {
+fn of_flight(scenario: &Scenario, seed: u64) -> Result<ConflictScore, EvaluationFailure> {
     let simulation = simulate(scenario, seed, None)?;
     let mut config = configured(&simulation.config);
     config.conflicts.enabled = true;
@@ -49,8 +51,10 @@ fn of_flight(scenario: &Scenario, seed: u64) -> Result<Foresight, Failure> {
     let mut note = |pipeline: &mut Pipeline| {
         for mut emission in pipeline.emissions() {
             let now = emission.now.take().map(|now| maker.now(now));
-            let outlook = now.and_then(|now| watch.look(&now, &maker));
-            foreseen.extend(outlook.iter().flat_map(|outlook| &outlook.conflicts).map(Foreseen::from));
+            let approach = now.and_then(|now| watch.look(&now, &maker));
+            foreseen.extend(
+                approach.iter().flat_map(|approach| &approach.conflicts).map(ConflictPrediction::from),
+            );
             let picture = maker.picture(emission);
             let tracks = picture.within(config.output.max_accuracy_m);
             points.extend(tracks.map(|track| OutputPoint::of_track(track, &maker)));
@@ -62,7 +66,7 @@ fn of_flight(scenario: &Scenario, seed: u64) -> Result<Foresight, Failure> {
     }
     pipeline.finish();
     note(&mut pipeline);
-    Ok(foresight(&ConflictFlight {
+    Ok(score_conflicts(&ConflictFlight {
         truth: &simulation.truth(),
         labels: &labels(&simulation),
         output: &points,
@@ -73,7 +77,7 @@ fn of_flight(scenario: &Scenario, seed: u64) -> Result<Foresight, Failure> {
 }
 
 /// A line for each figure of each scenario.
-pub fn table(measured: &[(&'static str, Foresight)]) -> String {
+pub fn table(measured: &[(&'static str, ConflictScore)]) -> String {
     let mut text = String::new();
     for (name, score) in measured {
         let percent =

@@ -1,4 +1,4 @@
-//! A clean transponder made as bad as real ones are: noise, delay, drops, and gaps of 30 to 60 s.
+//! Degrades a clean transponder to real conditions: noise, delay, drops, and gaps of 30 to 60 s.
 
 use std::collections::BTreeMap;
 
@@ -11,44 +11,45 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use utm_fusion::capture::Reception;
 
-/// Position noise per axis, one standard deviation, metres: nine tenths of it drift, as in `docs/SIMULATION.md`.
+/// Position noise per axis, one standard deviation, metres. Nine tenths of it are a slow drift, as in
+/// `docs/SIMULATION.md`.
 const SLOW_M: f64 = 1.8;
 const WHITE_M: f64 = 0.5;
 /// Time constant of the drift, seconds.
 const SLOW_S: f64 = 60.0;
-/// Share of reports that get lost.
+/// Share of reports that are lost.
 const DROPPED: f64 = 0.1;
-/// Added to the way from transponder to service, seconds.
+/// Additional delay from transponder to service, seconds.
 const DELAY_S: (f64, f64) = (0.3, 1.5);
-/// Silences, seconds, and how much time passes between two of them.
+/// Duration of gaps, seconds. `BETWEEN_GAPS_S` is the time between two gaps.
 const GAP_S: (f64, f64) = (30.0, 60.0);
 const BETWEEN_GAPS_S: (f64, f64) = (60.0, 120.0);
-/// Metres of a degree of latitude, near enough for noise.
+/// Approximate length of a degree of latitude, metres; accurate enough for noise.
 const METRES_A_DEGREE: f64 = 111_200.0;
 
-/// What becomes of one transponder.
-struct Transponder {
+/// State of one transponder.
+struct DegradedTransponder {
     random: ChaCha8Rng,
     drift_m: [f64; 3],
     last: Time,
-    /// The next silence: from, until.
+    /// The next gap: from, until.
     gap: (Time, Time),
 }
 
-/// The receptions with every CAT129 report made worse; everything else as it was. In order of reception.
+/// Degrades every CAT129 report; everything else stays as it was. In order of reception.
 pub fn degraded(receptions: Vec<Reception>, seed: u64) -> Vec<Reception> {
-    let mut transponders: BTreeMap<[u8; 12], Transponder> = BTreeMap::new();
+    let mut transponders: BTreeMap<[u8; 12], DegradedTransponder> = BTreeMap::new();
     let mut out: Vec<Reception> =
         receptions.into_iter().filter_map(|reception| worse(reception, seed, &mut transponders)).collect();
     out.sort_by_key(|reception| reception.received); // stable
     out
 }
 
-/// `None` for a report that is lost. The recordings have one report a datagram.
+/// `None` if the report is lost. The recordings have one report per datagram.
 fn worse(
     reception: Reception,
     seed: u64,
-    transponders: &mut BTreeMap<[u8; 12], Transponder>,
+    transponders: &mut BTreeMap<[u8; 12], DegradedTransponder>,
 ) -> Option<Reception> {
     let is_report = |block: &asterix::Block<'_>| block.category == cat129::Record::CATEGORY;
     let report = blocks(&reception.payload).find_map(|block| block.ok().filter(is_report));
@@ -57,7 +58,7 @@ fn worse(
     let serial = record.serial_number?;
     let number = transponders.len() as u64;
     let transponder =
-        transponders.entry(serial).or_insert_with(|| Transponder::new(seed << 8 | number, received));
+        transponders.entry(serial).or_insert_with(|| DegradedTransponder::new(seed << 8 | number, received));
     let moved_m = transponder.error_at(received);
     let delay_s = transponder.between(DELAY_S);
     if transponder.is_lost(received) {
@@ -74,7 +75,7 @@ fn worse(
     Some(Reception { received: Some(received), payload, ..reception })
 }
 
-impl Transponder {
+impl DegradedTransponder {
     fn new(seed: u64, first: Time) -> Self {
         let mut new = Self {
             random: ChaCha8Rng::seed_from_u64(seed),
@@ -94,7 +95,7 @@ impl Transponder {
         low + (high - low) * self.random.random::<f64>()
     }
 
-    /// North, east, up, metres.
+    /// Error north, east, up, metres.
     fn error_at(&mut self, time: Time) -> [f64; 3] {
         let kept = (-time.seconds_since(self.last) / SLOW_S).exp();
         self.last = time;

@@ -1,4 +1,4 @@
-//! Makes `docs/EVALUATION.md`: both profiles against each input alone, on simulated and on real flights.
+//! Writes `docs/EVALUATION.md`: both profiles compared with each input alone, on simulated and on real flights.
 //!
 //! ```sh
 //! cargo run --release --example evaluation
@@ -9,121 +9,142 @@
 //! cargo run --release --example evaluation -- --quick --integrity --seeds 20 --attack drift --attack crossing --each
 //! cargo run --release --example evaluation -- --quick --seeds 6 --lags
 //! cargo run --release --example evaluation -- --quick --seeds 20 --conflicts
+//! cargo run --release --example evaluation -- --renew worlds
+//! cargo run --release --example evaluation -- --worlds --seeds 3
+//! cargo run --release --example evaluation -- --hundred --seeds 100 --first-seed 5001 --each
+//! cargo run --release --example evaluation -- --quick --seeds 20 --limit --scenario crossing --each
 //! ```
 //!
-//! `--quick` writes nothing: it prints a line a scenario of the `operational` profile, of variants of scenarios, of
-//! multiples of the data sheet's errors and of clean real flights. What is tuned is tuned on the seeds below 1001; the
-//! document is made on those from there on, which are for reporting only.
+//! `--quick` writes nothing. It prints a line for each scenario with the `operational` profile, for variants of
+//! scenarios, for multiples of the data sheet's errors, and for clean real flights. Only seeds below 1001 are used for
+//! tuning; the document uses seeds from 1001 on.
 //!
-//! The real flights are recordings that are not part of the project: `--recordings DIR` (or `UTM_FUSION_SHARED_DATA`)
-//! names the folder that holds `drone-trial/`. Without them their section is taken over from the file as it stands.
+//! The real flights are recordings outside the project: `--recordings DIR` (or `UTM_FUSION_SHARED_DATA`) is the folder
+//! that contains `drone-trial/`. Without them, their section is copied from the existing file.
 
-mod asked;
 mod conflicts;
 mod degrade;
-mod demands;
 mod figures;
 mod flights;
 mod integrity;
 mod lags;
+mod limit;
+mod measures;
 mod parallel;
 mod quick;
+mod reference_measures;
 mod registration;
+mod renew;
 mod report;
+mod results;
 mod runs;
 mod score;
 mod sheet;
 mod speed;
-mod standing;
 mod summary;
 mod table;
 mod themes;
 mod variants;
+mod worlds;
 
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 use utm_fusion::commands::replay;
 
-use crate::asked::Beside;
-use crate::demands::Apart;
-use crate::flights::{CITY, Failure, Flight, RECORDINGS, Row, SCENARIOS};
-use crate::report::Report;
+use crate::flights::{CITY, EvaluationFailure, EvaluationFlight, FlightRow, RECORDINGS, SCENARIOS};
+use crate::measures::OtherResults;
+use crate::renew::DocumentSection;
+use crate::report::EvaluationDocument;
+use crate::results::SideColumn;
 use crate::variants::VARIANTS;
 
-/// The first of the seeds that nothing is tuned on, and how many of them the document is made on.
+/// First seed that is not used for tuning. `SEEDS` is the number of seeds of the document.
 const FIRST_SEED: u64 = 1001;
 const SEEDS: u64 = 20;
-/// How many seeds `--quick` flies.
+/// Number of seeds for `--quick`.
 const QUICK_SEEDS: u64 = 4;
 
-/// Makes docs/EVALUATION.md.
+/// Writes docs/EVALUATION.md.
 #[derive(Parser)]
 #[command(args_conflicts_with_subcommands = true)]
 struct Args {
     #[command(subcommand)]
     program: Option<Program>,
-    /// Print a short table of the operational profile and write nothing; city only where --scenario names it.
+    /// Print a short table of the operational profile and write nothing. City is included only if --scenario names it.
     #[arg(long)]
     quick: bool,
-    /// Only this scenario, with --quick; repeat for more.
+    /// Fly only this scenario, with --quick; repeat for more.
     #[arg(long, requires = "quick", value_name = "NAME", value_parser = SCENARIOS)]
     scenario: Vec<String>,
-    /// Radars whose true errors are a multiple of their data sheet's, flown in this, with --quick; repeat for more.
+    /// Fly this scenario with radar errors that are multiples of the data sheet's, with --quick; repeat for more.
     #[arg(long, requires = "quick", value_name = "NAME", value_parser = sheet::BASES)]
     sheet: Vec<String>,
-    /// Only this variant of a scenario, with --quick; repeat for more.
+    /// Fly only this variant of a scenario, with --quick; repeat for more.
     #[arg(long, requires = "quick", value_name = "NAME", value_parser = VARIANTS.map(|variant| variant.name))]
     variant: Vec<String>,
-    /// This real flight as it was recorded, with --quick; repeat for more.
+    /// Replay this real flight as recorded, with --quick; repeat for more.
     #[arg(long, requires = "quick", value_name = "NAME", value_parser = RECORDINGS)]
     recording: Vec<String>,
-    /// Only what shorter latencies cost, with --quick.
+    /// Measure only the cost of shorter latencies, with --quick.
     #[arg(long, requires = "quick")]
     lags: bool,
-    /// Only what it costs, with --quick.
+    /// Measure only processor time, with --quick.
     #[arg(long, requires = "quick")]
     speed: bool,
-    /// Only how well conflicts are foreseen, with --quick.
+    /// Measure only the predictions of conflicts, with --quick.
     #[arg(long, requires = "quick")]
     conflicts: bool,
-    /// Only how well transponders that lie are found, with --quick.
+    /// Measure only the detection of false transponder reports, with --quick.
     #[arg(long, requires = "quick")]
     integrity: bool,
-    /// Of that only this attack, or this scenario without one, with --integrity; repeat for more.
+    /// Fly only this attack, or this scenario without an attack, with --integrity; repeat for more.
     #[arg(long, requires = "integrity", value_name = "NAME", value_parser = integrity::NAMES)]
     attack: Vec<String>,
-    /// A line for each attack and each false flag, with --integrity.
-    #[arg(long, requires = "integrity")]
+    /// Fly only the scenarios of a wider world, and write nothing.
+    #[arg(long)]
+    worlds: bool,
+    /// Fly only random worlds, and write nothing.
+    #[arg(long, conflicts_with = "worlds")]
+    hundred: bool,
+    /// Update only this section of the document, on the first seeds that are not used for tuning.
+    #[arg(long, value_name = "SECTION", conflicts_with_all = ["quick", "worlds", "hundred"])]
+    renew: Option<DocumentSection>,
+    /// Measure only the error compared with a smoother that knows the drone of each plot and report, with --quick.
+    #[arg(long, requires = "quick", conflicts_with = "integrity")]
+    limit: bool,
+    /// Print a line for each attack and each false flag (with --integrity), for each kind of motion (with --limit), or
+    /// for each world (with --hundred).
+    #[arg(long)]
     each: bool,
-    /// The first seed, with --quick: what was tuned on some is judged on others.
-    #[arg(long, requires = "quick", default_value_t = 1)]
+    /// First seed, with --quick, --worlds and --hundred. Tune and test on different seeds.
+    #[arg(long, default_value_t = 1)]
     first_seed: u64,
-    /// Seeds of each scenario; by default 20, with --quick 4.
+    /// Number of seeds of each scenario; by default 20, with --quick 4, with --worlds 3, with --hundred 100.
     #[arg(long)]
     seeds: Option<u64>,
-    /// Seeds of `city`.
+    /// Number of seeds of `city`.
     #[arg(long, default_value_t = 1)]
     city_seeds: u64,
-    /// The folder that holds drone-trial/; by default the one that UTM_FUSION_SHARED_DATA names.
+    /// Folder that contains drone-trial/; by default the folder in UTM_FUSION_SHARED_DATA.
     #[arg(long)]
     recordings: Option<PathBuf>,
-    /// The file to write.
+    /// File to write.
     #[arg(long, default_value = "docs/EVALUATION.md")]
     out: PathBuf,
-    /// How many flights are flown at a time.
+    /// Number of flights at a time.
     #[arg(long, default_value_t = 2)]
     threads: usize,
 }
 
-/// The program itself, for the processor time of its runs.
+/// Subcommands of the program itself, for measuring the processor time of its runs.
 #[derive(Subcommand)]
 enum Program {
     #[command(hide = true)]
     Replay(replay::Args),
 }
 
-fn main() -> Result<(), Failure> {
+fn main() -> Result<(), EvaluationFailure> {
     let args = Args::parse();
     match args {
         Args { program: Some(Program::Replay(args)), .. } => replay::run(&args).map(drop),
@@ -131,7 +152,19 @@ fn main() -> Result<(), Failure> {
             println!("{:#?}", speed::measure(args.first_seed)?);
             Ok(())
         }
-        Args { integrity: true, .. } => lies(&args),
+        Args { integrity: true, .. } => attacks(&args),
+        Args { worlds: true, .. } => {
+            let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(worlds::SEEDS) - 1;
+            print!("{}", worlds::table(&worlds::named(&seeds, args.threads)?));
+            Ok(())
+        }
+        Args { hundred: true, .. } => {
+            let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(worlds::HUNDRED) - 1;
+            let random = worlds::hundred(&seeds, args.threads)?;
+            let each = if args.each { worlds::each(&random) } else { String::new() };
+            print!("{each}{}", worlds::summary(&random));
+            Ok(())
+        }
         Args { conflicts: true, .. } => {
             let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
             print!("{}", conflicts::table(&conflicts::measure(&seeds, args.threads)?));
@@ -142,30 +175,57 @@ fn main() -> Result<(), Failure> {
             print!("{}", lags::table(&lags::measure(seeds, args.threads)?));
             Ok(())
         }
+        Args { renew: Some(section), .. } => renew(section, &args),
+        Args { limit: true, .. } => bounds(&args),
         Args { quick: true, .. } => quick(&args),
         Args { .. } => document(&args),
     }
 }
 
-/// The table of the transponders that lie.
-fn lies(args: &Args) -> Result<(), Failure> {
+/// Prints the table of attacks on transponders.
+fn attacks(args: &Args) -> Result<(), EvaluationFailure> {
     let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
     let recordings = args.recordings();
-    let order = integrity::Order {
+    let request = integrity::IntegrityRequest {
         seeds,
         names: &args.attack,
         recordings: recordings.as_deref(),
         threads: args.threads,
     };
-    let measured = integrity::measure(&order)?;
+    let measured = integrity::measure(&request)?;
     if args.each {
         println!("{}", integrity::each(&measured));
     }
-    print!("{}", asked::table(&integrity::asked(&measured), Beside::Count));
+    print!("{}", results::table(&integrity::rows(&measured), SideColumn::Count));
     Ok(())
 }
 
-fn quick(args: &Args) -> Result<(), Failure> {
+/// Prints the table of the limit.
+fn bounds(args: &Args) -> Result<(), EvaluationFailure> {
+    let seeds = args.first_seed..=args.first_seed + args.seeds.unwrap_or(QUICK_SEEDS) - 1;
+    let names: Vec<&str> = args.scenario.iter().chain(&args.variant).map(String::as_str).collect();
+    let measured = limit::measure(&names, &seeds, args.threads)?;
+    print!("{}", limit::table(&measured));
+    if args.each {
+        print!("{}", limit::parts(&measured));
+    }
+    Ok(())
+}
+
+/// Updates one section of the document.
+fn renew(section: DocumentSection, args: &Args) -> Result<(), EvaluationFailure> {
+    let seeds = |count| FIRST_SEED..=FIRST_SEED + args.seeds.unwrap_or(count) - 1;
+    let text = match section {
+        DocumentSection::Limit => limit::section(&limit::measure(&[], &seeds(QUICK_SEEDS), args.threads)?),
+        DocumentSection::Worlds => worlds::section(&worlds::measure(&seeds(SEEDS), args.threads)?),
+    };
+    let document = String::from_utf8(std::fs::read(&args.out)?)?;
+    let document = section.put_into(&document, &text).ok_or("the document has another form")?;
+    std::fs::write(&args.out, document)?;
+    Ok(())
+}
+
+fn quick(args: &Args) -> Result<(), EvaluationFailure> {
     let Args { scenario, sheet, variant, recording, .. } = args;
     let names_some = [scenario, sheet, variant, recording].into_iter().any(|names| !names.is_empty());
     let is_in = |names: &[String], name: &str| names.iter().any(|wanted| wanted == name);
@@ -183,8 +243,8 @@ fn quick(args: &Args) -> Result<(), Failure> {
     }
     if !recording.is_empty() {
         let folder = args.recordings().ok_or("--recordings says where the real flights are")?;
-        let is_asked = |flight: &Flight| matches!(flight.row, Row::Clean(name) if is_in(recording, name));
-        flights.extend(flights::recorded(&folder, seeds).into_iter().filter(is_asked));
+        let is_wanted = |flight: &EvaluationFlight| matches!(flight.row, FlightRow::Clean(name) if is_in(recording, name));
+        flights.extend(flights::recorded(&folder, seeds).into_iter().filter(is_wanted));
     }
     print!("{}", quick::table(&score::score(&flights, args.threads)?));
     Ok(())
@@ -196,9 +256,9 @@ impl Args {
     }
 }
 
-fn document(args: &Args) -> Result<(), Failure> {
+fn document(args: &Args) -> Result<(), EvaluationFailure> {
     let seeds = FIRST_SEED..=FIRST_SEED + args.seeds.unwrap_or(SEEDS) - 1;
-    // The largest first, so that two of them do not end it alone.
+    // The largest flights come first, so that none of them runs alone at the end.
     let mut flights = flights::simulated(CITY, FIRST_SEED..=FIRST_SEED + args.city_seeds - 1)?;
     flights.extend(flights::settled(seeds.clone())?);
     for name in SCENARIOS.into_iter().filter(|&name| name != CITY) {
@@ -222,17 +282,30 @@ fn document(args: &Args) -> Result<(), Failure> {
     let found = registration::found(&flights::scenario("crossing")?, seeds.clone(), args.threads)?;
     eprintln!("latencies");
     let lags = lags::measure(seeds.clone(), args.threads)?;
-    let order = integrity::Order {
+    let request = integrity::IntegrityRequest {
         seeds: seeds.clone(),
         names: &[],
         recordings: recordings.as_deref(),
         threads: args.threads,
     };
-    let integrity = integrity::measure(&order)?;
-    let apart = Apart { found, lags, integrity, speed: speed::measure(FIRST_SEED)? };
+    let integrity = integrity::measure(&request)?;
+    eprintln!("limit");
+    // A smoother for each point takes long, so a few seeds must suffice.
+    let few = FIRST_SEED..=(FIRST_SEED + QUICK_SEEDS - 1).min(*seeds.end());
+    let limit = limit::measure(&[], &few, args.threads)?;
+    eprintln!("worlds");
+    let worlds = worlds::measure(&seeds, args.threads)?;
+    let other = OtherResults {
+        registration: found,
+        lags,
+        integrity,
+        limit,
+        speed: speed::measure(FIRST_SEED)?,
+        worlds,
+    };
     let before = String::from_utf8(std::fs::read(&args.out).unwrap_or_default())?;
-    let (scores, apart, city_seeds) = (scored.as_slice(), &apart, args.city_seeds);
-    let report = Report { scores, apart, seeds, city_seeds, before: &before };
+    let (scores, other, city_seeds) = (scored.as_slice(), &other, args.city_seeds);
+    let report = EvaluationDocument { scores, other, seeds, city_seeds, before: &before };
     std::fs::write(&args.out, report.text())?;
     eprintln!("written to {}", args.out.display());
     Ok(())

@@ -1,9 +1,9 @@
-//! Several flights at a time.
+//! Runs several flights at a time.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What `of` makes of each, `threads` at a time; in the order of `all`, whichever ends first. `of` also gets the place.
+/// Applies `of` to each element and its index, `threads` at a time. Returns the results in the order of `all`.
 pub fn each<T: Sync, R: Send>(all: &[T], threads: usize, of: impl Fn(usize, &T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let made: Mutex<Vec<Option<R>>> = Mutex::new(all.iter().map(|_| None).collect());

@@ -1,13 +1,13 @@
-//! A line a row of flights, for whoever works on the `operational` profile.
+//! Short table for developers of the `operational` profile: a line per row of flights.
 
 use crate::figures::*;
-use crate::flights::{RECORDINGS, Row, SCENARIOS};
-use crate::score::Scores;
+use crate::flights::{FlightRow, RECORDINGS, SCENARIOS};
+use crate::score::FlightScores;
 use crate::sheet;
-use crate::summary::{Mean, Seeds};
+use crate::summary::{MeanValue, SeedScores};
 use crate::variants::VARIANTS;
 
-/// Heads and widths of the columns behind the row's name.
+/// Headings and widths of the columns after the row's name.
 const COLUMNS: [(&str, usize); 24] = [
     ("covered/T", 9),
     ("gap/radar", 9),
@@ -35,19 +35,20 @@ const COLUMNS: [(&str, usize); 24] = [
     ("one", 5),
 ];
 
-/// The table, of the rows that were flown.
-pub fn table(scores: &[Scores]) -> String {
+/// Table of the rows that were flown.
+pub fn table(scores: &[FlightScores]) -> String {
     let line = |name: &str, cells: Vec<String>| {
         let cells = cells.into_iter().zip(COLUMNS).map(|(cell, (_, width))| format!("  {cell:>width$}"));
         format!("{name:<28}{}\n", cells.collect::<String>())
     };
     let mut text = line("scenario", COLUMNS.map(|(head, _)| head.to_owned()).into());
-    let scenarios = SCENARIOS.into_iter().map(|name| (name.to_owned(), Row::Scenario(name)));
-    let variants = VARIANTS.into_iter().map(|variant| (variant.name.to_owned(), Row::Variant(variant.name)));
+    let scenarios = SCENARIOS.into_iter().map(|name| (name.to_owned(), FlightRow::Scenario(name)));
+    let variants =
+        VARIANTS.into_iter().map(|variant| (variant.name.to_owned(), FlightRow::Variant(variant.name)));
     let sheets = sheet::BASES.into_iter().flat_map(sheet::rows);
-    let recordings = RECORDINGS.into_iter().map(|name| (name.to_owned(), Row::Clean(name)));
+    let recordings = RECORDINGS.into_iter().map(|name| (name.to_owned(), FlightRow::Clean(name)));
     for (name, row) in scenarios.chain(variants).chain(sheets).chain(recordings) {
-        let seeds = Seeds::of(scores, &row);
+        let seeds = SeedScores::of(scores, &row);
         if !seeds.0.is_empty() {
             text += &line(&name, cells(&seeds));
         }
@@ -55,13 +56,14 @@ pub fn table(scores: &[Scores]) -> String {
     text
 }
 
-fn cells(seeds: &Seeds<'_>) -> Vec<String> {
-    let show = |mean: Option<Mean>, decimals: usize| {
+fn cells(seeds: &SeedScores<'_>) -> Vec<String> {
+    let show = |mean: Option<MeanValue>, decimals: usize| {
         mean.map_or("-".to_owned(), |mean| format!("{:.decimals$}", mean.mean))
     };
-    let of = |group: Group, figure: Figure, decimals| show(seeds.of_group(group, figure), decimals);
-    let ratio = |of: Group, over: Group, figure: Figure| show(seeds.ratio(of, over, figure), 3);
-    let nees = |drones: Each, figure: Figure| show(seeds.of_drones(drones, figure), 2);
+    let of = |group: ScoreGroup, figure: ScoreFigure, decimals| show(seeds.of_group(group, figure), decimals);
+    let ratio =
+        |of: ScoreGroup, over: ScoreGroup, figure: ScoreFigure| show(seeds.ratio(of, over, figure), 3);
+    let nees = |drones: DroneScores, figure: ScoreFigure| show(seeds.of_drones(drones, figure), 2);
     let us = OPERATIONAL;
     vec![
         ratio(us.equipped, TRANSPONDER.equipped, COVERED),

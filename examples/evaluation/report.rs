@@ -1,91 +1,95 @@
-//! The document: tables, and what they mean.
+//! The document: tables and their explanations.
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 
-use crate::asked::{self, Beside};
-use crate::demands::{self, Apart};
 use crate::figures::*;
-use crate::flights::{RECORDINGS, Row, SCENARIOS};
+use crate::flights::{FlightRow, RECORDINGS, SCENARIOS};
 use crate::integrity;
-use crate::score::Scores;
+use crate::limit;
+use crate::measures::{self, OtherResults};
+use crate::reference_measures;
+use crate::results::{self, SideColumn};
+use crate::score::FlightScores;
 use crate::sheet;
-use crate::standing;
-use crate::summary::{Mean, Seeds, show};
+use crate::summary::{MeanValue, SeedScores, show};
 use crate::table::table;
 use crate::themes;
 use crate::variants::{BIAS_EQUIPPED, PAPER, VARIANTS};
+use crate::worlds;
 
-/// Between these the section of the real flights stands, to be taken over where they are not at hand.
+/// Markers around the section of the real flights, which is copied if these are not available.
 const REAL: (&str, &str) = ("<!-- real flights -->", "<!-- end of real flights -->");
 
-/// Everything that the document is made of.
-pub struct Report<'a> {
-    pub scores: &'a [Scores],
-    pub apart: &'a Apart,
+/// Contents of the document.
+pub struct EvaluationDocument<'a> {
+    pub scores: &'a [FlightScores],
+    pub other: &'a OtherResults,
     pub seeds: RangeInclusive<u64>,
     pub city_seeds: u64,
-    /// The document as it stood.
+    /// The existing document.
     pub before: &'a str,
 }
 
-impl<'a> Report<'a> {
+impl<'a> EvaluationDocument<'a> {
     /// The whole document.
     pub fn text(&self) -> String {
         let (first, last) = (self.seeds.start(), self.seeds.end());
         let seeds = format!("{first} to {last}, of `city` {} of them", self.city_seeds);
         [
             include_str!("words/opening.md").replace("{seeds}", &seeds),
-            self.asked(),
+            self.results(),
             self.table_1(),
             self.simulated(),
+            limit::section(&self.other.limit),
             self.meaning(),
             format!("{}\n{}", include_str!("words/variants.md"), self.variants()),
             format!("{}\n{}", include_str!("words/sheet.md"), self.sheet()),
+            worlds::section(&self.other.worlds),
             self.real(),
             include_str!("words/closing.md").to_owned(),
         ]
         .join("\n")
     }
 
-    /// What was asked for last, what still stands, and what falls short.
-    fn asked(&self) -> String {
-        let asked = demands::asked(self.scores, self.apart);
-        let standing = standing::asked(self.scores, self.apart);
-        let integrity = integrity::asked(&self.apart.integrity);
+    /// Tables of all measures, and the reasons for results that fall short.
+    fn results(&self) -> String {
+        let measures = measures::rows(self.scores, self.other);
+        let integrity = integrity::rows(&self.other.integrity);
+        let reference = reference_measures::rows(self.scores, self.other);
         [
-            include_str!("words/asked.md").to_owned(),
-            asked::table(&asked, Beside::Before),
+            include_str!("words/results.md").to_owned(),
+            results::table(&measures, SideColumn::None),
             include_str!("words/integrity.md").to_owned(),
-            asked::table(&integrity, Beside::Count),
-            include_str!("words/standing.md").to_owned(),
-            asked::table(&standing, Beside::Paper),
-            "### What falls short, and why\n".to_owned(),
-            asked::missed(asked.iter().chain(&integrity).chain(&standing)),
+            results::table(&integrity, SideColumn::Count),
+            include_str!("words/reference.md").to_owned(),
+            results::table(&reference, SideColumn::Reference),
+            "### Where results fall short\n".to_owned(),
+            results::limitations(measures.iter().chain(&integrity).chain(&reference)),
         ]
         .join("\n")
     }
 
-    fn row(&self, name: &'static str) -> Seeds<'a> {
-        Seeds::of(self.scores, &Row::Scenario(name))
+    fn row(&self, name: &'static str) -> SeedScores<'a> {
+        SeedScores::of(self.scores, &FlightRow::Scenario(name))
     }
 
-    fn scenarios(&self) -> impl Iterator<Item = (String, Seeds<'a>)> + '_ {
+    fn scenarios(&self) -> impl Iterator<Item = (String, SeedScores<'a>)> + '_ {
         SCENARIOS.into_iter().map(|name| (format!("`{name}`"), self.row(name)))
     }
 
-    /// The scenarios, and beside `bias` the same flights with every drone equipped.
-    fn rows(&self) -> Vec<(String, Seeds<'a>)> {
+    /// The scenarios; after `bias`, the same flights with every drone equipped.
+    fn rows(&self) -> Vec<(String, SeedScores<'a>)> {
         let mut rows: Vec<_> = self.scenarios().collect();
         let beside = SCENARIOS.iter().position(|&name| name == "bias").map_or(0, |place| place + 1);
-        let equipped = Seeds::of(self.scores, &Row::Variant(BIAS_EQUIPPED));
+        let equipped = SeedScores::of(self.scores, &FlightRow::Variant(BIAS_EQUIPPED));
         rows.insert(beside, (format!("`{BIAS_EQUIPPED}`"), equipped));
         rows
     }
 
-    /// The paper's Table 1: on its own flight as far as that is known, and on `bias`.
+    /// The paper's Table 1: for its own flight as far as known, and for `bias`.
     fn table_1(&self) -> String {
-        let paper = Seeds::of(self.scores, &Row::Variant(PAPER));
+        let paper = SeedScores::of(self.scores, &FlightRow::Variant(PAPER));
         [
             include_str!("words/table_1.md").to_owned(),
             Self::table_1_of(&paper),
@@ -95,8 +99,8 @@ impl<'a> Report<'a> {
         .join("\n")
     }
 
-    fn table_1_of(seeds: &Seeds<'_>) -> String {
-        let rows: [(&str, Figure, usize, [&str; 3]); 7] = [
+    fn table_1_of(seeds: &SeedScores<'_>) -> String {
+        let rows: [(&str, ScoreFigure, usize, [&str; 3]); 7] = [
             ("PU, 4 Hz ref. (%)", PU, 2, ["48.41", "41.61", "+6.80 points"]),
             ("mean ePos (m)", EPOS, 2, ["5.13", "59.66", "91.4 %"]),
             ("SEM ePos (m)", SEM_EPOS, 3, ["0.230", "1.615", "85.8 %"]),
@@ -110,7 +114,7 @@ impl<'a> Report<'a> {
         );
         for (name, figure, decimals, [paper_fused, paper_radar, paper_change]) in rows {
             let radar = seeds.of_group(RADAR.equipped, figure);
-            let change = |fused: Option<Mean>| {
+            let change = |fused: Option<MeanValue>| {
                 fused.zip(radar).map_or("–".to_owned(), |(fused, radar)| match name {
                     _ if name.starts_with("PU") => format!("{:+.2} points", fused.mean - radar.mean),
                     _ => format!("{:.1} %", 100.0 * (1.0 - fused.mean / radar.mean)),
@@ -137,36 +141,36 @@ impl<'a> Report<'a> {
 
     fn variants(&self) -> String {
         let rows = VARIANTS.map(|variant| {
-            (format!("`{}`", variant.name), Seeds::of(self.scores, &Row::Variant(variant.name)))
+            (format!("`{}`", variant.name), SeedScores::of(self.scores, &FlightRow::Variant(variant.name)))
         });
         table("scenario", rows, &themes::in_short())
     }
 
     fn sheet(&self) -> String {
         let rows = sheet::BASES.into_iter().flat_map(sheet::rows);
-        let rows = rows.map(|(name, row)| (name, Seeds::of(self.scores, &row)));
+        let rows = rows.map(|(name, row)| (name, SeedScores::of(self.scores, &row)));
         table("true errors", rows, &themes::sheet())
     }
 
-    /// What the tables say, with their own numbers.
+    /// Explanation of the tables, with their numbers.
     fn meaning(&self) -> String {
-        let over_scenarios = |figure: &dyn Fn(&Seeds<'_>) -> Option<Mean>, decimals: usize| {
+        let over_scenarios = |figure: &dyn Fn(&SeedScores<'_>) -> Option<MeanValue>, decimals: usize| {
             let means: Vec<f64> =
                 self.scenarios().filter_map(|(_, seeds)| figure(&seeds)).map(|mean| mean.mean).collect();
             let low = means.iter().copied().fold(f64::INFINITY, f64::min);
             let high = means.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             format!("{low:.decimals$} to {high:.decimals$}")
         };
-        let of = |group: Group, figure: Figure, decimals: usize| {
+        let of = |group: ScoreGroup, figure: ScoreFigure, decimals: usize| {
             over_scenarios(&|seeds| seeds.of_group(group, figure), decimals)
         };
-        let ratio = |of: Group, over: Group, figure: Figure| {
+        let ratio = |of: ScoreGroup, over: ScoreGroup, figure: ScoreFigure| {
             over_scenarios(&|seeds| seeds.ratio(of, over, figure), 2)
         };
-        let points = |of: Group, over: Group| {
+        let points = |of: ScoreGroup, over: ScoreGroup| {
             over_scenarios(&|seeds| seeds.mean(|scores| Some(PU(of(scores))? - PU(over(scores))?)), 0)
         };
-        let one = |name, group: Group, figure: Figure, decimals| {
+        let one = |name, group: ScoreGroup, figure: ScoreFigure, decimals| {
             show(self.row(name).of_group(group, figure), decimals)
         };
         let (us, paper) = (OPERATIONAL, REFERENCE);
@@ -202,14 +206,15 @@ impl<'a> Report<'a> {
         words.iter().fold(text, |text, (name, number)| text.replace(name, number))
     }
 
-    /// The real flights; as the document had them where they are not at hand.
+    /// Section of the real flights; copied from the existing document if these are not available.
     fn real(&self) -> String {
-        let clean = RECORDINGS.map(|name| (name.to_owned(), Row::Clean(name)));
-        let degraded = RECORDINGS.map(|name| (format!("{name}, degraded"), Row::Degraded(name)));
-        let prepared = RECORDINGS.map(|name| (format!("{name}, degraded, as recorded"), Row::Prepared(name)));
+        let clean = RECORDINGS.map(|name| (name.to_owned(), FlightRow::Clean(name)));
+        let degraded = RECORDINGS.map(|name| (format!("{name}, degraded"), FlightRow::Degraded(name)));
+        let prepared =
+            RECORDINGS.map(|name| (format!("{name}, degraded, as recorded"), FlightRow::Prepared(name)));
         let rows = clean.into_iter().chain(degraded).chain(prepared);
-        let rows: Vec<(String, Seeds<'_>)> =
-            rows.map(|(name, row)| (name, Seeds::of(self.scores, &row))).collect();
+        let rows: Vec<(String, SeedScores<'_>)> =
+            rows.map(|(name, row)| (name, SeedScores::of(self.scores, &row))).collect();
         if rows.iter().all(|(_, seeds)| seeds.0.is_empty()) {
             let kept = self.before.split_once(REAL.0).and_then(|(_, rest)| rest.split_once(REAL.1));
             let kept =
@@ -217,7 +222,7 @@ impl<'a> Report<'a> {
             eprintln!("without recordings: the section of the real flights is kept as it was");
             return format!("{}{kept}{}\n", REAL.0, REAL.1);
         }
-        let again = rows.iter().map(|(name, seeds)| (name.clone(), Seeds(seeds.0.clone())));
+        let again = rows.iter().map(|(name, seeds)| (name.clone(), SeedScores(seeds.0.clone())));
         let first = table("flight", again, &themes::real());
         let second = table("flight", rows, &themes::real_by_slots());
         format!("{}\n{}\n{first}\n{second}{}\n", REAL.0, include_str!("words/real.md"), REAL.1)
@@ -226,22 +231,24 @@ impl<'a> Report<'a> {
 
 #[cfg(test)]
 mod tests {
-    /// The program that writes the document writes over what somebody added to it.
+    /// The document is overwritten, so it must not have sections that the program does not write.
     #[test]
-    fn the_document_has_no_section_that_is_not_made() {
+    fn document_has_only_written_sections() {
         let made = [
             include_str!("report.rs"),
-            include_str!("words/asked.md"),
+            include_str!("words/results.md"),
             include_str!("words/closing.md"),
+            include_str!("words/limit.md"),
             include_str!("words/meaning.md"),
             include_str!("words/real.md"),
             include_str!("words/sheet.md"),
             include_str!("words/table_1.md"),
             include_str!("words/variants.md"),
+            include_str!("words/worlds.md"),
         ];
         for heading in include_str!("../../docs/EVALUATION.md").lines().filter(|line| line.starts_with("## "))
         {
-            assert!(made.iter().any(|text| text.contains(heading)), "who writes \"{heading}\"?");
+            assert!(made.iter().any(|text| text.contains(heading)), "nothing writes \"{heading}\"");
         }
     }
 }

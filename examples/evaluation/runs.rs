@@ -1,4 +1,4 @@
-//! Whole runs of the program, each as a process of its own, and the processor time that they take.
+//! Runs of the program in separate processes, and their processor time.
 
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -9,51 +9,51 @@ use utm_fusion::config::{Action, Profile};
 use utm_fusion::formats::PcapWriter;
 use utm_fusion::simulate::Simulation;
 
-use crate::flights::Failure;
+use crate::flights::EvaluationFailure;
 use crate::speed::PROFILES;
 
-/// Rounds in which the profiles take turns; the median counts.
+/// Number of rounds, in which the profiles take turns; the median counts.
 const ROUNDS: usize = 5;
-/// In each round a profile runs until it has taken that much processor time, seconds: the system counts in hundredths.
+/// Minimum processor time of a profile in each round, seconds; the system counts in hundredths of a second.
 const LEAST_S: f64 = 0.5;
 /// Ticks of the system's processor times per second (`USER_HZ`).
 const TICKS_HZ: f64 = 100.0;
 
-/// Whether a run writes its pictures, one JSON object a track.
+/// Whether a run writes its pictures, one JSON object per track.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Pictures {
+pub enum PictureOutput {
     Written,
-    /// They are made and counted.
+    /// Pictures are computed and counted, but not written.
     NotWritten,
 }
 
-/// What is run.
+/// Parameters of a run.
 #[derive(Clone, Copy)]
-pub struct Run {
+pub struct ProgramRun {
     pub profile: Profile,
-    /// What is done about transponders that lie.
+    /// Action on false transponder reports.
     pub action: Action,
-    pub pictures: Pictures,
+    pub pictures: PictureOutput,
 }
 
-impl Run {
-    /// Of each of the [`PROFILES`], as it is usually configured.
-    pub fn of_profiles(pictures: Pictures) -> [Self; 2] {
+impl ProgramRun {
+    /// Runs of each of the [`PROFILES`] with the default integrity.
+    pub fn of_profiles(pictures: PictureOutput) -> [Self; 2] {
         PROFILES.map(|profile| Self { profile, action: Action::Flag, pictures })
     }
 
-    /// Of the `operational` profile with integrity and without, no pictures written.
+    /// Runs of the `operational` profile with and without integrity, without writing pictures.
     pub fn of_integrity() -> [Self; 2] {
-        let (profile, pictures) = (Profile::Operational, Pictures::NotWritten);
+        let (profile, pictures) = (Profile::Operational, PictureOutput::NotWritten);
         [Action::Flag, Action::Off].map(|action| Self { profile, action, pictures })
     }
 }
 
-/// A flight as files, which end with it.
-pub struct Files(PathBuf);
+/// Files of a flight, which are deleted on drop.
+pub struct FlightFiles(PathBuf);
 
-impl Files {
-    pub fn of(simulation: &Simulation) -> Result<Self, Failure> {
+impl FlightFiles {
+    pub fn of(simulation: &Simulation) -> Result<Self, EvaluationFailure> {
         let files = Self(std::env::temp_dir().join(format!("utm-fusion-evaluation-{}", std::process::id())));
         fs::create_dir_all(&files.0)?;
         #[expect(clippy::disallowed_methods, reason = "the capture that the program reads")]
@@ -66,8 +66,8 @@ impl Files {
         Ok(files)
     }
 
-    /// Processor time of a run, all its threads, from its start to its end, of each kind, seconds.
-    pub fn processor_s<const N: usize>(&self, runs: [Run; N]) -> Result<[f64; N], Failure> {
+    /// Processor time of a run of each kind, over all its threads, seconds.
+    pub fn processor_s<const N: usize>(&self, runs: [ProgramRun; N]) -> Result<[f64; N], EvaluationFailure> {
         let mut rounds = runs.map(|_| Vec::new());
         for _ in 0..ROUNDS {
             for (round, run) in rounds.iter_mut().zip(runs) {
@@ -89,13 +89,13 @@ impl Files {
         }))
     }
 
-    fn run(&self, run: Run) -> Result<(), Failure> {
-        let Run { profile, action, pictures } = run;
+    fn run(&self, run: ProgramRun) -> Result<(), EvaluationFailure> {
+        let ProgramRun { profile, action, pictures } = run;
         let mut program = Command::new(std::env::current_exe()?);
         program.arg("replay").arg(self.0.join("capture.pcap"));
         program.arg("--config").arg(self.0.join("site.toml")).args(["--profile", profile.name()]);
         program.env("UTM_FUSION__INTEGRITY__ACTION", action.name());
-        if pictures == Pictures::Written {
+        if pictures == PictureOutput::Written {
             program.arg("-o").arg(self.0.join("pictures.ndjson"));
         }
         let status = program.stdout(Stdio::null()).status()?;
@@ -103,17 +103,17 @@ impl Files {
     }
 }
 
-impl Drop for Files {
+impl Drop for FlightFiles {
     fn drop(&mut self) {
-        // They are in the system's folder for what may be lost.
+        // The files are in the system's temporary directory.
         let _ = fs::remove_dir_all(&self.0);
     }
 }
 
-/// Processor time of the processes that this one has started and that have ended, seconds.
-fn children_s() -> Result<f64, Failure> {
+/// Processor time of terminated child processes, seconds.
+fn children_s() -> Result<f64, EvaluationFailure> {
     let text = String::from_utf8(fs::read("/proc/self/stat")?)?;
-    // Behind the name, which is in brackets and may hold anything: cutime and cstime are the 14th and 15th.
+    // The name is in brackets and may contain anything. After it, cutime and cstime are fields 14 and 15.
     let fields = text.rsplit_once(')').map_or("", |(_, fields)| fields);
     let ticks: Vec<f64> =
         fields.split_whitespace().skip(13).take(2).map(str::parse).collect::<Result<_, _>>()?;

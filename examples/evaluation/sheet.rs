@@ -1,39 +1,42 @@
-//! Radars whose true errors are other than their data sheet says: the site's `accuracy` stays what it is, and the random
-//! errors of the radar, slow and white, are a multiple of what the scenario has.
+//! Radars whose true errors differ from their data sheet: the site's `accuracy` stays the same, and the radar's random
+//! errors, slow and white, are multiplied.
 
 use std::ops::RangeInclusive;
 
 use utm_fusion::simulate::Scenario;
 
-use crate::flights::{self, Failure, Flight, Row};
+use crate::flights::{self, EvaluationFailure, EvaluationFlight, FlightRow};
 
-/// The true errors over those that the data sheet stands for, in percent.
+/// True errors as a percentage of those in the data sheet.
 pub const PERCENT: [u32; 7] = [10, 30, 50, 70, 100, 150, 200];
-/// What is flown: three equipped drones by themselves, and shipped scenarios.
+/// Base flights: three equipped drones only, and a shipped scenario.
 pub const BASES: [&str; 2] = [THREE, "crossing"];
 
 const THREE: &str = "three";
 
-/// The flights of a base with these seeds, by each multiple: the same but for the size of the errors.
-pub fn flights(base: &'static str, seeds: RangeInclusive<u64>) -> Result<Vec<Flight>, Failure> {
+/// Flights of a base with these seeds, for each percentage. They differ only in the size of the errors.
+pub fn flights(
+    base: &'static str,
+    seeds: RangeInclusive<u64>,
+) -> Result<Vec<EvaluationFlight>, EvaluationFailure> {
     let mut all = Vec::new();
     for percent in PERCENT {
         let mut scenario = scenario(base)?;
         scale(&mut scenario, f64::from(percent) / 100.0);
-        all.extend(flights::of_scenario(&Row::Sheet(base, percent), &scenario, seeds.clone(), 0.0));
+        all.extend(flights::of_scenario(&FlightRow::Sheet(base, percent), &scenario, seeds.clone(), 0.0));
     }
     Ok(all)
 }
 
-/// The rows of a base, by name.
-pub fn rows(base: &'static str) -> impl Iterator<Item = (String, Row)> {
-    PERCENT
-        .into_iter()
-        .map(move |percent| (format!("{base} × {}", f64::from(percent) / 100.0), Row::Sheet(base, percent)))
+/// Rows of a base, by name.
+pub fn rows(base: &'static str) -> impl Iterator<Item = (String, FlightRow)> {
+    PERCENT.into_iter().map(move |percent| {
+        (format!("{base} × {}", f64::from(percent) / 100.0), FlightRow::Sheet(base, percent))
+    })
 }
 
-/// Without any registration bias: what is asked is how well random errors are borne.
-fn scenario(base: &str) -> Result<Scenario, Failure> {
+/// Scenario without registration bias, because only random errors are of interest.
+fn scenario(base: &str) -> Result<Scenario, EvaluationFailure> {
     let mut scenario = flights::scenario(if base == THREE { "single" } else { base })?;
     if base == THREE {
         THREE.clone_into(&mut scenario.name);

@@ -1,4 +1,4 @@
-//! What it costs on the machine that makes the document: processor time, and how long a slot takes.
+//! Cost on the machine that runs the evaluation: processor time, and time per slot.
 
 use std::time::Instant;
 
@@ -9,57 +9,58 @@ use utm_fusion::picture::PictureMaker;
 use utm_fusion::pipeline::Pipeline;
 use utm_fusion::simulate::{Scenario, Simulation, Span, simulate};
 
-use crate::flights::{self, CITY, Failure};
-use crate::runs::{Files, Pictures, Run};
-use crate::summary::Mean;
+use crate::flights::{self, CITY, EvaluationFailure};
+use crate::runs::{FlightFiles, PictureOutput, ProgramRun};
+use crate::summary::MeanValue;
 
 /// The profiles, in the order of every pair of figures.
 pub const PROFILES: [Profile; 2] = [Profile::Reference, Profile::Operational];
-/// Flights of `dense` of which the processor time is taken.
+/// Number of flights of `dense` for processor time.
 const DENSE_FLIGHTS: u64 = 4;
-/// Targets over which the exponent is taken, half of them birds.
+/// Numbers of targets for the exponent; half of them are birds.
 const TARGETS: [u32; 4] = [500, 1000, 2000, 4000];
-/// How long these fly, seconds: the window of 25 s fills, and slots are published from 6.25 s on.
+/// Duration of these flights, seconds: the window of 25 s fills, and slots are published from 6.25 s on.
 const GROWTH_S: f64 = 30.0;
-/// Drones of the crowd, all of them equipped and always seen, and how long they fly, seconds.
+/// Number of drones of the crowd, all of them equipped and always visible. `CROWD_S` is the duration of the flight,
+/// seconds.
 const CROWD: u32 = 2000;
 const CROWD_S: f64 = 75.0;
 
-/// Of so many runs over the same datagrams, each slot's least time: what it takes is the same in all, what else the machine does
-/// is not, and the slowest of a few hundred slots would be that.
+/// Number of runs over the same datagrams. The shortest time of each slot counts, which excludes other load of the
+/// machine; the slowest of a few hundred slots would show that load.
 const RUNS: usize = 3;
 
-/// What was measured; pairs are of `reference` and `operational`.
+/// Measurements; pairs are `reference` and `operational`.
 #[derive(Debug)]
-pub struct Speed {
+pub struct SpeedResults {
     /// Seconds of flight of `dense` per second of processor time.
     pub times_real: [f64; 2],
-    /// Processor time of a run of `operational` over that of one of `reference`, on `dense`: with the pictures written,
-    /// and without.
-    pub processor: [Option<Mean>; 2],
-    /// The same of `operational` with integrity over that without, no pictures written.
-    pub integrity: Option<Mean>,
-    /// What a slot of `city` and its picture take, milliseconds: ninety-nine of a hundred take no more.
+    /// Ratio of the processor time of `operational` to that of `reference`, on `dense`: with pictures written, and
+    /// without.
+    pub processor: [Option<MeanValue>; 2],
+    /// Ratio of the processor time of `operational` with integrity to that without, without pictures written.
+    pub integrity: Option<MeanValue>,
+    /// Time for a slot of `city` and its picture, 99th percentile, milliseconds.
     pub city_p99_ms: [f64; 2],
-    /// Of the processor time of a run over the number of targets, at constant density.
-    pub exponents: [Option<Mean>; 2],
-    /// What a slot of 2,000 radar tracks and 2,000 transponders takes under `operational`, milliseconds: 999 of a thousand take
-    /// no more.
-    pub crowd_p999_ms: Option<Mean>,
-    /// `city` live, as the example `load` measured it last: lateness beyond a sleeping timer, 999 of a thousand slots,
-    /// milliseconds, memory, MB, and the same lateness of the picture of now.
-    pub live: [Option<Mean>; 3],
+    /// Exponent of the processor time of a run as a function of the number of targets, at constant density.
+    pub exponents: [Option<MeanValue>; 2],
+    /// Time for a slot of 2,000 radar tracks and 2,000 transponders with `operational`, 99.9th percentile,
+    /// milliseconds.
+    pub crowd_p999_ms: Option<MeanValue>,
+    /// Latest results of the example `load` for `city`: lateness beyond a sleeping timer, 99.9th percentile,
+    /// milliseconds; memory, MB; and the same lateness of the current picture.
+    pub live: [Option<MeanValue>; 3],
 }
 
-/// Where `cargo run --release --example load -- city` leaves its figures.
+/// Results of `cargo run --release --example load -- city`.
 const LIVE: &str = "target/load-city.json";
 
-/// What was measured live, where it was.
-fn live() -> [Option<Mean>; 3] {
+/// Live results, if available.
+fn live() -> [Option<MeanValue>; 3] {
     const MIB_IN_MB: f64 = 1.048_576;
     let figures =
         std::fs::read(LIVE).ok().and_then(|octets| serde_json::from_slice::<serde_json::Value>(&octets).ok());
-    let figure = |name: &str, unit: f64| Mean::of(&[figures.as_ref()?.get(name)?.as_f64()? * unit]);
+    let figure = |name: &str, unit: f64| MeanValue::of(&[figures.as_ref()?.get(name)?.as_f64()? * unit]);
     [
         figure("lateness_beyond_timer_p99.9_ms", 1.0),
         figure("most_resident_mib", MIB_IN_MB),
@@ -68,46 +69,46 @@ fn live() -> [Option<Mean>; 3] {
 }
 
 /// Measures everything, on flights with seeds from this one on.
-pub fn measure(first_seed: u64) -> Result<Speed, Failure> {
+pub fn measure(first_seed: u64) -> Result<SpeedResults, EvaluationFailure> {
     let dense = flights::scenario("dense")?;
     let (mut ratios, mut integrity, mut spent_s) = ([Vec::new(), Vec::new()], Vec::new(), [0.0; 2]);
     for seed in first_seed..first_seed + DENSE_FLIGHTS {
-        let files = Files::of(&flown(&dense, seed)?)?;
-        let [flag_s, off_s] = files.processor_s(Run::of_integrity())?;
+        let files = FlightFiles::of(&flown(&dense, seed)?)?;
+        let [flag_s, off_s] = files.processor_s(ProgramRun::of_integrity())?;
         integrity.push(flag_s / off_s);
-        for (ratios, pictures) in ratios.iter_mut().zip([Pictures::Written, Pictures::NotWritten]) {
-            let [reference_s, operational_s] = files.processor_s(Run::of_profiles(pictures))?;
+        for (ratios, pictures) in ratios.iter_mut().zip([PictureOutput::Written, PictureOutput::NotWritten]) {
+            let [reference_s, operational_s] = files.processor_s(ProgramRun::of_profiles(pictures))?;
             ratios.push(operational_s / reference_s);
-            if pictures == Pictures::Written {
+            if pictures == PictureOutput::Written {
                 spent_s = [spent_s[0] + reference_s, spent_s[1] + operational_s];
             }
         }
     }
-    let city = Recorded::of(&flown(&flights::scenario(CITY)?, first_seed)?);
+    let city = RecordedReceptions::of(&flown(&flights::scenario(CITY)?, first_seed)?);
     let city_p99_ms =
         PROFILES.map(|profile| city.slots_ms(profile)).map(|slots_ms| quantile(&slots_ms, 0.99));
 
     let mut costs = [Vec::new(), Vec::new()];
     for targets in TARGETS {
-        let spent_s =
-            Files::of(&grown(targets, first_seed)?)?.processor_s(Run::of_profiles(Pictures::Written))?;
+        let spent_s = FlightFiles::of(&grown(targets, first_seed)?)?
+            .processor_s(ProgramRun::of_profiles(PictureOutput::Written))?;
         for (costs, spent_s) in costs.iter_mut().zip(spent_s) {
             costs.push((f64::from(targets), spent_s));
         }
     }
-    let crowd_ms = Recorded::of(&crowd(first_seed)?).slots_ms(Profile::Operational);
-    Ok(Speed {
+    let crowd_ms = RecordedReceptions::of(&crowd(first_seed)?).slots_ms(Profile::Operational);
+    Ok(SpeedResults {
         live: live(),
         times_real: spent_s.map(|spent_s| DENSE_FLIGHTS as f64 * dense.duration_s / spent_s),
-        integrity: Mean::of(&integrity),
-        processor: ratios.map(|ratios| Mean::of(&ratios)),
+        integrity: MeanValue::of(&integrity),
+        processor: ratios.map(|ratios| MeanValue::of(&ratios)),
         city_p99_ms,
-        exponents: costs.map(|costs| Mean::of(&[exponent(&costs)])),
-        crowd_p999_ms: Mean::of(&[quantile(&crowd_ms, 0.999)]),
+        exponents: costs.map(|costs| MeanValue::of(&[exponent(&costs)])),
+        crowd_p999_ms: MeanValue::of(&[quantile(&crowd_ms, 0.999)]),
     })
 }
 
-/// Slope of the straight line through the logarithms, by least squares.
+/// Slope of the least-squares line through the logarithms.
 fn exponent(costs: &[(f64, f64)]) -> f64 {
     let logs = || costs.iter().map(|&(targets, cost_s)| (targets.ln(), cost_s.ln()));
     let count = costs.len() as f64;
@@ -116,7 +117,7 @@ fn exponent(costs: &[(f64, f64)]) -> f64 {
     products.sum::<f64>() / logs().map(|(x, _)| (x - mean_x).powi(2)).sum::<f64>()
 }
 
-/// The least of which so large a share is not above; infinite of none.
+/// The smallest value that at least this share does not exceed; infinite without values.
 fn quantile(values: &[f64], share: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -124,9 +125,9 @@ fn quantile(values: &[f64], share: f64) -> f64 {
     sorted.get(place).copied().unwrap_or(f64::INFINITY)
 }
 
-/// So many targets as dense as those of `city`, half of them birds. What the radar errs by in metres stays the same: a larger
-/// area is no harder, only larger.
-fn grown(targets: u32, seed: u64) -> Result<Simulation, Failure> {
+/// Flight with this number of targets at the density of `city`; half of them are birds. The radar's errors in metres
+/// stay the same, so that a larger area is not harder.
+fn grown(targets: u32, seed: u64) -> Result<Simulation, EvaluationFailure> {
     let mut scenario = flights::scenario(CITY)?;
     let city =
         scenario.drone_count() + scenario.birds.count + scenario.birds.flocks * scenario.birds.flock_size;
@@ -143,8 +144,8 @@ fn grown(targets: u32, seed: u64) -> Result<Simulation, Failure> {
     widened(scenario, share.sqrt(), seed)
 }
 
-/// Two thousand drones, each with a transponder without gaps and always on the radar.
-fn crowd(seed: u64) -> Result<Simulation, Failure> {
+/// Flight of 2,000 drones, each with a transponder without gaps and always visible to the radar.
+fn crowd(seed: u64) -> Result<Simulation, EvaluationFailure> {
     let mut scenario = flights::scenario(CITY)?;
     let share = f64::from(CROWD) / f64::from(scenario.drone_count());
     scenario.name = "crowd".to_owned();
@@ -162,8 +163,8 @@ fn crowd(seed: u64) -> Result<Simulation, Failure> {
     widened(scenario, share.sqrt(), seed)
 }
 
-/// The scenario over an airspace that is so many times as wide, by a radar that sees so many times as far.
-fn widened(mut scenario: Scenario, by: f64, seed: u64) -> Result<Simulation, Failure> {
+/// Simulates the scenario with airspace and radar range multiplied by this factor.
+fn widened(mut scenario: Scenario, by: f64, seed: u64) -> Result<Simulation, EvaluationFailure> {
     scenario.airspace.radius_m *= by;
     for radar in &mut scenario.radars {
         radar.max_range_m *= by;
@@ -183,23 +184,23 @@ fn widened(mut scenario: Scenario, by: f64, seed: u64) -> Result<Simulation, Fai
     Ok(simulation)
 }
 
-fn flown(scenario: &Scenario, seed: u64) -> Result<Simulation, Failure> {
+fn flown(scenario: &Scenario, seed: u64) -> Result<Simulation, EvaluationFailure> {
     eprintln!("{} seed {seed}: how fast it is", scenario.name);
     Ok(simulate(scenario, seed, None)?)
 }
 
-/// A flight as it is received, in this process.
-struct Recorded {
+/// Datagrams of a flight, received in this process.
+struct RecordedReceptions {
     receptions: Vec<Reception>,
     config: Config,
 }
 
-impl Recorded {
+impl RecordedReceptions {
     fn of(simulation: &Simulation) -> Self {
         Self { receptions: simulation.receptions().collect(), config: simulation.config.clone() }
     }
 
-    /// How long each slot and its picture take, milliseconds: the least of several runs.
+    /// Time for each slot and its picture, milliseconds: the minimum of several runs.
     fn slots_ms(&self, profile: Profile) -> Vec<f64> {
         let mut least_ms = self.run_ms(profile);
         for _ in 1..RUNS {
@@ -216,7 +217,7 @@ impl Recorded {
         slots_ms
     }
 
-    /// From datagrams to pictures. Each slot's time goes to `note`.
+    /// Replays datagrams to pictures, and passes the time of each slot to `note`.
     fn replay(&self, profile: Profile, mut note: impl FnMut(f64)) {
         let mut config = self.config.clone();
         config.fusion.profile = profile;
@@ -230,7 +231,7 @@ impl Recorded {
                 std::hint::black_box(maker.picture(emission));
                 slots += 1;
             }
-            // A reception has one slot as a rule; where it has several, each is as slow as all of them on average.
+            // A reception usually completes one slot. If it completes several, their time is divided equally.
             let slot_ms = since.elapsed().as_secs_f64() * 1e3 / f64::from(slots.max(1));
             (0..slots).for_each(|_| note(slot_ms));
         }
@@ -247,7 +248,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_exponent_is_that_of_a_power() {
+    fn exponent_of_a_power_is_found() {
         let power = |exponent: f64| {
             TARGETS.map(|targets| (f64::from(targets), 3e-6 * f64::from(targets).powf(exponent)))
         };
@@ -257,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quantile_is_one_of_the_values() {
+    fn quantile_is_one_of_the_values() {
         let values: Vec<f64> = (1..=1000).rev().map(f64::from).collect();
         assert_eq!([0.5, 0.99, 0.999].map(|share| quantile(&values, share)), [500.0, 990.0, 999.0]);
         assert_eq!(quantile(&[7.0], 0.999), 7.0);

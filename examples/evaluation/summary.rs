@@ -1,21 +1,21 @@
 //! Means over seeds.
 
-use crate::figures::{Each, Figure, Group};
-use crate::flights::Row;
-use crate::score::Scores;
+use crate::figures::{DroneScores, ScoreFigure, ScoreGroup};
+use crate::flights::FlightRow;
+use crate::score::FlightScores;
 
-/// Mean over what has the figure, and the standard error of that mean.
+/// Mean over the flights or drones that have the figure, with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mean {
+pub struct MeanValue {
     pub mean: f64,
     /// `None` for a single value.
     pub error: Option<f64>,
-    /// Of how many.
+    /// Number of values.
     pub count: usize,
 }
 
-impl Mean {
-    /// Of these; `None` of none.
+impl MeanValue {
+    /// Mean of these values; `None` without any.
     pub fn of(values: &[f64]) -> Option<Self> {
         let count = values.len();
         let n = count as f64;
@@ -25,7 +25,7 @@ impl Mean {
         (count > 0).then_some(Self { mean, error, count })
     }
 
-    /// With so many decimals.
+    /// Text with this number of decimals.
     pub fn show(self, decimals: usize) -> String {
         match self.error {
             Some(error) => format!("{:.decimals$} ± {error:.decimals$}", self.mean),
@@ -34,46 +34,50 @@ impl Mean {
     }
 }
 
-/// As [`Mean::show`], and a dash where there is none.
-pub fn show(mean: Option<Mean>, decimals: usize) -> String {
+/// Text like [`MeanValue::show`], or a dash if there is no mean.
+pub fn show(mean: Option<MeanValue>, decimals: usize) -> String {
     mean.map_or("–".to_owned(), |mean| mean.show(decimals))
 }
 
-/// The scores of one row, one a seed.
-pub struct Seeds<'a>(pub Vec<&'a Scores>);
+/// Scores of one row, one per seed.
+pub struct SeedScores<'a>(pub Vec<&'a FlightScores>);
 
-impl<'a> Seeds<'a> {
-    /// Of the flights of a row.
-    pub fn of(scores: &'a [Scores], row: &Row) -> Self {
+impl<'a> SeedScores<'a> {
+    /// Scores of the flights of a row.
+    pub fn of(scores: &'a [FlightScores], row: &FlightRow) -> Self {
         Self(scores.iter().filter(|scores| scores.row == *row).collect())
     }
 
-    /// Mean of `figure` of each flight.
-    pub fn mean(&self, figure: impl Fn(&Scores) -> Option<f64>) -> Option<Mean> {
-        Mean::of(&self.0.iter().filter_map(|scores| figure(scores)).collect::<Vec<_>>())
+    /// Mean of `figure` over the flights.
+    pub fn mean(&self, figure: impl Fn(&FlightScores) -> Option<f64>) -> Option<MeanValue> {
+        MeanValue::of(&self.0.iter().filter_map(|scores| figure(scores)).collect::<Vec<_>>())
     }
 
     /// Mean of a figure of one stream and group.
-    pub fn of_group(&self, group: Group, figure: Figure) -> Option<Mean> {
+    pub fn of_group(&self, group: ScoreGroup, figure: ScoreFigure) -> Option<MeanValue> {
         self.mean(|scores| figure(group(scores)))
     }
 
-    /// Of each flight the one's figure over the other's, and the mean of that.
-    pub fn ratio(&self, of: Group, over: Group, figure: Figure) -> Option<Mean> {
+    /// Mean over the flights of the ratio of a figure between two groups.
+    pub fn ratio(&self, of: ScoreGroup, over: ScoreGroup, figure: ScoreFigure) -> Option<MeanValue> {
         self.mean(|scores| Some(figure(of(scores))? / figure(over(scores))?))
     }
 
-    /// Of each flight the figure over that of the flight with the same seed in `others`, and the mean of that.
-    pub fn against(&self, others: &Seeds<'_>, figure: impl Fn(&Scores) -> Option<f64>) -> Option<Mean> {
+    /// Mean over the flights of the ratio to the flight with the same seed in `others`.
+    pub fn against(
+        &self,
+        others: &SeedScores<'_>,
+        figure: impl Fn(&FlightScores) -> Option<f64>,
+    ) -> Option<MeanValue> {
         self.mean(|scores| {
             let other = others.0.iter().find(|other| other.seed == scores.seed)?;
             Some(figure(scores)? / figure(other)?)
         })
     }
 
-    /// Mean over all drones of all flights, each of which counts once.
-    pub fn of_drones(&self, drones: Each, figure: Figure) -> Option<Mean> {
+    /// Mean over all drones of all flights; each drone counts once.
+    pub fn of_drones(&self, drones: DroneScores, figure: ScoreFigure) -> Option<MeanValue> {
         let each = self.0.iter().flat_map(|scores| drones(scores).iter().filter_map(figure));
-        Mean::of(&each.collect::<Vec<_>>())
+        MeanValue::of(&each.collect::<Vec<_>>())
     }
 }

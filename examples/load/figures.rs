@@ -1,46 +1,46 @@
-//! The figures, and which of them are missed.
+//! Figures of a run, and the requirements that they miss.
 
 use std::fmt;
 use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use crate::readers::Read;
-use crate::stage::Use;
+use crate::readers::ReaderResult;
+use crate::stage::ResourceUse;
 
-/// What was measured.
-pub struct Figures {
-    /// How long.
+/// Measurements of a run.
+pub struct LoadFigures {
+    /// Duration of the measurement.
     pub measured: Duration,
-    /// Of slots, at a member of the output's group.
-    pub lateness: Quantiles,
-    /// Of the picture of now, at a member of the group of that.
-    pub now: Quantiles,
-    /// Of a thread that only sleeps until each slot is due.
-    pub timer: Quantiles,
-    /// By each reader.
-    pub read: Vec<Read>,
-    /// Whether each reader wanted each slot.
+    /// Lateness of slots at a member of the output's multicast group.
+    pub lateness: DelayQuantiles,
+    /// Lateness of the current picture at a member of its multicast group.
+    pub now: DelayQuantiles,
+    /// Lateness of a thread that only sleeps until each slot is due.
+    pub timer: DelayQuantiles,
+    /// Result of each reader.
+    pub read: Vec<ReaderResult>,
+    /// Whether each reader asked for every slot.
     pub whole: bool,
-    /// Single answers.
+    /// Number of single requests.
     pub polled: u64,
-    /// Of the service, at the beginning, in the middle, at the end.
-    pub use_s: [Use; 3],
-    /// The most memory that it held at any time, with mapped files, octets.
+    /// Resources of the service at the beginning, in the middle and at the end.
+    pub use_s: [ResourceUse; 3],
+    /// Maximum memory of the service at any time, including mapped files, octets.
     pub most_memory: u64,
-    /// The service's own, at the beginning and at the end.
+    /// Metrics of the service at the beginning and at the end.
     pub metrics: [String; 2],
 }
 
-/// Of a set of seconds.
-pub struct Quantiles {
+/// Quantiles of a set of times in seconds.
+pub struct DelayQuantiles {
     count: usize,
-    /// Median, 99th, 99.9th percentile, maximum.
+    /// Median, 99th and 99.9th percentile, maximum.
     values: [f64; 4],
 }
 
-impl Quantiles {
-    /// Of these.
+impl DelayQuantiles {
+    /// Quantiles of these times.
     pub fn of(seconds: impl Iterator<Item = f64>) -> Self {
         let mut sorted: Vec<f64> = seconds.collect();
         sorted.sort_by(f64::total_cmp);
@@ -54,7 +54,7 @@ impl Quantiles {
         self.values[1]
     }
 
-    /// The largest.
+    /// The maximum.
     pub fn most_s(&self) -> f64 {
         self.values[3]
     }
@@ -65,40 +65,42 @@ impl Quantiles {
         json!({ "median": median, "p99": p99, "p99.9": p999, "max": max, "count": self.count })
     }
 
-    /// How many there are.
+    /// Number of values.
     pub fn count(&self) -> usize {
         self.count
     }
 }
 
-impl fmt::Display for Quantiles {
+impl fmt::Display for DelayQuantiles {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [median, p99, p999, most] = self.values.map(|seconds| seconds * 1e3);
         write!(f, "{median:8.2} {p99:8.2} {p999:8.2} {most:8.2}   of {}", self.count)
     }
 }
 
-impl Figures {
+impl LoadFigures {
     fn counted(&self, name: &str) -> f64 {
         counted(&self.metrics[1], name)
     }
 
-    /// Slots that the service published meanwhile. Of one without aircraft nobody hears.
+    /// Number of slots that the service published during the measurement. Slots without aircraft are not sent.
     fn published(&self) -> f64 {
         let [before, after] =
             self.metrics.each_ref().map(|metrics| counted(metrics, "utm_fusion_slots_published_total"));
         after - before
     }
 
-    fn delays(&self) -> Quantiles {
-        Quantiles::of(self.read.iter().flat_map(|read| &read.delays_s).map(|&delay_s| f64::from(delay_s)))
+    fn delays(&self) -> DelayQuantiles {
+        DelayQuantiles::of(
+            self.read.iter().flat_map(|read| &read.delays_s).map(|&delay_s| f64::from(delay_s)),
+        )
     }
 
-    fn sum(&self, of: impl Fn(&Read) -> u64) -> u64 {
+    fn sum(&self, of: impl Fn(&ReaderResult) -> u64) -> u64 {
         self.read.iter().map(of).sum()
     }
 
-    /// For who reads them by machine: milliseconds and MiB.
+    /// JSON for other programs, in milliseconds and MiB.
     pub fn to_json(&self) -> Value {
         let [.., last] = self.use_s;
         json!({
@@ -114,7 +116,7 @@ impl Figures {
         })
     }
 
-    /// What is not as it has to be; slots may be so many seconds late, and memory may grow by this factor.
+    /// Requirements that are missed; `late_s` is the maximum lateness in seconds, `growth` the maximum ratio of memory.
     pub fn missed(&self, late_s: f64, growth: f64) -> Vec<String> {
         let mut missed = Vec::new();
         let mut must = |holds: bool, miss: &str| {
@@ -124,12 +126,12 @@ impl Figures {
         };
         must(self.lateness.values[2] <= late_s, "slots were too late");
         must(self.now.values[2] <= late_s, "pictures of now were too late");
-        // Every slot of the time, but for those at its edges.
+        // All slots of the measurement, except those at its ends.
         must(self.published() >= 4.0 * self.measured.as_secs_f64() - 2.0, "slots were not published");
         must(self.counted("utm_fusion_line_kernel_dropped_total") == 0.0, "the kernel dropped datagrams");
         must(self.counted("utm_fusion_line_queue_full_total") == 0.0, "the queue was full");
         must(self.counted("utm_fusion_failed_sends_total") == 0.0, "sends failed");
-        // In the first half the history's cache fills.
+        // The history's cache fills during the first half.
         let [_, middle, last] = self.use_s;
         must(last.anonymous as f64 <= growth * middle.anonymous as f64, "memory grew");
         let failed: Vec<&String> = self.read.iter().filter_map(|read| read.failed.as_ref()).collect();
@@ -144,7 +146,7 @@ impl Figures {
     }
 }
 
-/// The sum of what is counted under that name.
+/// Sum of the counters with that name.
 fn counted(metrics: &str, name: &str) -> f64 {
     let is_one = |line: &&str| line.starts_with(name) && !line.starts_with('#');
     let values =
@@ -156,10 +158,10 @@ fn mib(octets: u64) -> f64 {
     octets as f64 / f64::from(1 << 20)
 }
 
-impl fmt::Display for Figures {
+impl fmt::Display for LoadFigures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [first, middle, last] = self.use_s;
-        let share = |from: Use, to: Use| {
+        let share = |from: ResourceUse, to: ResourceUse| {
             100.0 * (to.processor_s - from.processor_s) / (to.at - from.at).as_secs_f64()
         };
         writeln!(f, "measured for                      {} s", self.measured.as_secs())?;

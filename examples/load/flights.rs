@@ -1,4 +1,4 @@
-//! Flights one after the other, each simulated and sent by a process of its own.
+//! Successive flights, each simulated and sent by a separate process.
 
 use std::fs;
 use std::path::Path;
@@ -8,24 +8,26 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use crate::stage::{Result, lasting, program};
+use crate::stage::{LoadResult, lasting, program};
 
-/// A flight lasts no longer: it is held in memory as a whole, and the longer it is the less room drones find.
+/// Maximum duration of a flight. A flight is held in memory as a whole, and a long one leaves fewer free paths for
+/// drones.
 const LONGEST: Duration = Duration::from_secs(300);
-/// By some seeds a crowd of drones finds no room; so many in turn are too many.
+/// Maximum number of successive seeds for which the drones find no free paths.
 const SEEDS: u64 = 10;
-/// How often it is looked whether a flight has ended.
+/// Interval at which the end of a flight is checked.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Flights, until they are dropped.
-pub struct Flights {
+/// A series of flights, which ends on drop.
+pub struct FlightSeries {
     stop: Arc<AtomicBool>,
-    sending: Option<JoinHandle<Result<u64>>>,
+    sending: Option<JoinHandle<LoadResult<u64>>>,
 }
 
-impl Flights {
-    /// Flies that scenario for so long altogether; the next flight begins once it is simulated, some seconds behind the one before.
-    pub fn of(scenario: &str, lasts: Duration, directory: &Path) -> Result<Self> {
+impl FlightSeries {
+    /// Flies the scenario for this total time. The next flight begins once it is simulated, some seconds after the
+    /// previous one.
+    pub fn of(scenario: &str, lasts: Duration, directory: &Path) -> LoadResult<Self> {
         let path = directory.join("flight.toml");
         fs::write(&path, lasting(scenario, lasts.min(LONGEST))?)?;
         let stop = Arc::new(AtomicBool::new(false));
@@ -35,26 +37,26 @@ impl Flights {
         Ok(Self { stop, sending: Some(sending) })
     }
 
-    /// Whether there will be no more; then [`Flights::end`] says why.
+    /// Whether there are no more flights; [`FlightSeries::end`] then returns the reason.
     pub fn are_over(&self) -> bool {
         self.sending.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Ends the one that is under way; how many ended by themselves.
-    pub fn end(&mut self) -> Result<u64> {
+    /// Ends the current flight. Returns the number of flights that ended by themselves.
+    pub fn end(&mut self) -> LoadResult<u64> {
         self.stop.store(true, Ordering::Relaxed);
         self.sending.take().map_or(Ok(0), |sending| sending.join().expect("no panic"))
     }
 }
 
-impl Drop for Flights {
+impl Drop for FlightSeries {
     fn drop(&mut self) {
-        // What went wrong has been told by who asked, or something worse has.
+        // Errors were already reported to the caller of `end`, or a worse one occurred.
         let _ = self.end();
     }
 }
 
-fn fly(scenario: &Path, end: Instant, stop: &AtomicBool) -> Result<u64> {
+fn fly(scenario: &Path, end: Instant, stop: &AtomicBool) -> LoadResult<u64> {
     let (mut flown, mut failed) = (0, 0);
     for seed in 1.. {
         if stop.load(Ordering::Relaxed) || Instant::now() >= end {
@@ -72,8 +74,8 @@ fn fly(scenario: &Path, end: Instant, stop: &AtomicBool) -> Result<u64> {
     Ok(flown)
 }
 
-/// Whether it ended well; `None`: it was to stop.
-fn until_ended(mut child: Child, stop: &AtomicBool) -> Result<Option<bool>> {
+/// Waits for the end. Returns whether it was successful; `None` if it was stopped.
+fn until_ended(mut child: Child, stop: &AtomicBool) -> LoadResult<Option<bool>> {
     loop {
         if let Some(status) = child.try_wait()? {
             return Ok(Some(status.success()));

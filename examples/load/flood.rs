@@ -1,6 +1,5 @@
-//! A flood of invented identities beside ten drones: what it costs the service, and what it does to the drones.
+//! A flood of invented identities beside ten drones: its cost for the service, and its effect on the drones.
 
-use std::error::Error;
 use std::fmt;
 use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
@@ -18,42 +17,40 @@ use utm_fusion::picture::PictureMaker;
 use utm_fusion::pipeline::Pipeline;
 use utm_fusion::state::{NUMBERS, read_numbers_beside};
 
-use crate::figures::Quantiles;
+use crate::figures::DelayQuantiles;
 use crate::invented::{invented, is_invented};
-use crate::stage::Stage;
+use crate::stage::{LoadResult, RunningSite};
 
-type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
-
-/// Invented identities a second, each heard once, and for how long.
+/// Invented identities per second, each of which reports once. `LASTS` is the duration of the flood.
 const A_SECOND: u64 = 6_000;
 const LASTS: Duration = Duration::from_secs(10);
-/// The drones fly for this long before it; and after it, until what it left has gone.
+/// Duration of the flight before the flood. `AFTER` is the time after it, until its traces have expired.
 const BEFORE: Duration = Duration::from_secs(30);
 const AFTER: Duration = Duration::from_secs(40);
-/// No slot may be sent later than this, seconds.
+/// Maximum lateness of a slot, seconds.
 const LATE_S: f64 = 1.0;
-/// The service may hold no more at any time, octets.
+/// Maximum memory of the service at any time, octets.
 const MEMORY: u64 = 200_000_000;
 
-/// How long the drones have to fly.
+/// Duration of the drones' flight.
 pub const FLIGHT: Duration = Duration::from_secs(30 + 10 + 40 + 15);
 
-/// What was measured.
-pub struct Figures {
+/// Measurements of a run.
+pub struct FloodFigures {
     sent: u64,
-    /// Of slots at a member of the output's group, from the flood's beginning on.
-    lateness: Quantiles,
+    /// Lateness of slots at a member of the output's multicast group, from the beginning of the flood on.
+    lateness: DelayQuantiles,
     most_memory: u64,
     metrics: String,
-    /// Datagrams in the recording, of input and of output.
+    /// Number of datagrams in the recording, of input and of output.
     recorded: (u64, u64),
-    /// Datagrams that were sent, and whether they are those that come without the flood.
+    /// Number of datagrams sent. `is_the_same` states whether they equal those without the flood.
     output: u64,
     is_the_same: bool,
 }
 
-/// Lets the drones fly, and the flood come; when it began and ended.
-pub fn flood(stage: &Stage) -> Result<(u64, Time, Time)> {
+/// Waits, sends the flood, and waits. Returns the number of reports sent, and the beginning and end of the flood.
+pub fn flood(stage: &RunningSite) -> LoadResult<(u64, Time, Time)> {
     thread::sleep(BEFORE);
     let input = stage
         .config()
@@ -84,15 +81,15 @@ pub fn flood(stage: &Stage) -> Result<(u64, Time, Time)> {
     Ok((sent, begin, now()))
 }
 
-impl Figures {
-    /// After the service has ended.
+impl FloodFigures {
+    /// Figures after the end of the service.
     pub fn of(
         sent: u64,
-        lateness: Quantiles,
+        lateness: DelayQuantiles,
         most_memory: u64,
         metrics: String,
         recordings: &Path,
-    ) -> Result<Self> {
+    ) -> LoadResult<Self> {
         let input = only(recordings, "input-")?;
         let received = datagrams(&input)?;
         let output = datagrams(&only(recordings, "output-")?)?;
@@ -116,7 +113,7 @@ impl Figures {
         lines.filter_map(|line| line.rsplit(' ').next()?.parse::<u64>().ok()).sum()
     }
 
-    /// What is not as it has to be.
+    /// Requirements that are missed.
     pub fn missed(&self) -> Vec<String> {
         let mut missed = Vec::new();
         let mut must = |holds: bool, miss: &str| {
@@ -142,7 +139,7 @@ impl Figures {
     }
 }
 
-impl fmt::Display for Figures {
+impl fmt::Display for FloodFigures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "invented identities sent           {} in {} s", self.sent, LASTS.as_secs())?;
         writeln!(f, "milliseconds                        median      p99    p99.9      max")?;
@@ -170,8 +167,8 @@ impl fmt::Display for Figures {
     }
 }
 
-/// What the service sends of these, without its clock.
-fn replayed(input: &Path, received: impl Iterator<Item = (Time, Vec<u8>)>) -> Result<Vec<Vec<u8>>> {
+/// Output of the service for these datagrams, in a replay.
+fn replayed(input: &Path, received: impl Iterator<Item = (Time, Vec<u8>)>) -> LoadResult<Vec<Vec<u8>>> {
     let name = input.to_string_lossy().replace(".pcap", "");
     let config = Config::load(Path::new(&format!("{name}.site.toml")))?;
     let mut pipeline = Pipeline::new(&config, Masks::default());
@@ -193,8 +190,8 @@ fn replayed(input: &Path, received: impl Iterator<Item = (Time, Vec<u8>)>) -> Re
     Ok(sent)
 }
 
-/// The one file of a series.
-fn only(directory: &Path, series: &str) -> Result<PathBuf> {
+/// The only file of a series.
+fn only(directory: &Path, series: &str) -> LoadResult<PathBuf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(directory)? {
         let path = entry?.path();
@@ -206,7 +203,7 @@ fn only(directory: &Path, series: &str) -> Result<PathBuf> {
     found.pop().filter(|_| found.is_empty()).ok_or_else(|| format!("not one {series} file").into())
 }
 
-fn datagrams(path: &Path) -> Result<Vec<(Time, Vec<u8>)>> {
+fn datagrams(path: &Path) -> LoadResult<Vec<(Time, Vec<u8>)>> {
     let mut datagrams = Vec::new();
     for datagram in Capture::open(path)? {
         let datagram = datagram?;

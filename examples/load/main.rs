@@ -1,4 +1,4 @@
-//! Loads the live service as a busy site does, and measures what comes out of it.
+//! Loads the live service like a busy site, and measures its output.
 //!
 //! ```sh
 //! cargo build --release && cargo run --release --example load -- city       # ten minutes of 500 drones and 500 birds; --minutes 180
@@ -7,9 +7,10 @@
 //! cargo build --release && cargo run --release --example load -- trails     # a hundred addresses that ask for the longest trails
 //! ```
 //!
-//! The simulator and the service run as processes of their own, with recorder and history; everything stays on this
-//! machine's loopback interface and ends by itself. The figures of `city` and `streams` are also written to
-//! `target/load-<scenario>.json`, and what each minute was like to `.csv` and `.svg` beside it. The exit code is 1 where a figure is missed.
+//! The simulator and the service run as separate processes, with recorder and history. All traffic stays on this
+//! machine's loopback interface, and the run ends by itself. The figures of `city` and `streams` are also written to
+//! `target/load-<scenario>.json`, and figures for each minute to `.csv` and `.svg` beside it. The exit code is 1 if a
+//! requirement is missed.
 
 #![expect(clippy::disallowed_methods, reason = "it measures how long things take")]
 
@@ -35,42 +36,42 @@ use std::time::Duration;
 
 use clap::Parser;
 
-use crate::figures::{Figures, Quantiles};
-use crate::output::{Lateness, Output};
-use crate::readers::{Read, Wish};
-use crate::stage::Stage;
+use crate::figures::{DelayQuantiles, LoadFigures};
+use crate::output::{LatenessByTime, OutputListener};
+use crate::readers::{ReaderRequest, ReaderResult};
+use crate::stage::RunningSite;
 
-/// Loads the live service and measures what comes out of it.
+/// Loads the live service and measures its output.
 #[derive(Parser)]
 struct Args {
-    /// What is flown and who reads it.
+    /// Scenario and readers.
     #[arg(value_enum)]
     load: Load,
-    /// How long is measured; a minute before that, in which everything settles, is not.
+    /// Duration of the measurement, minutes. It begins after one minute of settling.
     #[arg(long)]
     minutes: Option<f64>,
-    /// How many read the event stream.
+    /// Number of readers of the event stream.
     #[arg(long)]
     readers: Option<usize>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Load {
-    /// `city`; each reader sees a part of it, once a second; the picture is asked for ten times a second.
+    /// `city`; each reader receives a part of it once per second; the picture is requested ten times per second.
     City,
-    /// `crossing`; each reader sees every slot; one more opens the stream and never reads.
+    /// `crossing`; each reader receives every slot; one more opens the stream and never reads.
     Streams,
-    /// `crossing`, and beside it 60,000 identities, each heard once, within ten seconds; nobody reads.
+    /// `crossing`, and 60,000 invented identities within ten seconds, each of which reports once; no readers.
     Flood,
-    /// `city`; a hundred addresses ask for trails of ten minutes without a pause, then one address with 16 connections.
+    /// `city`; a hundred addresses request trails of ten minutes without a pause, then one address with 16 connections.
     Trails,
 }
 
-/// How long everything settles before it is measured.
+/// Settling time before the measurement.
 const SETTLE: Duration = Duration::from_secs(60);
-/// A slot may be sent this much after its time, at the 99.9th percentile.
+/// Maximum lateness of a slot, 99.9th percentile, seconds.
 const LATE_S: f64 = 0.050;
-/// The service may hold this much more at the end than in the middle.
+/// Maximum ratio of the service's memory at the end to that in the middle.
 const GROWTH: f64 = 1.05;
 
 fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
@@ -83,8 +84,8 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
     };
     let measured = Duration::try_from_secs_f64(60.0 * args.minutes.unwrap_or(minutes))?;
     let readers = args.readers.unwrap_or(readers);
-    let mut stage = Stage::set(scenario, SETTLE + measured + Duration::from_secs(30))?;
-    let [output, of_now] = stage.sinks().map(Output::listen);
+    let mut stage = RunningSite::set(scenario, SETTLE + measured + Duration::from_secs(30))?;
+    let [output, of_now] = stage.sinks().map(OutputListener::listen);
     let (output, of_now) = (output?, of_now?);
     let address = stage.address();
     let stop = AtomicBool::new(false);
@@ -97,10 +98,10 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
         let timer = scope.spawn(|| output::idle_timer(stop));
         let reading: Vec<_> = (0..readers)
             .map(|index| {
-                let wish = wish(args.load, index, stage.radar());
+                let request = request(args.load, index, stage.radar());
                 thread::Builder::new()
                     .stack_size(256 * 1024)
-                    .spawn_scoped(scope, move || readers::read(address, &wish, stop))
+                    .spawn_scoped(scope, move || readers::read(address, &request, stop))
             })
             .collect::<Result<_, _>>()?;
         if args.load == Load::Streams {
@@ -118,13 +119,14 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
         let (samples, metrics) = sampled?;
         let (first, middle, last) = (samples[0], samples[samples.len() / 2], samples[samples.len() - 1]);
 
-        let read: Vec<Read> = reading.into_iter().map(|reader| reader.join().expect("no panic")).collect();
+        let read: Vec<ReaderResult> =
+            reading.into_iter().map(|reader| reader.join().expect("no panic")).collect();
         let [slots, of_now, timer] =
             [listening, listening_to_now, timer].map(|heard| heard.join().expect("no panic"));
         fs::create_dir_all("target")?;
         minutes::report(scenario, &samples, &slots, &of_now)?;
-        let quantiles = |lateness: &Lateness| Quantiles::of(lateness.between(first.at, last.at));
-        Ok::<_, Box<dyn Error + Send + Sync>>(Figures {
+        let quantiles = |lateness: &LatenessByTime| DelayQuantiles::of(lateness.between(first.at, last.at));
+        Ok::<_, Box<dyn Error + Send + Sync>>(LoadFigures {
             measured,
             lateness: quantiles(&slots),
             now: quantiles(&of_now),
@@ -150,25 +152,25 @@ fn main() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
     Ok(if missed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// The flood.
+/// Runs the flood.
 fn flooded() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
-    let mut stage = Stage::set("crossing", flood::FLIGHT)?;
+    let mut stage = RunningSite::set("crossing", flood::FLIGHT)?;
     let [sink, _] = stage.sinks();
-    let output = Output::listen(sink)?;
+    let output = OutputListener::listen(sink)?;
     let stop = AtomicBool::new(false);
     let (sent, lateness, most_memory, metrics) = thread::scope(|scope| {
         let listening = scope.spawn(|| output.hear(&stop));
         let flown = flood::flood(&stage);
-        let told = stage.metrics();
+        let metrics = stage.metrics();
         let most_memory = stage.most_memory();
         stop.store(true, Ordering::Relaxed);
         let lateness = listening.join().expect("no panic");
         let (sent, begin, end) = flown?;
-        let lateness = Quantiles::of(lateness.between(begin, end));
-        Ok::<_, Box<dyn Error + Send + Sync>>((sent, lateness, most_memory?, told?))
+        let lateness = DelayQuantiles::of(lateness.between(begin, end));
+        Ok::<_, Box<dyn Error + Send + Sync>>((sent, lateness, most_memory?, metrics?))
     })?;
     stage.end()?;
-    let figures = flood::Figures::of(sent, lateness, most_memory, metrics, &stage.recordings())?;
+    let figures = flood::FloodFigures::of(sent, lateness, most_memory, metrics, &stage.recordings())?;
     println!("{figures}");
     let missed = figures.missed();
     for miss in &missed {
@@ -177,11 +179,11 @@ fn flooded() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
     Ok(if missed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// The longest trails.
+/// Runs the requests for the longest trails.
 fn trails() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
-    let mut stage = Stage::set("city", trails::FLIGHT)?;
+    let mut stage = RunningSite::set("city", trails::FLIGHT)?;
     let [sink, _] = stage.sinks();
-    let figures = trails::ask(&stage, &Output::listen(sink)?)?;
+    let figures = trails::ask(&stage, &OutputListener::listen(sink)?)?;
     stage.end()?;
     println!("{figures}");
     let missed = figures.missed();
@@ -191,11 +193,11 @@ fn trails() -> Result<ExitCode, Box<dyn Error + Send + Sync>> {
     Ok(if missed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// What a reader asks for: every slot, or its own part of the city once a second.
-fn wish(load: Load, index: usize, (latitude_deg, longitude_deg): (f64, f64)) -> Wish {
+/// Request of a reader: every slot, or its own part of the city once per second.
+fn request(load: Load, index: usize, (latitude_deg, longitude_deg): (f64, f64)) -> ReaderRequest {
     let from = Ipv4Addr::new(127, 0, 1 + (index / 200) as u8, 1 + (index % 200) as u8);
     match load {
-        Load::Streams | Load::Flood | Load::Trails => Wish { from, query: String::new() },
+        Load::Streams | Load::Flood | Load::Trails => ReaderRequest { from, query: String::new() },
         Load::City => {
             // Boxes of about 1.8 km by 2.3 km: five columns, four rows.
             let (column, row) = ((index % 5) as f64, (index / 5 % 4) as f64);
@@ -204,18 +206,21 @@ fn wish(load: Load, index: usize, (latitude_deg, longitude_deg): (f64, f64)) -> 
             let west = longitude_deg + (column - 2.5) * width_deg;
             let south = latitude_deg + (row - 2.0) * height_deg;
             let (east, north) = (west + width_deg, south + height_deg);
-            Wish { from, query: format!("?interval_ms=1000&bbox={west:.6},{south:.6},{east:.6},{north:.6}") }
+            ReaderRequest {
+                from,
+                query: format!("?interval_ms=1000&bbox={west:.6},{south:.6},{east:.6},{north:.6}"),
+            }
         }
     }
 }
 
-/// Asks for the whole picture so many times a second.
+/// Requests the whole picture `a_second` times per second.
 fn poll(address: SocketAddr, a_second: u32, polled: &AtomicU64, stop: &AtomicBool) {
     while !stop.load(Ordering::Relaxed) {
-        let asked = std::time::Instant::now();
+        let started = std::time::Instant::now();
         if readers::get(address, "/api/v1/tracks").is_ok() {
             polled.fetch_add(1, Ordering::Relaxed);
         }
-        thread::sleep((Duration::from_secs(1) / a_second).saturating_sub(asked.elapsed()));
+        thread::sleep((Duration::from_secs(1) / a_second).saturating_sub(started.elapsed()));
     }
 }

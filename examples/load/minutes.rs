@@ -1,4 +1,4 @@
-//! What a run was like minute by minute: a table, and a figure of it.
+//! Figures of a run for each minute: a table, and a figure of it.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -7,34 +7,34 @@ use std::time::Duration;
 use fusion::time::Time;
 use utm_fusion::evaluate::plot::curves::{Panel, panels};
 
-use crate::output::Lateness;
-use crate::stage::{Result, Use};
+use crate::output::LatenessByTime;
+use crate::stage::{LoadResult, ResourceUse};
 
-/// How often it is looked.
+/// Interval between samples.
 pub const EVERY: Duration = Duration::from_secs(60);
 
-/// What the service has of the machine at one time.
+/// Resources of the service at one time.
 #[derive(Clone, Copy, Debug)]
-pub struct Sample {
+pub struct ResourceSample {
     pub at: Time,
-    pub used: Use,
-    /// Files, sockets and timers that it has open.
+    pub used: ResourceUse,
+    /// Number of open files, sockets and timers.
     pub open: usize,
-    /// Octets of its recordings and its state.
+    /// Size of its recordings and its state, octets.
     pub on_disk: u64,
 }
 
-/// A minute of a run.
-struct Minute {
-    /// Its end, since the first sample, hours.
+/// One minute of a run.
+struct LoadMinute {
+    /// Time of its end since the first sample, hours.
     at_h: f64,
-    /// Of its own, MiB.
+    /// Anonymous memory, MiB.
     memory_mib: f64,
     open: usize,
     disk_mib: f64,
-    /// Of one core.
+    /// Share of one core.
     processor: f64,
-    /// The latest slot and the latest picture of now, milliseconds.
+    /// Largest lateness of a slot and of the current picture, milliseconds.
     late_ms: f64,
     now_late_ms: f64,
     slots: usize,
@@ -43,11 +43,17 @@ struct Minute {
 const HEAD: &str = "hour,memory_mib,open_files,disk_mib,processor,slot_late_ms,now_late_ms,slots\n";
 
 /// Writes `target/load-SCENARIO.csv` and `.svg`.
-pub fn report(scenario: &str, samples: &[Sample], slots: &Lateness, of_now: &Lateness) -> Result<()> {
-    let minutes: Vec<Minute> = samples.windows(2).map(|pair| minute(samples, pair, slots, of_now)).collect();
+pub fn report(
+    scenario: &str,
+    samples: &[ResourceSample],
+    slots: &LatenessByTime,
+    of_now: &LatenessByTime,
+) -> LoadResult<()> {
+    let minutes: Vec<LoadMinute> =
+        samples.windows(2).map(|pair| minute(samples, pair, slots, of_now)).collect();
     let mut table = HEAD.to_owned();
     for minute in &minutes {
-        let Minute { at_h, memory_mib, open, disk_mib, processor, late_ms, now_late_ms, slots } = minute;
+        let LoadMinute { at_h, memory_mib, open, disk_mib, processor, late_ms, now_late_ms, slots } = minute;
         writeln!(
             table,
             "{at_h:.3},{memory_mib:.1},{open},{disk_mib:.1},{processor:.3},{late_ms:.2},{now_late_ms:.2},{slots}"
@@ -55,7 +61,7 @@ pub fn report(scenario: &str, samples: &[Sample], slots: &Lateness, of_now: &Lat
     }
     let path = format!("target/load-{scenario}");
     fs::write(format!("{path}.csv"), table)?;
-    let panel = |label, of: fn(&Minute) -> f64| {
+    let panel = |label, of: fn(&LoadMinute) -> f64| {
         Panel::from_zero(label, minutes.iter().map(|minute| (minute.at_h, of(minute))).collect())
     };
     let figure = panels(
@@ -75,10 +81,15 @@ pub fn report(scenario: &str, samples: &[Sample], slots: &Lateness, of_now: &Lat
     Ok(())
 }
 
-fn minute(all: &[Sample], pair: &[Sample], slots: &Lateness, of_now: &Lateness) -> Minute {
+fn minute(
+    all: &[ResourceSample],
+    pair: &[ResourceSample],
+    slots: &LatenessByTime,
+    of_now: &LatenessByTime,
+) -> LoadMinute {
     let (from, to) = (pair[0], pair[1]);
-    let most_ms = |lateness: &Lateness| 1e3 * lateness.between(from.at, to.at).fold(0.0, f64::max);
-    Minute {
+    let most_ms = |lateness: &LatenessByTime| 1e3 * lateness.between(from.at, to.at).fold(0.0, f64::max);
+    LoadMinute {
         at_h: to.at.seconds_since(all[0].at) / 3600.0,
         memory_mib: to.used.anonymous as f64 / f64::from(1 << 20),
         open: to.open,

@@ -1,4 +1,4 @@
-//! How late slots come, heard where a downstream system hears them; and how late this machine wakes anybody.
+//! Lateness of slots at a downstream system, and lateness of timers on this machine.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -14,38 +14,39 @@ use socket2::{Domain, Protocol, Socket, Type};
 use utm_fusion::config::{Address, PictureKind, Sink};
 use utm_fusion::live::now;
 
-/// A slot is due this long after its centre: 6.25 s after it opened, and in the picture of now when it opens.
+/// Time from the centre of a slot until it is due, nanoseconds: it is published 6.25 s after it opens.
+/// `NOW_AFTER_CENTRE` applies to the current picture, which is due when the slot opens.
 const AFTER_CENTRE: i64 = 6_125_000_000;
 const NOW_AFTER_CENTRE: i64 = -125_000_000;
 const SLOT: i64 = SECOND / 4;
 const DAY: i64 = 86_400 * SECOND;
 
-/// By how much something was late, seconds, by when it was due.
+/// Lateness in seconds, by due time.
 #[derive(Debug, Default)]
-pub struct Lateness(BTreeMap<Time, f64>);
+pub struct LatenessByTime(BTreeMap<Time, f64>);
 
-impl Lateness {
+impl LatenessByTime {
     fn note(&mut self, due: Time, at: Time) {
         let late_s = at.seconds_since(due);
-        // A slot has come with its last datagram.
+        // A slot is complete with its last datagram.
         self.0.entry(due).and_modify(|known| *known = known.max(late_s)).or_insert(late_s);
     }
 
-    /// Of what was due then.
+    /// Lateness of items due from `begin` to `end`.
     pub fn between(&self, begin: Time, end: Time) -> impl Iterator<Item = f64> {
         self.0.range(begin..end).map(|(_, &late_s)| late_s)
     }
 }
 
-/// A member of the output's group.
-pub struct Output {
+/// A member of the output's multicast group.
+pub struct OutputListener {
     socket: UdpSocket,
-    /// From the centre of a slot until it is due, nanoseconds.
+    /// Time from the centre of a slot until it is due, nanoseconds.
     after_centre: i64,
 }
 
-impl Output {
-    /// Joins.
+impl OutputListener {
+    /// Joins the group.
     pub fn listen(sink: Sink) -> Result<Self, Box<dyn Error + Send + Sync>> {
         let Address::Multicast { group, .. } = sink.address else {
             return Err("the output is no group".into());
@@ -63,9 +64,9 @@ impl Output {
         Ok(Self { socket: socket.into(), after_centre })
     }
 
-    /// Until it is to stop.
-    pub fn hear(&self, stop: &AtomicBool) -> Lateness {
-        let mut lateness = Lateness::default();
+    /// Receives until `stop`.
+    pub fn hear(&self, stop: &AtomicBool) -> LatenessByTime {
+        let mut lateness = LatenessByTime::default();
         let mut octets = [0; 2048];
         while !stop.load(Ordering::Relaxed) {
             let Ok(length) = self.socket.recv(&mut octets) else { continue };
@@ -85,9 +86,9 @@ impl Output {
     }
 }
 
-/// Sleeps until each slot is due, as an idle service would.
-pub fn idle_timer(stop: &AtomicBool) -> Lateness {
-    let mut lateness = Lateness::default();
+/// Measures a thread that only sleeps until each slot is due, like an idle service.
+pub fn idle_timer(stop: &AtomicBool) -> LatenessByTime {
+    let mut lateness = LatenessByTime::default();
     while !stop.load(Ordering::Relaxed) {
         let due = Time::from_nanos((now().nanos() / SLOT + 1) * SLOT);
         thread::sleep(Duration::try_from(due - now()).unwrap_or_default());

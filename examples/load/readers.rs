@@ -1,6 +1,6 @@
-//! Who reads the API: streams that are read to their end, one that never is, and single answers.
+//! Readers of the API: streams that are read to their end, one that is never read, and single requests.
 //!
-//! Requests are HTTP/1.0: the answer is then the plain octets up to the connection's end.
+//! Requests are HTTP/1.0, so that the response is plain octets up to the end of the connection.
 
 use std::io::{self, BufRead, BufReader, Read as _, Write};
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, TcpStream};
@@ -12,38 +12,38 @@ use fusion::time::Time;
 use socket2::{Domain, Socket, Type};
 use utm_fusion::live::now;
 
-/// An answer, or the next line of a stream, comes within this time.
+/// Timeout for a response, or for the next line of a stream.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// What a reader asks for.
-pub struct Wish {
-    /// The address that it asks from; an address may open only so many streams at once.
+/// Request of a reader.
+pub struct ReaderRequest {
+    /// Source address; the number of concurrent streams per address is limited.
     pub from: Ipv4Addr,
-    /// `?` and parameters, or nothing.
+    /// `?` and parameters, or empty.
     pub query: String,
 }
 
-/// What a reader got.
+/// Result of a reader.
 #[derive(Debug, Default)]
-pub struct Read {
-    /// Octets in all.
+pub struct ReaderResult {
+    /// Total number of octets.
     pub octets: u64,
-    /// `tracks` events, after the first slot it saw.
+    /// Number of `tracks` events after the first slot.
     pub slots: u64,
-    /// Slots between two events that neither came nor were announced as lost.
+    /// Number of slots between two events that were neither received nor announced as lost.
     pub missing: u64,
-    /// `resync` events.
+    /// Number of `resync` events.
     pub resyncs: u64,
-    /// From a slot's publication to here, seconds.
+    /// Delays from a slot's publication to its reception here, seconds.
     pub delays_s: Vec<f32>,
-    /// Why it ended before its time.
+    /// Reason for an early end.
     pub failed: Option<String>,
 }
 
-/// Reads the stream until it is to stop.
-pub fn read(address: SocketAddr, wish: &Wish, stop: &AtomicBool) -> Read {
-    let mut read = Read::default();
-    if let Err(error) = follow(address, wish, stop, &mut read)
+/// Reads the stream until `stop`.
+pub fn read(address: SocketAddr, request: &ReaderRequest, stop: &AtomicBool) -> ReaderResult {
+    let mut read = ReaderResult::default();
+    if let Err(error) = follow(address, request, stop, &mut read)
         && !stop.load(Ordering::Relaxed)
     {
         read.failed = Some(format!("{error}, after {} slots", read.slots));
@@ -51,10 +51,15 @@ pub fn read(address: SocketAddr, wish: &Wish, stop: &AtomicBool) -> Read {
     read
 }
 
-fn follow(address: SocketAddr, wish: &Wish, stop: &AtomicBool, read: &mut Read) -> io::Result<()> {
+fn follow(
+    address: SocketAddr,
+    request: &ReaderRequest,
+    stop: &AtomicBool,
+    read: &mut ReaderResult,
+) -> io::Result<()> {
     let mut lines = BufReader::with_capacity(
         32 * 1024,
-        ask(address, wish.from, &format!("/api/v1/stream{}", wish.query))?,
+        ask(address, request.from, &format!("/api/v1/stream{}", request.query))?,
     );
     let (mut line, mut event, mut last) = (Vec::new(), Vec::new(), None);
     while !stop.load(Ordering::Relaxed) {
@@ -67,26 +72,26 @@ fn follow(address: SocketAddr, wish: &Wish, stop: &AtomicBool, read: &mut Read) 
             event = name.trim_ascii_end().to_vec();
             read.resyncs += u64::from(event == b"resync");
         } else if line.starts_with(b"data: ") && (event == b"tracks" || event == b"snapshot") {
-            let head = Head::of(&line).ok_or_else(|| io::Error::other("an event without seq"))?;
+            let head = EventHead::of(&line).ok_or_else(|| io::Error::other("an event without seq"))?;
             if event == b"tracks" {
                 read.slots += 1;
                 read.delays_s.extend(head.published.map(|published| now().seconds_since(published) as f32));
                 read.missing += last.map_or(0, |last| head.seq.saturating_sub(last + 1));
             }
-            // A snapshot begins anew.
+            // A snapshot starts a new sequence.
             last = Some(head.seq);
         }
     }
     Ok(())
 }
 
-/// What stands in front of the features.
-struct Head {
+/// Members before the features.
+struct EventHead {
     seq: u64,
     published: Option<Time>,
 }
 
-impl Head {
+impl EventHead {
     fn of(line: &[u8]) -> Option<Self> {
         let text = str::from_utf8(&line[..line.len().min(512)]).ok()?;
         let behind = |key: &str| text.split_once(key).map(|(_, behind)| behind);
@@ -99,7 +104,7 @@ impl Head {
     }
 }
 
-/// Opens a stream and leaves it at that.
+/// Opens a stream and never reads it.
 pub fn open_and_never_read(address: SocketAddr, stop: &AtomicBool) {
     let stream = ask(address, Ipv4Addr::LOCALHOST, "/api/v1/stream");
     while !stop.load(Ordering::Relaxed) {
@@ -108,7 +113,7 @@ pub fn open_and_never_read(address: SocketAddr, stop: &AtomicBool) {
     drop(stream);
 }
 
-/// The body of an answer that is 200.
+/// Body of a response with status 200.
 pub fn get(address: SocketAddr, path: &str) -> io::Result<String> {
     let mut answer = String::new();
     ask(address, Ipv4Addr::LOCALHOST, path)?.read_to_string(&mut answer)?;
@@ -123,7 +128,7 @@ fn ask(address: SocketAddr, from: Ipv4Addr, path: &str) -> io::Result<TcpStream>
     Ok(stream)
 }
 
-/// A connection from an address of this machine.
+/// Connects from an address of this machine.
 pub fn connect(address: SocketAddr, from: Ipv4Addr) -> io::Result<TcpStream> {
     let socket = Socket::new(Domain::IPV4, Type::STREAM, None)?;
     socket.bind(&SocketAddrV4::new(from, 0).into())?;

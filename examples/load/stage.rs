@@ -1,4 +1,4 @@
-//! The simulator and the service as processes, and what the service takes of the machine.
+//! Runs the simulator and the service as processes, and measures the service's resources.
 
 use std::error::Error;
 use std::fs;
@@ -11,41 +11,41 @@ use std::time::{Duration, Instant};
 use utm_fusion::config::{Config, PictureKind, Record, Sink};
 use utm_fusion::live::now;
 
-use crate::flights::Flights;
-use crate::minutes::{EVERY, Sample};
+use crate::flights::FlightSeries;
+use crate::minutes::{EVERY, ResourceSample};
 use crate::readers;
 
-pub type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
+pub type LoadResult<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
-/// The service listens within this time.
+/// Maximum time until the service listens.
 const READY: Duration = Duration::from_secs(20);
-/// And stops within this.
+/// Maximum time until the service stops.
 const STOP: Duration = Duration::from_secs(5);
 
-/// A site that is flown over; its processes end with it.
-pub struct Stage {
+/// A running site; its processes end on drop.
+pub struct RunningSite {
     directory: PathBuf,
     config: Config,
     service: Child,
-    flights: Flights,
+    flights: FlightSeries,
 }
 
-/// What the service has taken of the machine.
+/// Resources of the service.
 #[derive(Clone, Copy, Debug)]
-pub struct Use {
+pub struct ResourceUse {
     /// Resident memory, octets.
     pub resident: u64,
-    /// Of its memory, what it holds for itself: without the pages of the history's file.
+    /// Anonymous memory, octets: without the pages of the history's file.
     pub anonymous: u64,
-    /// Time on a processor since its start, seconds.
+    /// Processor time since its start, seconds.
     pub processor_s: f64,
-    /// When that was.
+    /// Time of the measurement.
     pub at: Instant,
 }
 
-impl Stage {
+impl RunningSite {
     /// Starts the service and sends it the scenario, for that long.
-    pub fn set(scenario: &str, lasts: Duration) -> Result<Self> {
+    pub fn set(scenario: &str, lasts: Duration) -> LoadResult<Self> {
         let directory = std::env::temp_dir().join(format!("utm-fusion-load-{}", std::process::id()));
         fs::create_dir_all(&directory)?;
         let path = format!("config/scenarios/{scenario}.toml");
@@ -53,7 +53,7 @@ impl Stage {
             fs::read(&path).map_err(|error| format!("{path}: {error}; run it in the project's folder"))?;
         let text = String::from_utf8(text)?;
 
-        // A short flight tells the site.
+        // A short flight provides the site's configuration.
         let short = directory.join("short.toml");
         fs::write(&short, lasting(&text, Duration::from_secs(20))?)?;
         let site = directory.join("site.toml");
@@ -74,7 +74,7 @@ impl Stage {
         fs::write(&site, config.to_string())?;
 
         let service = program("run")?.arg("--config").arg(&site).spawn()?;
-        let flights = Flights::of(&text, lasts, &directory)?;
+        let flights = FlightSeries::of(&text, lasts, &directory)?;
         let stage = Self { directory, config, service, flights };
         let begun = Instant::now();
         while readers::get(stage.address(), "/healthz").is_err() {
@@ -86,29 +86,29 @@ impl Stage {
         Ok(stage)
     }
 
-    /// The site.
+    /// Configuration of the site.
     pub fn config(&self) -> &Config {
         &self.config
     }
 
-    /// Where the recordings are.
+    /// Directory of the recordings.
     pub fn recordings(&self) -> PathBuf {
         self.directory.join("recordings")
     }
 
     /// A report of one of the drones' transponders.
-    pub fn transponder_report(&self) -> Result<Vec<u8>> {
+    pub fn transponder_report(&self) -> LoadResult<Vec<u8>> {
         let octets = fs::read(self.directory.join("transponder.ast"))?;
         let length = usize::from(u16::from_be_bytes([octets[1], octets[2]]));
         Ok(octets[..length].to_vec())
     }
 
-    /// The most that the service has held of the machine's memory, octets.
-    pub fn most_memory(&self) -> Result<u64> {
+    /// Maximum resident memory of the service so far, octets.
+    pub fn most_memory(&self) -> LoadResult<u64> {
         self.memory("VmHWM:")
     }
 
-    fn memory(&self, key: &str) -> Result<u64> {
+    fn memory(&self, key: &str) -> LoadResult<u64> {
         let process = Path::new("/proc").join(self.service.id().to_string());
         let status = String::from_utf8(fs::read(process.join("status"))?)?;
         let line = status.lines().find_map(|line| line.strip_prefix(key));
@@ -116,12 +116,12 @@ impl Stage {
         Ok(kib.map(|kib| kib * 1024).ok_or_else(|| format!("{key} is not told"))?)
     }
 
-    /// Where its API is.
+    /// Address of its API.
     pub fn address(&self) -> SocketAddr {
         self.config.http.listen
     }
 
-    /// Where the slots go that are published, and where the picture of each deadline.
+    /// Outputs of the published slots and of the current picture.
     pub fn sinks(&self) -> [Sink; 2] {
         [self.config.output.asterix[0], self.config.output.asterix[1]]
     }
@@ -133,19 +133,19 @@ impl Stage {
     }
 
     /// The metrics page.
-    pub fn metrics(&self) -> Result<String> {
+    pub fn metrics(&self) -> LoadResult<String> {
         Ok(readers::get(self.address(), "/metrics")?)
     }
 
-    /// What the service has taken up to now.
-    pub fn service_use(&self) -> Result<Use> {
+    /// Resources that the service has used so far.
+    pub fn service_use(&self) -> LoadResult<ResourceUse> {
         let process = Path::new("/proc").join(self.service.id().to_string());
-        // Fields 14 and 15, counted behind the name in brackets; in ticks of 10 ms.
+        // Fields 14 and 15, after the name in brackets; in ticks of 10 ms.
         let stat = String::from_utf8(fs::read(process.join("stat"))?)?;
         let behind = stat.rsplit(')').next().unwrap_or_default();
         let ticks: u64 =
             behind.split_whitespace().skip(11).take(2).filter_map(|field| field.parse::<u64>().ok()).sum();
-        Ok(Use {
+        Ok(ResourceUse {
             resident: self.memory("VmRSS:")?,
             anonymous: self.memory("RssAnon:")?,
             processor_s: ticks as f64 / 100.0,
@@ -153,8 +153,9 @@ impl Stage {
         })
     }
 
-    /// What it takes from now on, for that long: at the beginning, each minute, at the end; in less than two minutes in the middle.
-    pub fn samples(&mut self, lasts: Duration) -> Result<Vec<Sample>> {
+    /// Samples the resources for that long: at the beginning, each minute, and at the end. A run of less than two
+    /// minutes is sampled in the middle.
+    pub fn samples(&mut self, lasts: Duration) -> LoadResult<Vec<ResourceSample>> {
         let every = EVERY.min(lasts / 2);
         let (began, mut samples) = (Instant::now(), vec![self.sample()?]);
         while began.elapsed() < lasts {
@@ -169,26 +170,26 @@ impl Stage {
         Ok(samples)
     }
 
-    fn sample(&self) -> Result<Sample> {
+    fn sample(&self) -> LoadResult<ResourceSample> {
         let open = fs::read_dir(Path::new("/proc").join(self.service.id().to_string()).join("fd"))?.count();
         let on_disk = octets(&self.recordings())? + octets(&self.config.state.dir)?;
-        Ok(Sample { at: now(), used: self.service_use()?, open, on_disk })
+        Ok(ResourceSample { at: now(), used: self.service_use()?, open, on_disk })
     }
 
-    /// Ends the flights; how many were flown to their end.
-    pub fn end_flights(&mut self) -> Result<u64> {
+    /// Ends the flights. Returns the number of flights that ended by themselves.
+    pub fn end_flights(&mut self) -> LoadResult<u64> {
         self.flights.end()
     }
 
-    /// Ends the service as an operator does; how long that took, seconds. Its files stay until this is dropped.
-    pub fn end(&mut self) -> Result<f64> {
-        let asked = Instant::now();
+    /// Ends the service as an operator does. Returns the time that it took, seconds. Its files are kept until drop.
+    pub fn end(&mut self) -> LoadResult<f64> {
+        let started = Instant::now();
         succeed(Command::new("kill").arg("-TERM").arg(self.service.id().to_string()))?;
-        while asked.elapsed() < STOP {
+        while started.elapsed() < STOP {
             if let Some(status) = self.service.try_wait()? {
                 let ended =
                     if status.success() { Ok(()) } else { Err(format!("the service ended with {status}")) };
-                return Ok(ended.map(|()| asked.elapsed().as_secs_f64())?);
+                return Ok(ended.map(|()| started.elapsed().as_secs_f64())?);
             }
             thread::sleep(Duration::from_millis(10));
         }
@@ -196,10 +197,10 @@ impl Stage {
     }
 }
 
-impl Drop for Stage {
+impl Drop for RunningSite {
     fn drop(&mut self) {
         let _ = self.flights.end();
-        // It may have ended by itself.
+        // The process may have ended by itself.
         let _ = self.service.kill();
         let _ = self.service.wait();
         let _ = fs::remove_dir_all(&self.directory);
@@ -207,14 +208,14 @@ impl Drop for Stage {
 }
 
 /// The scenario with another duration.
-pub fn lasting(scenario: &str, lasts: Duration) -> Result<String> {
+pub fn lasting(scenario: &str, lasts: Duration) -> LoadResult<String> {
     let mut table: toml::Table = scenario.parse()?;
     table.insert("duration_s".to_owned(), toml::Value::Integer(i64::try_from(lasts.as_secs())?));
     Ok(table.to_string())
 }
 
-/// The program that was built beside this one.
-pub fn program(subcommand: &str) -> Result<Command> {
+/// The program that was built together with this one.
+pub fn program(subcommand: &str) -> LoadResult<Command> {
     let here = std::env::current_exe()?;
     let profile = here.parent().and_then(Path::parent).ok_or("this program is in no folder")?;
     let program = profile.join("utm-fusion");
@@ -226,13 +227,13 @@ pub fn program(subcommand: &str) -> Result<Command> {
     Ok(command)
 }
 
-fn succeed(command: &mut Command) -> Result<()> {
+fn succeed(command: &mut Command) -> LoadResult<()> {
     let status = command.status()?;
     if status.success() { Ok(()) } else { Err(format!("{command:?}: {status}").into()) }
 }
 
-/// Of the files in a folder, as long as they are there; of none where it is not.
-fn octets(folder: &Path) -> Result<u64> {
+/// Total size of the files in a folder; 0 if it does not exist. Files may disappear meanwhile.
+fn octets(folder: &Path) -> LoadResult<u64> {
     let Ok(entries) = fs::read_dir(folder) else { return Ok(0) };
     let lengths = entries.map(|entry| Ok(entry?.metadata().map_or(0, |file| file.len())));
     lengths.sum()

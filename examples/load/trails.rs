@@ -1,6 +1,5 @@
-//! Readers who ask for the longest trails as fast as they get them: what that costs slots and the probe `/healthz`.
+//! Readers that request the longest trails as fast as possible: effect on slots and on the probe `/healthz`.
 
-use std::error::Error;
 use std::fmt;
 use std::io::{Read as _, Write as _};
 use std::net::{Ipv4Addr, SocketAddr};
@@ -11,41 +10,39 @@ use std::time::{Duration, Instant};
 use fusion::time::Time;
 use utm_fusion::live::now;
 
-use crate::figures::Quantiles;
-use crate::output::{Lateness, Output};
+use crate::figures::DelayQuantiles;
+use crate::output::{LatenessByTime, OutputListener};
 use crate::readers;
-use crate::stage::Stage;
+use crate::stage::{LoadResult, RunningSite};
 
-type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
-
-/// How long everything settles, and how long each part is measured.
+/// Settling time. `LASTS` is the duration of each part.
 const SETTLES: Duration = Duration::from_secs(40);
 const LASTS: Duration = Duration::from_secs(30);
-/// An address has all its requests back within this time.
+/// Time after which the rate limit of an address has fully recovered.
 const PAUSE: Duration = Duration::from_secs(10);
-/// How long the city has to be flown over.
+/// Duration of the flight.
 pub const FLIGHT: Duration = Duration::from_secs(40 + 3 * 30 + 2 * 10 + 15);
-/// Requests of a connection that are not answered yet.
+/// Number of outstanding requests per connection.
 const PIPELINED: usize = 16;
 const REQUEST: &str = "GET /api/v1/tracks?trail_s=600 HTTP/1.1\r\nhost: localhost\r\n\r\n";
-/// Pause between two looks at the probe.
+/// Pause between two probes.
 const PROBE: Duration = Duration::from_millis(100);
-/// In 99 of 100 slots a slot may be sent this much later than without readers, seconds.
+/// Maximum additional lateness of slots compared with no readers, 99th percentile, seconds.
 const LATER_S: f64 = 0.020;
-/// The probe answers within this time, seconds.
+/// Maximum response time of the probe, seconds.
 const PROBE_S: f64 = 0.250;
 
 /// The readers.
 #[derive(Clone, Copy)]
-enum Askers {
+enum TrailReaders {
     Nobody,
-    /// A hundred addresses, a connection each.
+    /// A hundred addresses with one connection each.
     Addresses,
     /// One address with 16 connections.
     Connections,
 }
 
-impl Askers {
+impl TrailReaders {
     fn addresses(self) -> Vec<Ipv4Addr> {
         match self {
             Self::Nobody => Vec::new(),
@@ -55,56 +52,56 @@ impl Askers {
     }
 }
 
-/// The figures of one part.
-struct Part {
+/// Measurements of one part.
+struct TrailPart {
     name: &'static str,
     between: [Time; 2],
-    /// Seconds until the probe answered.
-    probes: Quantiles,
-    /// Octets of answers.
+    /// Response times of the probe, seconds.
+    probes: DelayQuantiles,
+    /// Total size of the responses, octets.
     octets: u64,
 }
 
-/// The figures of all parts.
-pub struct Figures {
-    parts: Vec<(Part, Quantiles)>,
+/// Measurements of all parts.
+pub struct TrailFigures {
+    parts: Vec<(TrailPart, DelayQuantiles)>,
 }
 
-/// Lets the city be flown over, and readers ask.
-pub fn ask(stage: &Stage, output: &Output) -> Result<Figures> {
+/// Runs the requests of each part while the city is flown.
+pub fn ask(stage: &RunningSite, output: &OutputListener) -> LoadResult<TrailFigures> {
     let address = stage.address();
     let stop = AtomicBool::new(false);
     thread::scope(|scope| {
         let listening = scope.spawn(|| output.hear(&stop));
         thread::sleep(SETTLES);
         let parts = [
-            ("nobody", Askers::Nobody),
-            ("100 addresses", Askers::Addresses),
-            ("one address, 16 connections", Askers::Connections),
+            ("nobody", TrailReaders::Nobody),
+            ("100 addresses", TrailReaders::Addresses),
+            ("one address, 16 connections", TrailReaders::Connections),
         ]
-        .map(|(name, askers)| {
-            let part = measure(address, name, askers);
+        .map(|(name, readers)| {
+            let part = measure(address, name, readers);
             thread::sleep(PAUSE);
             part
         });
         stop.store(true, Ordering::Relaxed);
-        let lateness: Lateness = listening.join().expect("no panic");
-        let of = |part: Part| {
+        let lateness: LatenessByTime = listening.join().expect("no panic");
+        let of = |part: TrailPart| {
             let [from, until] = part.between;
-            (part, Quantiles::of(lateness.between(from, until)))
+            (part, DelayQuantiles::of(lateness.between(from, until)))
         };
-        Ok(Figures { parts: parts.into_iter().map(|part| part.map(of)).collect::<Result<_>>()? })
+        Ok(TrailFigures { parts: parts.into_iter().map(|part| part.map(of)).collect::<LoadResult<_>>()? })
     })
 }
 
-fn measure(address: SocketAddr, name: &'static str, askers: Askers) -> Result<Part> {
+fn measure(address: SocketAddr, name: &'static str, readers: TrailReaders) -> LoadResult<TrailPart> {
     let (stop, octets) = (AtomicBool::new(false), AtomicU64::new(0));
     thread::scope(|scope| {
-        for from in askers.addresses() {
+        for from in readers.addresses() {
             let (stop, octets) = (&stop, &octets);
             scope.spawn(move || {
                 while !stop.load(Ordering::Relaxed) {
-                    // A connection that is closed is opened again.
+                    // Reopen a connection that is closed.
                     _ = ask_on(address, from, stop, octets);
                     thread::sleep(PROBE);
                 }
@@ -112,11 +109,11 @@ fn measure(address: SocketAddr, name: &'static str, askers: Askers) -> Result<Pa
         }
         let (begin, mut probes) = (now(), Vec::new());
         let measured = loop {
-            let asked = Instant::now();
+            let started = Instant::now();
             if let Err(error) = readers::get(address, "/healthz") {
                 break Err(error);
             }
-            probes.push(asked.elapsed().as_secs_f64());
+            probes.push(started.elapsed().as_secs_f64());
             if now().seconds_since(begin) >= LASTS.as_secs_f64() {
                 break Ok(());
             }
@@ -124,12 +121,12 @@ fn measure(address: SocketAddr, name: &'static str, askers: Askers) -> Result<Pa
         };
         stop.store(true, Ordering::Relaxed);
         measured?;
-        let probes = Quantiles::of(probes.into_iter());
-        Ok(Part { name, between: [begin, now()], probes, octets: octets.load(Ordering::Relaxed) })
+        let probes = DelayQuantiles::of(probes.into_iter());
+        Ok(TrailPart { name, between: [begin, now()], probes, octets: octets.load(Ordering::Relaxed) })
     })
 }
 
-/// Asks until it is to stop, or the connection ends.
+/// Sends requests until `stop`, or until the connection ends.
 fn ask_on(address: SocketAddr, from: Ipv4Addr, stop: &AtomicBool, octets: &AtomicU64) -> std::io::Result<()> {
     let mut connection = readers::connect(address, from)?;
     connection.set_read_timeout(Some(Duration::from_secs(1)))?;
@@ -153,8 +150,8 @@ fn ask_on(address: SocketAddr, from: Ipv4Addr, stop: &AtomicBool, octets: &Atomi
     Ok(())
 }
 
-impl Figures {
-    /// The figures that are missed.
+impl TrailFigures {
+    /// Requirements that are missed.
     pub fn missed(&self) -> Vec<String> {
         let alone_s = self.parts[0].1.p99_s();
         let mut missed = Vec::new();
@@ -173,7 +170,7 @@ impl Figures {
     }
 }
 
-impl fmt::Display for Figures {
+impl fmt::Display for TrailFigures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "milliseconds                        median      p99    p99.9      max")?;
         for (part, slots) in &self.parts {

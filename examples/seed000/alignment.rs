@@ -1,16 +1,17 @@
-//! Table 1: which product of rotations the relative alignment is.
+//! Table 1: which product of rotations is the relative alignment.
 
 use nalgebra::Matrix3;
 
 /// Heading, pitch and roll, degrees.
 pub type Angles = [f64; 3];
 
-/// Table 1: of the radar and of the camera with respect to the body's axes, and of the radar with respect to the camera.
+/// Table 1: alignment of the radar and of the camera relative to the body axes, and of the radar relative to the
+/// camera.
 pub const RADAR: Angles = [0.32, 0.49, -1.12];
 pub const CAMERA: Angles = [1.19, 0.64, -0.51];
 pub const RELATIVE: Angles = [-0.86, -0.16, -0.61];
 
-/// M321 of seed 003, equation 2: from the reference axes to those that are turned by heading, pitch and roll.
+/// M321 of seed 003, equation 2: from the reference axes to axes rotated by heading, pitch and roll.
 pub fn m321(angles: Angles) -> Matrix3<f64> {
     let [(sg, cg), (sb, cb), (sa, ca)] = angles.map(|angle| angle.to_radians().sin_cos());
     Matrix3::new(
@@ -26,7 +27,7 @@ pub fn m321(angles: Angles) -> Matrix3<f64> {
     )
 }
 
-/// The angles of such a matrix.
+/// Angles of such a matrix.
 pub fn angles(matrix: &Matrix3<f64>) -> Angles {
     [
         matrix[(0, 1)].atan2(matrix[(0, 0)]).to_degrees(),
@@ -35,7 +36,7 @@ pub fn angles(matrix: &Matrix3<f64>) -> Angles {
     ]
 }
 
-/// M_CAMᵀ M_RAD: what the table prints; and M_RADᵀ M_CAM, which is printed as equation 3.
+/// M_CAMᵀ M_RAD, which the table shows, and M_RADᵀ M_CAM, which is equation 3.
 pub fn products() -> [Angles; 2] {
     let (radar, camera) = (m321(RADAR), m321(CAMERA));
     [angles(&(camera.transpose() * radar)), angles(&(radar.transpose() * camera))]

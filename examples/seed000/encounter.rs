@@ -1,45 +1,46 @@
-//! The encounter: two light aircraft that meet nearly head on, and what each sees of the other.
+//! The encounter: two light aircraft that meet nearly head on, and their relative motion.
 //!
-//! Time is that to the closest point of approach, negative before it. East, north, up, metres; the own ship is at the origin
-//! at the closest point.
+//! Times are relative to the closest point of approach, negative before it. Coordinates are east, north, up, in metres;
+//! the own ship is at the origin at the closest point.
 
 use fusion::Enu;
 use fusion::measurement::{Observer, wrapped};
 use nalgebra::Vector3;
 
-/// Of both, metres a second.
+/// Speed of both aircraft, metres per second.
 pub const SPEED: f64 = 39.0;
-/// How far their headings are from the line of sight in the end, degrees: so that they close at 75 m/s.
+/// Final angle between their headings and the line of sight, degrees; they close at 75 m/s.
 pub const OFF_DEG: f64 = 15.94;
-/// When they begin to turn towards each other, and when they fly straight, seconds: about where the radar and where the
-/// camera sees the intruder first.
+/// Beginning and end of their turns towards each other, seconds: near the first detections by the radar and by the
+/// camera.
 const TURN_S: (f64, f64) = (-41.0, -31.0);
-/// How much further off they are before, degrees: so that they close at 65.6 m/s.
+/// Additional angle before the turns, degrees; they close at 65.6 m/s.
 pub const FURTHER_DEG: (f64, f64) = (16.0, 17.7);
-/// Where the intruder is seen from the own ship at the closest point, if both flew straight: to the side, and above, metres.
+/// Position of the intruder relative to the own ship at the closest point, for straight flight: to the side, and above,
+/// metres.
 pub const MISS_M: (f64, f64) = (12.0, 30.0);
-/// How fast the intruder climbs before it flies straight, metres a second.
+/// Climb rate of the intruder before straight flight, metres per second.
 const CLIMB: f64 = 1.0;
-/// Begin and step of the path, seconds.
+/// Beginning and time step of the paths, seconds.
 const BEGIN_S: f64 = -50.0;
 const STEP_S: f64 = 0.01;
 
 /// Position and velocity.
 #[derive(Clone, Copy, Debug)]
-pub struct Motion {
+pub struct AircraftMotion {
     pub position: Vector3<f64>,
     pub velocity: Vector3<f64>,
 }
 
-/// Both aircraft, every [`STEP_S`] from [`BEGIN_S`] to the closest point.
-pub struct Encounter {
-    own: Vec<Motion>,
-    intruder: Vec<Motion>,
+/// Both aircraft, at intervals of [`STEP_S`] from [`BEGIN_S`] to the closest point.
+pub struct SimulatedEncounter {
+    own: Vec<AircraftMotion>,
+    intruder: Vec<AircraftMotion>,
 }
 
-/// What one aircraft is of the other: as the columns of Table 2. Metres and radians, and their rates.
+/// Motion of one aircraft relative to the other, as in the columns of Table 2. Metres and radians, and their rates.
 #[derive(Clone, Copy, Debug)]
-pub struct Relative {
+pub struct RelativeGeometry {
     pub range: f64,
     pub azimuth: f64,
     pub elevation: f64,
@@ -48,7 +49,7 @@ pub struct Relative {
     pub elevation_rate: f64,
 }
 
-impl Relative {
+impl RelativeGeometry {
     pub fn of(line: &Vector3<f64>, rate: &Vector3<f64>) -> Self {
         let (range, ground) = (line.norm(), line.x.hypot(line.y));
         let ground_rate = (line.x * rate.x + line.y * rate.y) / ground;
@@ -62,7 +63,7 @@ impl Relative {
         }
     }
 
-    /// As Table 2 has them: metres, degrees, and a second.
+    /// Values in the units of Table 2: metres, degrees, seconds.
     pub fn columns(&self) -> [f64; 6] {
         let Self { range, azimuth, elevation, range_rate, azimuth_rate, elevation_rate } = *self;
         [
@@ -75,7 +76,7 @@ impl Relative {
         ]
     }
 
-    /// This less what is true, as [`Relative::columns`].
+    /// Errors relative to the truth, in the units of [`RelativeGeometry::columns`].
     pub fn errors(&self, truth: &Self) -> [f64; 6] {
         let (mut errors, truth_columns) = (self.columns(), truth.columns());
         errors.iter_mut().zip(truth_columns).for_each(|(error, truth)| *error -= truth);
@@ -84,16 +85,16 @@ impl Relative {
     }
 }
 
-impl Encounter {
+impl SimulatedEncounter {
     pub fn fly() -> Self {
-        // From the end back to the begin, by the middle of each step.
+        // Integrates backwards from the end by the midpoint rule.
         let fly = |end: Vector3<f64>, course: fn(f64) -> Vector3<f64>| {
             let steps = (-BEGIN_S / STEP_S).round() as usize;
-            let mut path = vec![Motion { position: end, velocity: course(0.0) }];
+            let mut path = vec![AircraftMotion { position: end, velocity: course(0.0) }];
             for step in 1..=steps {
                 let at = -STEP_S * step as f64;
                 let next = path[step - 1].position - course(at + STEP_S / 2.0) * STEP_S;
-                path.push(Motion { position: next, velocity: course(at) });
+                path.push(AircraftMotion { position: next, velocity: course(at) });
             }
             path.reverse();
             path
@@ -105,33 +106,33 @@ impl Encounter {
         Self { own, intruder }
     }
 
-    /// At a time, from the begin to the closest point.
-    pub fn own(&self, at: f64) -> Motion {
+    /// State of the own ship, from the beginning to the closest point.
+    pub fn own(&self, at: f64) -> AircraftMotion {
         between(&self.own, at)
     }
 
-    fn intruder(&self, at: f64) -> Motion {
+    fn intruder(&self, at: f64) -> AircraftMotion {
         between(&self.intruder, at)
     }
 
-    /// The own ship as a place to look from.
+    /// The own ship as an observer.
     pub fn observer(&self, at: f64) -> Observer {
-        let Motion { position, velocity } = self.own(at);
+        let AircraftMotion { position, velocity } = self.own(at);
         Observer { position: Enu::from(position), velocity }
     }
 
-    /// The intruder seen from the own ship: line of sight and its rate.
+    /// Line of sight from the own ship to the intruder, and its rate.
     pub fn line(&self, at: f64) -> (Vector3<f64>, Vector3<f64>) {
         let (own, intruder) = (self.own(at), self.intruder(at));
         (intruder.position - own.position, intruder.velocity - own.velocity)
     }
 
-    pub fn relative(&self, at: f64) -> Relative {
+    pub fn relative(&self, at: f64) -> RelativeGeometry {
         let (line, rate) = self.line(at);
-        Relative::of(&line, &rate)
+        RelativeGeometry::of(&line, &rate)
     }
 
-    /// When they are so far apart, seconds.
+    /// Time at which the aircraft are this far apart, seconds.
     pub fn when_apart(&self, range_m: f64) -> f64 {
         let places = self.own.iter().zip(&self.intruder);
         let step =
@@ -140,28 +141,31 @@ impl Encounter {
     }
 }
 
-/// How much of the turn is still ahead: 1 before it, 0 after.
+/// Share of the turn that is still ahead: 1 before it, 0 after.
 fn turned(at: f64) -> f64 {
     smooth((TURN_S.1 - at) / (TURN_S.1 - TURN_S.0))
 }
 
-/// From 0 to 1 without a jerk at either end.
+/// Smooth step from 0 to 1, with zero slope at both ends.
 fn smooth(share: f64) -> f64 {
     let share = share.clamp(0.0, 1.0);
     share * share * (3.0 - 2.0 * share)
 }
 
-/// The velocity of a heading clockwise from north.
+/// Velocity for a heading, clockwise from north.
 fn heading(degrees: f64) -> Vector3<f64> {
     let (sin, cos) = degrees.to_radians().sin_cos();
     Vector3::new(sin, cos, 0.0) * SPEED
 }
 
-fn between(path: &[Motion], at: f64) -> Motion {
+fn between(path: &[AircraftMotion], at: f64) -> AircraftMotion {
     let place = ((at - BEGIN_S) / STEP_S).clamp(0.0, (path.len() - 1) as f64);
     let (before, after) = (path[place.floor() as usize], path[place.ceil() as usize]);
     let mix = |a: Vector3<f64>, b: Vector3<f64>| a + (b - a) * place.fract();
-    Motion { position: mix(before.position, after.position), velocity: mix(before.velocity, after.velocity) }
+    AircraftMotion {
+        position: mix(before.position, after.position),
+        velocity: mix(before.velocity, after.velocity),
+    }
 }
 
 #[cfg(test)]
@@ -170,8 +174,8 @@ mod tests {
     use crate::approach::closest;
 
     #[test]
-    fn it_is_the_encounter_of_the_text() {
-        let encounter = Encounter::fly();
+    fn encounter_matches_the_paper() {
+        let encounter = SimulatedEncounter::fly();
         let first = encounter.when_apart(2950.0);
         assert!((first + 40.0).abs() < 0.5, "{first}");
         let (line, rate) = encounter.line(first);
@@ -185,7 +189,7 @@ mod tests {
 
     #[test]
     fn rates_are_the_derivatives() {
-        let encounter = Encounter::fly();
+        let encounter = SimulatedEncounter::fly();
         for at in [-38.0, -33.0, -20.0, -5.0] {
             let rates = encounter.relative(at).columns();
             let (after, before) = (encounter.relative(at + 0.05), encounter.relative(at - 0.05));

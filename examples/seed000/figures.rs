@@ -1,67 +1,67 @@
-//! The paper's Figures 9 to 15, of one encounter.
+//! The paper's Figures 9 to 15, for one encounter.
 
 use utm_fusion::evaluate::plot::Figure;
-use utm_fusion::evaluate::plot::curves::{Curve, Look, Panel, panels};
+use utm_fusion::evaluate::plot::curves::{CurveStyle, Panel, PlotCurve, panels};
 
 use crate::approach::error_of_both;
-use crate::encounter::{Encounter, Relative};
-use crate::sensors::Detection;
-use crate::tracking::{NEAR_M, Output, Run, reference};
+use crate::encounter::{RelativeGeometry, SimulatedEncounter};
+use crate::sensors::SensorDetection;
+use crate::tracking::{EncounterRun, NEAR_M, TrackerOutput, reference};
 
 const ACROSS: &str = "Time to the closest point of approach (s)";
-const TRACKERS: [(&str, Look); 2] =
-    [("radar-only tracker", Look::Second), ("multi-sensor tracker", Look::First)];
-/// Root mean square errors of the angular rates in Table 2, degrees a second: azimuth and elevation, of each tracker.
+const TRACKERS: [(&str, CurveStyle); 2] =
+    [("radar-only tracker", CurveStyle::Second), ("multi-sensor tracker", CurveStyle::First)];
+/// Root mean square errors of the angular rates in Table 2, degrees per second: azimuth and elevation, of each tracker.
 const RATE_ERRORS_DEG: [[f64; 2]; 2] = [[0.29, 0.26], [0.099, 0.092]];
 
 /// A column of Table 2 as a figure.
-struct Column {
+struct TableFigure {
     name: &'static str,
     title: &'static str,
     labels: [&'static str; 2],
-    /// Half the height of the frame of errors.
+    /// Half height of the frame of errors.
     error: f64,
-    /// The number that a detection holds of it: of the radar, of the camera.
-    detected: Option<fn(&Detection) -> Option<f64>>,
+    /// Value of the column in a detection: of the radar, of the camera.
+    detected: Option<fn(&SensorDetection) -> Option<f64>>,
 }
 
-const COLUMNS: [Column; 6] = [
-    Column {
+const COLUMNS: [TableFigure; 6] = [
+    TableFigure {
         name: "seed000-range",
         title: "Range and its error (Figure 9)",
         labels: ["Range (m)", "Error (m)"],
         error: 20.0,
         detected: Some(|detection| detection.range),
     },
-    Column {
+    TableFigure {
         name: "seed000-azimuth",
         title: "Azimuth and its error (Figure 10)",
         labels: ["Azimuth (°)", "Error (°)"],
         error: 6.0,
         detected: Some(|detection| Some(detection.angles[0].to_degrees())),
     },
-    Column {
+    TableFigure {
         name: "seed000-elevation",
         title: "Elevation and its error (Figure 11)",
         labels: ["Elevation (°)", "Error (°)"],
         error: 5.0,
         detected: Some(|detection| Some(detection.angles[1].to_degrees())),
     },
-    Column {
+    TableFigure {
         name: "seed000-range-rate",
         title: "Range rate and its error (Figure 12)",
         labels: ["Range rate (m/s)", "Error (m/s)"],
         error: 10.0,
         detected: None,
     },
-    Column {
+    TableFigure {
         name: "seed000-azimuth-rate",
         title: "Azimuth rate and its error (Figure 13)",
         labels: ["Azimuth rate (°/s)", "Error (°/s)"],
         error: 1.5,
         detected: None,
     },
-    Column {
+    TableFigure {
         name: "seed000-elevation-rate",
         title: "Elevation rate and its error (Figure 14)",
         labels: ["Elevation rate (°/s)", "Error (°/s)"],
@@ -70,9 +70,9 @@ const COLUMNS: [Column; 6] = [
     },
 ];
 
-/// The encounter of a seed.
-pub fn figures(encounter: &Encounter, seed: u64) -> Vec<Figure> {
-    let run = Run::fly(encounter, seed);
+/// Figures of the encounter with this seed.
+pub fn figures(encounter: &SimulatedEncounter, seed: u64) -> Vec<Figure> {
+    let run = EncounterRun::fly(encounter, seed);
     let caption = format!("The encounter of seed {seed}, to 350 m.");
     let columns = COLUMNS.iter().enumerate().map(|(index, column)| {
         let panels_of = [value(encounter, &run, index, column), error(encounter, &run, index, column)];
@@ -81,18 +81,21 @@ pub fn figures(encounter: &Encounter, seed: u64) -> Vec<Figure> {
     columns.chain([closest(encounter, &run)]).collect()
 }
 
-/// What a tracker stated, to where the statistics end.
-fn counted<'a>(encounter: &Encounter, outputs: &'a [Output]) -> impl Iterator<Item = &'a Output> {
+/// Outputs of a tracker, up to the end of the statistics.
+fn counted<'a>(
+    encounter: &SimulatedEncounter,
+    outputs: &'a [TrackerOutput],
+) -> impl Iterator<Item = &'a TrackerOutput> {
     let end = encounter.when_apart(NEAR_M);
     outputs.iter().filter(move |output| output.at < end)
 }
 
-/// What a sensor detected of a column, with what is true of it.
+/// Detections of a sensor in a column, with the true values.
 fn detected(
-    encounter: &Encounter,
-    run: &Run,
+    encounter: &SimulatedEncounter,
+    run: &EncounterRun,
     index: usize,
-    column: &Column,
+    column: &TableFigure,
     radar: bool,
 ) -> Vec<(f64, f64, f64)> {
     let Some(detected) = column.detected else { return Vec::new() };
@@ -105,8 +108,8 @@ fn detected(
     .collect()
 }
 
-fn value(encounter: &Encounter, run: &Run, index: usize, column: &Column) -> Panel {
-    let points = |radar, name, look| Curve {
+fn value(encounter: &SimulatedEncounter, run: &EncounterRun, index: usize, column: &TableFigure) -> Panel {
+    let points = |radar, name, look| PlotCurve {
         name,
         look,
         points: detected(encounter, run, index, column, radar)
@@ -114,18 +117,20 @@ fn value(encounter: &Encounter, run: &Run, index: usize, column: &Column) -> Pan
             .map(|(at, value, _)| (*at, *value))
             .collect(),
     };
-    let mut curves =
-        vec![points(true, "radar", Look::SecondPoints), points(false, "camera", Look::FirstPoints)];
+    let mut curves = vec![
+        points(true, "radar", CurveStyle::SecondPoints),
+        points(false, "camera", CurveStyle::FirstPoints),
+    ];
     curves.retain(|curve| !curve.points.is_empty());
     let truth = counted(encounter, &run.outputs[0]);
-    curves.push(Curve {
+    curves.push(PlotCurve {
         name: "true",
-        look: Look::Truth,
+        look: CurveStyle::Truth,
         points: truth.map(|output| (output.at, encounter.relative(output.at).columns()[index])).collect(),
     });
     for ((name, look), outputs) in TRACKERS.into_iter().zip(&run.outputs) {
         let outputs = counted(encounter, outputs);
-        curves.push(Curve {
+        curves.push(PlotCurve {
             name,
             look,
             points: outputs.map(|output| (output.at, output.relative.columns()[index])).collect(),
@@ -134,8 +139,8 @@ fn value(encounter: &Encounter, run: &Run, index: usize, column: &Column) -> Pan
     Panel { label: column.labels[0], curves, between: None }
 }
 
-fn error(encounter: &Encounter, run: &Run, index: usize, column: &Column) -> Panel {
-    let points = |radar, name, look| Curve {
+fn error(encounter: &SimulatedEncounter, run: &EncounterRun, index: usize, column: &TableFigure) -> Panel {
+    let points = |radar, name, look| PlotCurve {
         name,
         look,
         points: detected(encounter, run, index, column, radar)
@@ -143,41 +148,43 @@ fn error(encounter: &Encounter, run: &Run, index: usize, column: &Column) -> Pan
             .map(|(at, value, truth)| (*at, value - truth))
             .collect(),
     };
-    let mut curves =
-        vec![points(true, "radar", Look::SecondPoints), points(false, "camera", Look::FirstPoints)];
+    let mut curves = vec![
+        points(true, "radar", CurveStyle::SecondPoints),
+        points(false, "camera", CurveStyle::FirstPoints),
+    ];
     curves.retain(|curve| !curve.points.is_empty());
     for ((name, look), outputs) in TRACKERS.into_iter().zip(&run.outputs) {
         let outputs = counted(encounter, outputs);
-        let off = |output: &Output| {
-            let truth: Relative = encounter.relative(output.at);
+        let off = |output: &TrackerOutput| {
+            let truth: RelativeGeometry = encounter.relative(output.at);
             (output.at, output.relative.errors(&truth)[index])
         };
-        curves.push(Curve { name, look, points: outputs.map(off).collect() });
+        curves.push(PlotCurve { name, look, points: outputs.map(off).collect() });
     }
     Panel { label: column.labels[1], curves, between: Some((-column.error, column.error)) }
 }
 
-/// Figure 15: the time until the closest point and the distance then, with the envelopes of equation 7.
-fn closest(encounter: &Encounter, run: &Run) -> Figure {
+/// Figure 15: time to the closest point and distance there, with the envelopes of equation 7.
+fn closest(encounter: &SimulatedEncounter, run: &EncounterRun) -> Figure {
     let truth: Vec<(f64, (f64, f64))> = counted(encounter, &run.outputs[0])
         .map(|output| (output.at, reference(encounter, output.at)))
         .collect();
-    let true_curve = |of: fn(&(f64, f64)) -> f64| Curve {
+    let true_curve = |of: fn(&(f64, f64)) -> f64| PlotCurve {
         name: "true",
-        look: Look::Truth,
+        look: CurveStyle::Truth,
         points: truth.iter().map(|(at, closest)| (*at, of(closest))).collect(),
     };
     let of_tracker = |of: fn(&(f64, f64)) -> f64| {
-        TRACKERS.into_iter().zip(&run.outputs).map(move |((name, look), outputs)| Curve {
+        TRACKERS.into_iter().zip(&run.outputs).map(move |((name, look), outputs)| PlotCurve {
             name,
             look,
             points: counted(encounter, outputs).map(|output| (output.at, of(&output.closest))).collect(),
         })
     };
-    let mut miss: Vec<Curve> = Vec::new();
+    let mut miss: Vec<PlotCurve> = Vec::new();
     let bounds = [
-        ("bounds of the radar-only tracker", Look::SecondBound),
-        ("bounds of the multi-sensor tracker", Look::FirstBound),
+        ("bounds of the radar-only tracker", CurveStyle::SecondBound),
+        ("bounds of the multi-sensor tracker", CurveStyle::FirstBound),
     ];
     for ((name, look), rates) in bounds.into_iter().zip(RATE_ERRORS_DEG) {
         for sign in [-1.0, 1.0] {
@@ -186,7 +193,7 @@ fn closest(encounter: &Encounter, run: &Run) -> Figure {
                 let off = error_of_both(relative.range, relative.range_rate, rates.map(f64::to_radians));
                 (*at, (distance + sign * off).max(0.0))
             };
-            miss.push(Curve { name, look, points: truth.iter().map(bound).collect() });
+            miss.push(PlotCurve { name, look, points: truth.iter().map(bound).collect() });
         }
     }
     miss.push(true_curve(|closest| closest.1));

@@ -5,12 +5,12 @@ use utm_fusion::evaluate::plot::Figure;
 use crate::alignment::{RELATIVE, products};
 use crate::approach::{error_of_both, error_of_rate};
 use crate::encounter::{FURTHER_DEG, MISS_M, OFF_DEG, SPEED};
-use crate::experiment::{Failure, asked_table, page as filled, said, shown};
+use crate::experiment::{ExperimentFailure, page as filled, requirement_table, said, shown};
 use crate::sensors::STAMP_VARIANCE_M2;
-use crate::summary::Summary;
+use crate::summary::EncounterSummary;
 use crate::tracking::{ACCELERATION, FIRST_CLIMB, FIRST_SPEED, LASTS_S};
 
-pub fn page(summary: &Summary, figures: &[Figure]) -> Result<String, Failure> {
+pub fn page(summary: &EncounterSummary, figures: &[Figure]) -> Result<String, ExperimentFailure> {
     let [table_1, equation_3] =
         products().map(|angles| angles.map(|angle| format!("{angle:.3}").replace('-', "−")).join(", "));
     let printed = RELATIVE.map(|angle| format!("{angle:.2}").replace('-', "−")).join(", ");
@@ -19,8 +19,8 @@ pub fn page(summary: &Summary, figures: &[Figure]) -> Result<String, Failure> {
         let [azimuth, elevation] = rates.map(|rate| error_of_rate(2000.0, -75.0, rate.to_radians()));
         said(azimuth.hypot(elevation))
     };
-    let asked = summary.asked();
-    let met = asked.iter().filter(|asked| asked.met).count();
+    let requirements = summary.requirements();
+    let met = requirements.iter().filter(|requirement| requirement.met).count();
     filled(
         include_str!("words/page.md"),
         &[
@@ -39,8 +39,8 @@ pub fn page(summary: &Summary, figures: &[Figure]) -> Result<String, Failure> {
             ("first_speed", said(FIRST_SPEED)),
             ("first_climb", said(FIRST_CLIMB)),
             ("table_2", summary.table()),
-            ("met", format!("{met} of {}", asked.len())),
-            ("asked", asked_table(&asked)),
+            ("met", format!("{met} of {}", requirements.len())),
+            ("asked", requirement_table(&requirements)),
             ("times", summary.times()),
             ("miss_radar", miss([0.29, 0.26])),
             ("miss_both", miss([0.099, 0.092])),

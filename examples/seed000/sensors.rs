@@ -1,10 +1,10 @@
-//! The radar and the camera: what they detect, with errors, and when the tracker hears of it.
+//! Radar and camera: their detections, with errors and latencies.
 
-use fusion::measurement::{Camera, Quantity, Radar, Reading, Taken};
+use fusion::measurement::{CameraModel, Quantity, RadarModel, Reading, ReadingOrigin};
 use fusion::{SensorIndex, Time};
 use rand::RngExt;
 
-use crate::encounter::Encounter;
+use crate::encounter::SimulatedEncounter;
 use crate::experiment::Draws;
 
 /// Standard deviations and means of the sensors' errors in Table 2: range (metres), azimuth and elevation (degrees).
@@ -13,42 +13,43 @@ pub const RADAR_BIAS: [f64; 3] = [1.9, -2.3, -0.50];
 pub const CAMERA_SIGMA: [f64; 2] = [0.10, 0.18];
 pub const CAMERA_BIAS: [f64; 2] = [-2.3, -0.60];
 
-/// Range of the radar's first detection, and of the camera's, metres.
+/// Range of the first detection by the radar, and by the camera, metres.
 pub const RADAR_FROM_M: f64 = 2950.0;
 const CAMERA_FROM_M: f64 = 2250.0;
-/// The radar's scans and the camera's frames, seconds, and the share of them that are valid: 0.7 and 2.6 a second.
+/// Periods of the radar's scans and of the camera's frames, seconds, and the valid share of each: 0.7 and 2.6 per
+/// second.
 const SCAN_S: f64 = 1.0;
 const SCANS_VALID: f64 = 0.7;
 const FRAME_S: f64 = 0.3;
 const FRAMES_VALID: f64 = 0.79;
-/// A radar's detection is known after this time, a frame's after that: seconds.
+/// Latencies of detections of the radar and of the camera, seconds.
 const RADAR_LATENCY_S: (f64, f64) = (0.2, 1.0);
 const CAMERA_LATENCY_S: (f64, f64) = (0.05, 0.1);
-/// How far a false alarm of the camera is off, degrees: one in an encounter, as in the flight.
+/// Angular distance of a false alarm of the camera, degrees; one per encounter, as in the flight.
 const FALSE_ALARM_DEG: (f64, f64) = (1.5, 3.0);
 
-/// The tracker's step, seconds: time stamps are the nearest of them.
+/// Time step of the tracker, seconds; time stamps are rounded to it.
 pub const TICK_S: f64 = 0.1;
 
-/// Variance of the range by a time stamp that is off by up to half a step, at 75 m/s, m².
+/// Range variance due to a time stamp error of up to half a step, at 75 m/s, m².
 pub const STAMP_VARIANCE_M2: f64 = (75.0 * TICK_S) * (75.0 * TICK_S) / 12.0;
 
 /// One detection.
-pub struct Detection {
-    /// When it was made, and when the tracker hears of it, seconds.
+pub struct SensorDetection {
+    /// Time of the detection, seconds. `known` is the time at which the tracker receives it.
     pub at: f64,
     pub known: f64,
-    /// What is measured: range (radar alone, metres), azimuth and elevation (radians).
+    /// Range (radar only), metres. `angles` are azimuth and elevation, radians.
     pub range: Option<f64>,
     pub angles: [f64; 2],
-    /// Whether it shows the intruder.
+    /// Whether it is a detection of the intruder.
     pub is_true: bool,
 }
 
 /// The radar, number 0.
-fn radar() -> Radar {
+fn radar() -> RadarModel {
     let [range_m, azimuth, elevation] = RADAR_SIGMA;
-    Radar {
+    RadarModel {
         range_m: (range_m * range_m + STAMP_VARIANCE_M2).sqrt(),
         azimuth: azimuth.to_radians(),
         elevation: elevation.to_radians(),
@@ -56,11 +57,11 @@ fn radar() -> Radar {
     }
 }
 
-impl Detection {
-    /// What the tracker makes of it, at the nearest step.
-    pub fn reading(&self, encounter: &Encounter) -> Option<Reading> {
+impl SensorDetection {
+    /// Reading for the tracker, at the nearest time step.
+    pub fn reading(&self, encounter: &SimulatedEncounter) -> Option<Reading> {
         let stamp = (self.at / TICK_S).round() * TICK_S;
-        let taken = |sensor| Taken {
+        let taken = |sensor| ReadingOrigin {
             time: time(stamp),
             sensor: SensorIndex(sensor),
             observer: encounter.observer(stamp),
@@ -68,20 +69,20 @@ impl Detection {
         let [azimuth, elevation] = CAMERA_SIGMA.map(f64::to_radians);
         match self.range {
             Some(range) => radar().reading(taken(0), [range, self.angles[0], self.angles[1]], None),
-            None => Camera { azimuth, elevation }.reading(taken(1), self.angles),
+            None => CameraModel { azimuth, elevation }.reading(taken(1), self.angles),
         }
     }
 }
 
-/// A time of the encounter as the tracker has it.
+/// Converts a time of the encounter for the tracker.
 pub fn time(at: f64) -> Time {
     Time::from_nanos((at * 1e9).round() as i64)
 }
 
-/// All detections, in the order in which the tracker hears of them.
-pub fn detections(encounter: &Encounter, draws: &mut Draws) -> Vec<Detection> {
+/// All detections, in the order in which the tracker receives them.
+pub fn detections(encounter: &SimulatedEncounter, draws: &mut Draws) -> Vec<SensorDetection> {
     let mut all = Vec::new();
-    // Scans last a multiple of the tracker's step, so that all stamps of an encounter are off by the same.
+    // Scans last a multiple of the time step, so that all time stamps of an encounter have the same error.
     let begin = encounter.when_apart(RADAR_FROM_M) + draws.0.random_range(0.0..TICK_S);
     for scan in 0.. {
         let at = begin + SCAN_S * f64::from(scan);
@@ -93,7 +94,7 @@ pub fn detections(encounter: &Encounter, draws: &mut Draws) -> Vec<Detection> {
         }
         let [range, azimuth, elevation] = seen(encounter, at);
         let [by_range, by_azimuth, by_elevation] = errors(RADAR_SIGMA, RADAR_BIAS, draws);
-        all.push(Detection {
+        all.push(SensorDetection {
             at,
             known: at + draws.0.random_range(RADAR_LATENCY_S.0..RADAR_LATENCY_S.1),
             range: Some(range + by_range),
@@ -116,7 +117,7 @@ pub fn detections(encounter: &Encounter, draws: &mut Draws) -> Vec<Detection> {
             let (sin, cos) = draws.0.random_range(0.0..std::f64::consts::TAU).sin_cos();
             (by_azimuth, by_elevation) = (by_azimuth + off * sin, by_elevation + off * cos);
         }
-        all.push(Detection {
+        all.push(SensorDetection {
             at,
             known: at + draws.0.random_range(CAMERA_LATENCY_S.0..CAMERA_LATENCY_S.1),
             range: None,
@@ -129,7 +130,7 @@ pub fn detections(encounter: &Encounter, draws: &mut Draws) -> Vec<Detection> {
 }
 
 /// Range, azimuth and elevation without errors.
-fn seen(encounter: &Encounter, at: f64) -> [f64; 3] {
+fn seen(encounter: &SimulatedEncounter, at: f64) -> [f64; 3] {
     let (line, _) = encounter.line(at);
     let observer = encounter.observer(at);
     let position = observer.position.0 + line;

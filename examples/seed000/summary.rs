@@ -1,45 +1,46 @@
-//! Table 2 over many encounters, and what is asked of it.
+//! Table 2 over many encounters, and its requirements.
 
 use std::ops::RangeInclusive;
 
-use crate::encounter::Encounter;
-use crate::experiment::{Asked, mean, quantile, runs, said};
-use crate::sensors::{CAMERA_BIAS, Detection, RADAR_BIAS};
-use crate::tracking::{Errors, Run};
+use crate::encounter::SimulatedEncounter;
+use crate::experiment::{ExperimentRequirement, mean, quantile, runs, said};
+use crate::sensors::{CAMERA_BIAS, RADAR_BIAS, SensorDetection};
+use crate::tracking::{EncounterErrors, EncounterRun};
 use fusion::measurement::wrapped;
 
-/// The columns of Table 2.
+/// Columns of Table 2.
 const COLUMNS: [&str; 6] = ["range", "azimuth", "elevation", "range rate", "azimuth rate", "elevation rate"];
 const TRACKERS: [&str; 2] = ["radar alone", "radar and camera"];
-/// Table 2: standard deviations and means of both trackers' errors; metres, degrees, and a second.
+/// Table 2: standard deviations and means of both trackers' errors; metres, degrees, seconds.
 const PAPER_STD: [[f64; 6]; 2] = [[3.9, 0.88, 0.92, 1.6, 0.29, 0.26], [3.6, 0.31, 0.26, 1.6, 0.099, 0.092]];
 const PAPER_MEAN: [[f64; 6]; 2] =
     [[3.8, -2.3, -0.52, -0.064, 0.037, -0.035], [3.6, -2.2, -0.60, 0.41, 0.029, -0.035]];
-/// Section 4.3: rms error of the time until the closest point, seconds.
+/// Section 4.3: rms error of the time to the closest point, seconds.
 const PAPER_TIME_S: [f64; 2] = [0.41, 0.34];
 
-/// How far the medians may lie from the paper's, as a multiple.
+/// Permitted ratio of the medians to the paper's values.
 const MEDIAN_WITHIN: RangeInclusive<f64> = 0.6..=1.5;
-/// Angular rates, radar and camera against radar alone (paper: 0.34 and 0.35).
+/// Permitted ratio of the angular rate errors, radar and camera to radar alone (paper: 0.34 and 0.35).
 const RATIO_WITHIN: RangeInclusive<f64> = 0.25..=0.45;
-/// How far the means may lie from the sensors' biases: range, azimuth, elevation, and the rates from zero.
+/// Maximum distance of the means from the sensors' biases: range, azimuth, elevation, and of the rates from zero.
 const MEAN_WITHIN: [f64; 6] = [3.0, 0.2, 0.2, 0.5, 0.05, 0.05];
 
-pub struct Summary {
-    pub encounter: Encounter,
+pub struct EncounterSummary {
+    pub encounter: SimulatedEncounter,
     pub first_seed: u64,
-    /// A run each; radar alone, radar and camera.
-    pub errors: Vec<[Errors; 2]>,
-    /// Errors of all detections of the intruder: of the radar range, azimuth and elevation; of the camera the latter two.
+    /// Errors of each run: radar alone, radar and camera.
+    pub errors: Vec<[EncounterErrors; 2]>,
+    /// Errors of all detections of the intruder: range, azimuth and elevation of the radar; azimuth and elevation of
+    /// the camera.
     radar: [Vec<f64>; 3],
     camera: [Vec<f64>; 2],
 }
 
-impl Summary {
+impl EncounterSummary {
     pub fn measure(first_seed: u64, count: u64) -> Self {
-        let encounter = Encounter::fly();
+        let encounter = SimulatedEncounter::fly();
         let all = runs(first_seed, count, |seed| {
-            let run = Run::fly(&encounter, seed);
+            let run = EncounterRun::fly(&encounter, seed);
             ([0, 1].map(|tracker| run.errors(&encounter, tracker)), run.detections)
         });
         let mut summary = Self {
@@ -49,7 +50,7 @@ impl Summary {
             camera: Default::default(),
             encounter,
         };
-        for Detection { at, range, angles, is_true, .. } in
+        for SensorDetection { at, range, angles, is_true, .. } in
             all.into_iter().flat_map(|(_, detections)| detections)
         {
             let truth = summary.encounter.relative(at);
@@ -69,7 +70,7 @@ impl Summary {
         summary
     }
 
-    fn of(&self, tracker: usize, value: impl Fn(&Errors) -> f64) -> Vec<f64> {
+    fn of(&self, tracker: usize, value: impl Fn(&EncounterErrors) -> f64) -> Vec<f64> {
         self.errors.iter().map(|errors| value(&errors[tracker])).collect()
     }
 
@@ -77,7 +78,7 @@ impl Summary {
         self.of(tracker, |errors| errors.std[column])
     }
 
-    /// Table 2 beside ours.
+    /// Table 2 with our values.
     pub fn table(&self) -> String {
         let mut table = "| | range (m) | azimuth (°) | elevation (°) | range rate (m/s) | azimuth rate (°/s) | elevation rate (°/s) |\n|---|---|---|---|---|---|---|\n".to_owned();
         let mut row = |name: String, cells: Vec<String>| {
@@ -115,7 +116,7 @@ impl Summary {
         table
     }
 
-    /// The time until the closest point.
+    /// Errors of the time to the closest point.
     pub fn times(&self) -> String {
         let said_of = |tracker: usize| {
             let all = self.of(tracker, |errors| errors.time_s);
@@ -125,27 +126,27 @@ impl Summary {
         format!("| | paper (s) | here (s) |\n|---|---|---|\n{}{}", said_of(0), said_of(1))
     }
 
-    pub fn asked(&self) -> Vec<Asked> {
-        let mut asked = Vec::new();
+    pub fn requirements(&self) -> Vec<ExperimentRequirement> {
+        let mut requirements = Vec::new();
         for (tracker, name) in TRACKERS.into_iter().enumerate() {
             for (column, quantity) in COLUMNS.into_iter().enumerate() {
                 let (all, paper) = (self.std(tracker, column), PAPER_STD[tracker][column]);
                 let [low, high] = [0.05, 0.95].map(|share| quantile(&all, share));
-                asked.push(Asked {
-                    what: format!("{name}, {quantity}: the paper's deviation within 5–95 % of the runs"),
+                requirements.push(ExperimentRequirement {
+                    what: format!("{name}, {quantity}: paper within 5–95 %"),
                     required: said(paper),
                     measured: format!("{}–{}", said(low), said(high)),
                     met: (low..=high).contains(&paper),
                 });
                 let multiple = quantile(&all, 0.5) / paper;
-                let what = format!("{name}, {quantity}: median as a multiple of the paper's");
-                asked.push(Asked::within(what, multiple, MEDIAN_WITHIN));
+                let what = format!("{name}, {quantity}: median / paper");
+                requirements.push(ExperimentRequirement::within(what, multiple, MEDIAN_WITHIN));
             }
         }
         for column in [4, 5] {
             let ratio = quantile(&self.std(1, column), 0.5) / quantile(&self.std(0, column), 0.5);
-            let what = format!("{}: median with the camera as a multiple of that without", COLUMNS[column]);
-            asked.push(Asked::within(what, ratio, RATIO_WITHIN));
+            let what = format!("{}: median with / without camera", COLUMNS[column]);
+            requirements.push(ExperimentRequirement::within(what, ratio, RATIO_WITHIN));
         }
         for (tracker, name) in TRACKERS.into_iter().enumerate() {
             let mut bias = [RADAR_BIAS[0], RADAR_BIAS[1], RADAR_BIAS[2], 0.0, 0.0, 0.0];
@@ -155,13 +156,17 @@ impl Summary {
             for (column, quantity) in COLUMNS.into_iter().enumerate() {
                 let middle = mean(&self.of(tracker, |errors| errors.mean[column]));
                 let (low, high) = (bias[column] - MEAN_WITHIN[column], bias[column] + MEAN_WITHIN[column]);
-                asked.push(Asked::within(format!("{name}, {quantity}: mean"), middle, low..=high));
+                requirements.push(ExperimentRequirement::within(
+                    format!("{name}, {quantity}: mean"),
+                    middle,
+                    low..=high,
+                ));
             }
             let middle = quantile(&self.of(tracker, |errors| errors.time_s), 0.5);
-            let what = format!("{name}: rms error of the time until the closest point, median (s)");
+            let what = format!("{name}: rms time error, median (s)");
             let paper = PAPER_TIME_S[tracker];
-            asked.push(Asked::within(what, middle, paper / 2.0..=paper * 2.0));
+            requirements.push(ExperimentRequirement::within(what, middle, paper / 2.0..=paper * 2.0));
         }
-        asked
+        requirements
     }
 }

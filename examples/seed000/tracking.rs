@@ -1,60 +1,60 @@
-//! The two trackers in one encounter, and the errors of what they state ten times a second.
+//! Both trackers in one encounter, and the errors of their outputs, ten per second.
 
-use fusion::measurement::{Estimate, Flight, Tracker};
+use fusion::measurement::{Flight, Tracker, TrackerEstimate};
 use fusion::settings::Singer;
 
 use crate::approach::closest;
-use crate::encounter::{Encounter, Relative};
+use crate::encounter::{RelativeGeometry, SimulatedEncounter};
 use crate::experiment::{Draws, mean, rms};
-use crate::sensors::{Detection, TICK_S, detections, time};
+use crate::sensors::{SensorDetection, TICK_S, detections, time};
 
-/// Singer's model, the same for both trackers: the time constant, and the standard deviation of each axis. Neither is
-/// printed; chosen on seeds 1 to 60.
+/// Singer model of both trackers: time constant, and standard deviation per axis. The paper does not state them; chosen
+/// on seeds 1 to 60.
 pub const LASTS_S: f64 = 5.0;
 pub const ACCELERATION: f64 = 1.6;
-/// What an intruder's velocity may be when it is seen first, one standard deviation over ground, each axis, and upward,
-/// metres a second.
+/// Standard deviations of an intruder's initial velocity, over ground per axis, and vertical, metres per second.
 pub const FIRST_SPEED: f64 = 30.0;
 pub const FIRST_CLIMB: f64 = 5.0;
-/// Firm track from here on, metres, and statistics down to there.
+/// Range from which a track is firm, metres. `NEAR_M` is the range at which the statistics end.
 pub const FIRM_M: f64 = 2600.0;
 pub const NEAR_M: f64 = 350.0;
-/// The ellipsoidal gate holds 99.9 % of two and of three numbers: squared Mahalanobis distance.
+/// Ellipsoidal gate: squared Mahalanobis distance that contains 99.9 %, for two and for three measured values.
 const GATE: [f64; 2] = [13.82, 16.27];
 
-/// What a tracker stated at an instant.
+/// Output of a tracker at one time.
 #[derive(Clone, Copy)]
-pub struct Output {
+pub struct TrackerOutput {
     pub at: f64,
-    pub relative: Relative,
-    /// Time until the closest point, seconds, and the distance then, metres.
+    pub relative: RelativeGeometry,
+    /// Time to the closest point, seconds, and distance there, metres.
     pub closest: (f64, f64),
 }
 
-/// One encounter: what was detected, and what each tracker stated.
-pub struct Run {
-    pub detections: Vec<Detection>,
-    /// Radar alone; radar and camera.
-    pub outputs: [Vec<Output>; 2],
+/// One encounter: detections and the output of each tracker.
+pub struct EncounterRun {
+    pub detections: Vec<SensorDetection>,
+    /// Outputs with radar alone; with radar and camera.
+    pub outputs: [Vec<TrackerOutput>; 2],
 }
 
-/// Mean and standard deviation of the errors, as the columns of Table 2, and rms error of the time until the closest point.
+/// Mean and standard deviation of the errors, in the columns of Table 2, and rms error of the time to the closest
+/// point.
 #[derive(Clone, Copy, Debug)]
-pub struct Errors {
+pub struct EncounterErrors {
     pub mean: [f64; 6],
     pub std: [f64; 6],
     pub time_s: f64,
 }
 
-impl Run {
-    pub fn fly(encounter: &Encounter, seed: u64) -> Self {
+impl EncounterRun {
+    pub fn fly(encounter: &SimulatedEncounter, seed: u64) -> Self {
         let detections = detections(encounter, &mut Draws::of(seed));
         let outputs = [false, true].map(|camera| track(encounter, &detections, camera));
         Self { detections, outputs }
     }
 
-    /// Of a tracker, radar alone or both, from the firm track on and beyond 350 m.
-    pub fn errors(&self, encounter: &Encounter, tracker: usize) -> Errors {
+    /// Errors of a tracker (0: radar alone, 1: both), from the firm track on and beyond 350 m.
+    pub fn errors(&self, encounter: &SimulatedEncounter, tracker: usize) -> EncounterErrors {
         let (from, to) = (encounter.when_apart(FIRM_M), encounter.when_apart(NEAR_M));
         let counted = || self.outputs[tracker].iter().filter(|output| (from..to).contains(&output.at));
         let errors: Vec<[f64; 6]> =
@@ -65,18 +65,18 @@ impl Run {
         let std = std::array::from_fn(|index| {
             rms(&column(index).into_iter().map(|error| error - mean[index]).collect::<Vec<_>>())
         });
-        Errors { mean, std, time_s: rms(&times.collect::<Vec<_>>()) }
+        EncounterErrors { mean, std, time_s: rms(&times.collect::<Vec<_>>()) }
     }
 }
 
-/// Time until the closest point, and the distance then, as they are.
-pub fn reference(encounter: &Encounter, at: f64) -> (f64, f64) {
+/// True time to the closest point, and distance there.
+pub fn reference(encounter: &SimulatedEncounter, at: f64) -> (f64, f64) {
     let (line, rate) = encounter.line(at);
     let closest = closest(&line, &rate);
     (closest.time_s, closest.miss.norm())
 }
 
-fn track(encounter: &Encounter, detections: &[Detection], camera: bool) -> Vec<Output> {
+fn track(encounter: &SimulatedEncounter, detections: &[SensorDetection], camera: bool) -> Vec<TrackerOutput> {
     let flight =
         Flight::Singer(Singer { lasts_s: LASTS_S, horizontal: ACCELERATION, vertical: ACCELERATION });
     let mut tracker: Option<Tracker> = None;
@@ -89,15 +89,15 @@ fn track(encounter: &Encounter, detections: &[Detection], camera: bool) -> Vec<O
             let Some(reading) = detection.reading(encounter) else { continue };
             match &mut tracker {
                 None => {
-                    tracker = Estimate::first(&reading, FIRST_SPEED).and_then(|mut first| {
+                    tracker = TrackerEstimate::first(&reading, FIRST_SPEED).and_then(|mut first| {
                         first.covariance[(5, 5)] = FIRST_CLIMB * FIRST_CLIMB;
                         Tracker::begin(&flight, &first)
                     });
                 }
                 Some(tracker) => {
                     let gate = |(distance, count): (f64, usize)| distance <= GATE[count.clamp(2, 3) - 2];
-                    if tracker.distance(&reading).is_some_and(gate) && tracker.take(reading).is_ok() {
-                        // Nothing comes later than a second.
+                    if tracker.distance(&reading).is_some_and(gate) && tracker.update(reading).is_ok() {
+                        // No detection arrives later than one second.
                         tracker.forget_before(time(now - 1.2));
                     }
                 }
@@ -107,9 +107,9 @@ fn track(encounter: &Encounter, detections: &[Detection], camera: bool) -> Vec<O
         let own = encounter.own(now);
         let (line, rate) = (estimate.position.0 - own.position, estimate.velocity - own.velocity);
         let closest = closest(&line, &rate);
-        outputs.push(Output {
+        outputs.push(TrackerOutput {
             at: now,
-            relative: Relative::of(&line, &rate),
+            relative: RelativeGeometry::of(&line, &rate),
             closest: (closest.time_s, closest.miss.norm()),
         });
     }

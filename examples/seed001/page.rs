@@ -2,15 +2,15 @@
 
 use utm_fusion::evaluate::plot::Figure;
 
-use crate::experiment::{Failure, asked_table, page as filled, said, shown};
+use crate::experiment::{ExperimentFailure, page as filled, requirement_table, said, shown};
 use crate::scenario::INTRUDERS;
-use crate::summary::Summary;
+use crate::summary::TurnSummary;
 use crate::tracking::STAYS;
 
-pub fn page(summary: &Summary, figures: &[Figure]) -> Result<String, Failure> {
-    let asked = summary.asked();
+pub fn page(summary: &TurnSummary, figures: &[Figure]) -> Result<String, ExperimentFailure> {
+    let requirements = summary.requirements();
     let lag = summary.lag();
-    let met = asked.iter().filter(|asked| asked.met).count();
+    let met = requirements.iter().filter(|requirement| requirement.met).count();
     filled(
         include_str!("words/page.md"),
         &[
@@ -21,8 +21,8 @@ pub fn page(summary: &Summary, figures: &[Figure]) -> Result<String, Failure> {
             ("stays", said(STAYS)),
             ("table", summary.table()),
             ("models", summary.models_table()),
-            ("met", format!("{met} of {}", asked.len())),
-            ("asked", asked_table(&asked)),
+            ("met", format!("{met} of {}", requirements.len())),
+            ("asked", requirement_table(&requirements)),
             ("along", format!("{} ± {}", said(lag.mean_m), said(lag.error_m))),
             ("lag", said(lag.expected_m)),
             ("known", said(lag.known_s)),

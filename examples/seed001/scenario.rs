@@ -1,6 +1,6 @@
 //! The scenario: the own ship flies straight towards two intruders, which fly straight and then turn left.
 //!
-//! East, north, up, metres; the own ship begins at the origin, at its altitude, and flies north.
+//! East, north, up, metres. The own ship begins at the origin, at its altitude, and flies north.
 
 use fusion::Enu;
 use fusion::measurement::Observer;
@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 const OWN_SPEED: f64 = 60.0;
 const OWN_ALTITUDE_M: f64 = 3000.0;
 const ALTITUDE_M: f64 = 3100.0;
-/// How far to the side the intruders would pass, metres.
+/// Lateral distance at which the intruders would pass, metres.
 const ABEAM_M: f64 = 1000.0;
 
 /// An intruder.
@@ -17,27 +17,27 @@ const ABEAM_M: f64 = 1000.0;
 pub struct Intruder {
     pub name: &'static str,
     pub speed: f64,
-    /// How far ahead it begins, metres.
+    /// Initial distance ahead, metres.
     ahead_m: f64,
-    /// Rate of its turn to the left, radians a second.
+    /// Rate of its turn to the left, radians per second.
     pub turn: f64,
-    /// The noise that the tracker takes it to have, m²/s³.
+    /// Process noise that the tracker assumes for it, m²/s³.
     pub noise: f64,
 }
 
-/// A low manoeuvring unmanned aircraft, and a combat one.
+/// A slowly manoeuvring unmanned aircraft, and a combat aircraft.
 pub const INTRUDERS: [Intruder; 2] = [
     Intruder { name: "intruder 1", speed: 60.0, ahead_m: 8000.0, turn: 3.0_f64.to_radians(), noise: 1.0 },
     Intruder { name: "intruder 2", speed: 260.0, ahead_m: 16_000.0, turn: 7.0_f64.to_radians(), noise: 9.0 },
 ];
 
 impl Intruder {
-    /// When it would pass the own ship, if it flew straight: the end, seconds.
+    /// Time at which it would pass the own ship in straight flight: the end, seconds.
     pub fn end_s(&self) -> f64 {
         self.ahead_m / (self.speed + OWN_SPEED)
     }
 
-    /// When it begins to turn: half way.
+    /// Time at which it begins to turn: half way.
     pub fn turn_s(&self) -> f64 {
         self.end_s() / 2.0
     }
@@ -46,7 +46,7 @@ impl Intruder {
     pub fn at(&self, at: f64) -> (Vector3<f64>, Vector3<f64>) {
         let (straight, turned) = (at.min(self.turn_s()), (at - self.turn_s()).max(0.0) * self.turn);
         let radius = self.speed / self.turn;
-        // Southward; to its left is the east.
+        // It flies south, so east is to its left.
         let (sin, cos) = turned.sin_cos();
         let position = Vector3::new(
             ABEAM_M + radius * (1.0 - cos),
@@ -80,7 +80,7 @@ mod tests {
             }
             let (_, straight) = intruder.at(0.0);
             let (_, turned) = intruder.at(intruder.turn_s() + 1.0);
-            // Anticlockwise from above.
+            // Anticlockwise, seen from above.
             let angle = straight.cross(&turned).z.atan2(straight.dot(&turned));
             assert!((angle - intruder.turn).abs() < 1e-9);
         }

@@ -1,6 +1,6 @@
-//! The three configurations, and what their sensors measure.
+//! The three sensor configurations, and their measurements.
 
-use fusion::measurement::{Camera, Interrogator, Quantity, Radar, Reading, Taken};
+use fusion::measurement::{CameraModel, InterrogatorModel, Quantity, RadarModel, Reading, ReadingOrigin};
 use fusion::{SensorIndex, Time};
 
 use crate::experiment::Draws;
@@ -14,29 +14,29 @@ const IFF_S: f64 = 1.0;
 const CAMERA_SIGMA: [f64; 2] = [0.2_f64.to_radians(), 0.2_f64.to_radians()];
 const CAMERA_S: f64 = 0.1;
 
-/// Which sensors there are.
+/// Sensors of a configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Configuration {
+pub struct SensorConfiguration {
     pub name: &'static str,
-    /// Radar; else an interrogator.
+    /// Radar; otherwise an interrogator.
     radar: bool,
     camera: bool,
 }
 
-pub const CONFIGURATIONS: [Configuration; 3] = [
-    Configuration { name: "1: radar", radar: true, camera: false },
-    Configuration { name: "2: IFF and EO/IR", radar: false, camera: true },
-    Configuration { name: "3: radar and EO/IR", radar: true, camera: true },
+pub const CONFIGURATIONS: [SensorConfiguration; 3] = [
+    SensorConfiguration { name: "1: radar", radar: true, camera: false },
+    SensorConfiguration { name: "2: IFF and EO/IR", radar: false, camera: true },
+    SensorConfiguration { name: "3: radar and EO/IR", radar: true, camera: true },
 ];
 
-/// A time of the scenario as the tracker has it.
+/// Converts a time of the scenario for the tracker.
 pub fn time(at: f64) -> Time {
     Time::from_nanos((at * 1e9).round() as i64)
 }
 
-impl Configuration {
-    /// The readings of a flight, in order of time; those that give a range first among equals. Each sensor has its own draws
-    /// so that configurations share what they have in common.
+impl SensorConfiguration {
+    /// Readings of a flight, in order of time; at equal times, readings with a range come first. Each sensor has its
+    /// own random draws, so that configurations share the readings of common sensors.
     pub fn readings(&self, intruder: &Intruder, seed: u64) -> Vec<Reading> {
         let mut readings = Vec::new();
         if self.radar {
@@ -50,7 +50,7 @@ impl Configuration {
             let mut draws = Draws::of(2 * seed + 1);
             readings.extend(every(CAMERA_S, intruder).filter_map(|at| camera(intruder, at, &mut draws)));
         }
-        readings.sort_by_key(|reading| (reading.taken().time, reading.taken().sensor));
+        readings.sort_by_key(|reading| (reading.origin().time, reading.origin().sensor));
         readings
     }
 }
@@ -60,11 +60,11 @@ fn every(period_s: f64, intruder: &Intruder) -> impl Iterator<Item = f64> {
     (0..=count).map(move |number| f64::from(number) * period_s)
 }
 
-fn taken(at: f64, sensor: u16) -> Taken {
-    Taken { time: time(at), sensor: SensorIndex(sensor), observer: observer(at) }
+fn taken(at: f64, sensor: u16) -> ReadingOrigin {
+    ReadingOrigin { time: time(at), sensor: SensorIndex(sensor), observer: observer(at) }
 }
 
-/// What is measured of these quantities, with noise.
+/// Measurement of these quantities, with noise.
 fn measured<const N: usize>(
     intruder: &Intruder,
     at: f64,
@@ -84,7 +84,8 @@ fn radar(intruder: &Intruder, at: f64, draws: &mut Draws) -> Option<Reading> {
     let quantities = [Quantity::Range, Quantity::Azimuth, Quantity::Elevation, Quantity::RangeRate];
     let [range, azimuth, elevation, rate] = measured(intruder, at, quantities, RADAR_SIGMA, draws)?;
     let [range_m, of_azimuth, of_elevation, of_rate] = RADAR_SIGMA;
-    let radar = Radar { range_m, azimuth: of_azimuth, elevation: of_elevation, range_rate: Some(of_rate) };
+    let radar =
+        RadarModel { range_m, azimuth: of_azimuth, elevation: of_elevation, range_rate: Some(of_rate) };
     radar.reading(taken(at, 0), [range, azimuth, elevation], Some(rate))
 }
 
@@ -92,7 +93,7 @@ fn iff(intruder: &Intruder, at: f64, draws: &mut Draws) -> Option<Reading> {
     let quantities = [Quantity::Range, Quantity::Azimuth, Quantity::Altitude];
     let [range, azimuth, altitude] = measured(intruder, at, quantities, IFF_SIGMA, draws)?;
     let [range_m, of_azimuth, altitude_m] = IFF_SIGMA;
-    Interrogator { range_m, azimuth: of_azimuth, altitude_m }.reading(
+    InterrogatorModel { range_m, azimuth: of_azimuth, altitude_m }.reading(
         taken(at, 0),
         [range, azimuth],
         Some(altitude),
@@ -103,5 +104,5 @@ fn camera(intruder: &Intruder, at: f64, draws: &mut Draws) -> Option<Reading> {
     let quantities = [Quantity::Azimuth, Quantity::Elevation];
     let angles = measured(intruder, at, quantities, CAMERA_SIGMA, draws)?;
     let [azimuth, elevation] = CAMERA_SIGMA;
-    Camera { azimuth, elevation }.reading(taken(at, 1), angles)
+    CameraModel { azimuth, elevation }.reading(taken(at, 1), angles)
 }

@@ -1,14 +1,18 @@
-//! The experiment, smaller.
+//! The experiment with fewer flights.
 
 use crate::experiment::FIRST_SEED;
-use crate::summary::{BEHIND, Summary};
+use crate::summary::{BEHIND, TurnSummary};
 
-/// All but the lag of intruder 1, on a fifth of the flights of the page, from the same seeds on.
+/// All requirements except the lag of intruder 1, on a fifth of the page's flights, with the same first seed.
 #[test]
-fn what_is_asked_is_met() {
-    let summary = Summary::measure(FIRST_SEED, 40);
+fn experiment_requirements_are_met() {
+    let summary = TurnSummary::measure(FIRST_SEED, 40);
     let lag = format!("intruder 1, {BEHIND}");
-    for asked in summary.asked().into_iter().filter(|asked| asked.what != lag) {
-        assert!(asked.met, "{}: {} instead of {}", asked.what, asked.measured, asked.required);
+    for requirement in summary.requirements().into_iter().filter(|requirement| requirement.what != lag) {
+        assert!(
+            requirement.met,
+            "{}: {} instead of {}",
+            requirement.what, requirement.measured, requirement.required
+        );
     }
 }

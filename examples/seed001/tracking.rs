@@ -1,36 +1,35 @@
-//! A tracker in one flight, and how far off it was.
+//! A tracker in one flight, and its errors.
 
-use fusion::measurement::{Estimate, Flight, Reading, Tracker, Turning, wrapped};
+use fusion::measurement::{Flight, Reading, Tracker, TrackerEstimate, Turning, wrapped};
 use nalgebra::Vector3;
 
 use crate::scenario::Intruder;
 use crate::sensors::time;
 
-/// Probability that a model holds for a second.
+/// Probability that a model still applies after one second.
 pub const STAYS: f64 = 0.95;
-/// A track starts on so many detections with a range.
+/// Number of detections with a range that start a track.
 const STARTED_BY: usize = 4;
-/// What an intruder's velocity may be when it is seen first, one standard deviation over ground, each axis, and upward,
-/// metres a second.
+/// Standard deviations of an intruder's initial velocity, over ground per axis, and vertical, metres per second.
 const FIRST_SPEED: f64 = 200.0;
 const FIRST_CLIMB: f64 = 10.0;
-/// How often a track is looked at, seconds.
+/// Interval between outputs of a track, seconds.
 pub const STEP_S: f64 = 0.1;
 
 /// The models of a tracker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Models {
-    /// Straight flight alone.
+pub enum TrackerModels {
+    /// Straight flight only.
     Straight,
-    /// Straight flight, turns of 2, 6 and 9 degrees a second.
+    /// Straight flight, turns of 2, 6 and 9 degrees per second.
     Seven,
-    /// Straight flight, turns of 2 and 6 degrees a second: crewed aeroplanes.
+    /// Straight flight, turns of 2 and 6 degrees per second: crewed aeroplanes.
     Crewed,
-    /// Straight flight and turns of 2 degrees a second.
+    /// Straight flight and turns of 2 degrees per second.
     Three,
 }
 
-impl Models {
+impl TrackerModels {
     fn turning(self, noise: f64) -> Turning {
         let mut turning = match self {
             Self::Seven => Turning::any(noise, STAYS),
@@ -45,38 +44,38 @@ impl Models {
     }
 }
 
-/// A track at an instant, and how far it is from the truth.
+/// A track at one time, and its errors.
 #[derive(Clone, Copy, Debug)]
-pub struct Sample {
+pub struct TrackSample {
     pub at: f64,
     pub position: Vector3<f64>,
-    /// Metres.
+    /// Position error, metres.
     pub error_m: f64,
-    /// Along the way that is flown, forward positive, metres.
+    /// Along-track error, forward positive, metres.
     pub along_m: f64,
-    /// Of the heading, degrees.
+    /// Heading error, degrees.
     pub heading_deg: f64,
     /// Probability of the turns to the left.
     pub left: f64,
 }
 
-/// The track of a flight, from its start on.
-pub fn track(intruder: &Intruder, readings: &[Reading], models: Models) -> Vec<Sample> {
+/// Track of a flight, from its start on.
+pub fn track(intruder: &Intruder, readings: &[Reading], models: TrackerModels) -> Vec<TrackSample> {
     let flight = Flight::Turning(models.turning(intruder.noise));
     let left: Vec<bool> = std::iter::once(false)
         .chain(models.turning(intruder.noise).rates.iter().map(|rate| *rate < 0.0))
         .collect();
     let Some((mut tracker, begin)) = started(intruder, readings, &flight) else { return Vec::new() };
-    let mut coming = readings.iter().filter(|reading| reading.taken().time > begin).peekable();
+    let mut coming = readings.iter().filter(|reading| reading.origin().time > begin).peekable();
     let mut samples = Vec::new();
     for step in 0..=(intruder.end_s() / STEP_S).floor() as u32 {
         let at = f64::from(step) * STEP_S;
         if time(at) < begin {
             continue;
         }
-        while let Some(reading) = coming.next_if(|reading| reading.taken().time <= time(at)) {
-            // They come in order, so that nothing is too old.
-            let _ = tracker.take(reading.clone());
+        while let Some(reading) = coming.next_if(|reading| reading.origin().time <= time(at)) {
+            // The readings are in order of time, so none is too old.
+            let _ = tracker.update(reading.clone());
         }
         tracker.forget_before(time(at));
         let (Some(estimate), Some(likely)) = (tracker.at(time(at)), tracker.probabilities(time(at))) else {
@@ -85,7 +84,7 @@ pub fn track(intruder: &Intruder, readings: &[Reading], models: Models) -> Vec<S
         let (position, velocity) = intruder.at(at);
         let off = estimate.position.0 - position;
         let heading = |velocity: &Vector3<f64>| velocity.x.atan2(velocity.y);
-        samples.push(Sample {
+        samples.push(TrackSample {
             at,
             position: estimate.position.0,
             error_m: off.norm(),
@@ -97,17 +96,17 @@ pub fn track(intruder: &Intruder, readings: &[Reading], models: Models) -> Vec<S
     samples
 }
 
-/// A track started by the first detections that give a place, by straight flight; and since when.
+/// Track started for straight flight by the first detections with a position. Also returns its start time.
 fn started(intruder: &Intruder, readings: &[Reading], flight: &Flight) -> Option<(Tracker, fusion::Time)> {
     let mut first = readings.iter().filter(|reading| reading.place().is_some()).take(STARTED_BY);
-    let mut estimate = Estimate::first(first.next()?, FIRST_SPEED)?;
+    let mut estimate = TrackerEstimate::first(first.next()?, FIRST_SPEED)?;
     estimate.covariance[(5, 5)] = FIRST_CLIMB * FIRST_CLIMB;
-    let straight = Flight::Turning(Models::Straight.turning(intruder.noise));
+    let straight = Flight::Turning(TrackerModels::Straight.turning(intruder.noise));
     let mut starting = Tracker::begin(&straight, &estimate)?;
     let mut begin = estimate.time;
     for reading in first {
-        begin = reading.taken().time;
-        starting.take(reading.clone()).ok()?;
+        begin = reading.origin().time;
+        starting.update(reading.clone()).ok()?;
     }
     Some((Tracker::begin(flight, &starting.at(begin)?)?, begin))
 }

@@ -1,4 +1,4 @@
-//! From reports to points: half a minute of one drone, seen by a radar and heard by a transponder receiver.
+//! From reports to points: half a minute of one drone, detected by a radar and received by a transponder receiver.
 
 use jiff::SignedDuration;
 use utm_fusion_engine::settings::{Radar, Receiver};
@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let start: Time = Time::from_nanos(1_800_000_000_000_000_000);
 
     for tick in 0..120 {
-        // First the time: slots that are due come out. Then what was received at that time.
+        // First the time, which returns the slots that are due. Then the reports that were received at that time.
         let time = start + SignedDuration::from_millis(250) * tick;
         engine.advance(time).for_each(print);
         let place = Enu::new(2.5 * f64::from(tick), 1000.0, 80.0);

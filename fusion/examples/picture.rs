@@ -1,5 +1,5 @@
-//! The fused picture of three aircraft: one that radar sees and a transponder receiver hears, one that is only heard, and one
-//! that is only seen. The last slot is printed as a table and as the JSON that serde makes of a point.
+//! The fused picture of three aircraft: one with plots and a transponder, one with only a transponder, and one with
+//! only plots. The last slot is printed as a table, and one point as JSON.
 //!
 //!     cargo run --example picture
 
@@ -9,12 +9,12 @@ use utm_fusion_engine::{
     Emission, Engine, Enu, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, Settings, Source, Time,
 };
 
-/// Where an aircraft is this many seconds after the start, in metres east, north and up of the site.
-type Flight = fn(f64) -> Enu;
+/// Position of an aircraft this many seconds after the start, in metres east, north and up of the site.
+type FlightPlan = fn(f64) -> Enu;
 
-const BOTH: Flight = |seconds| Enu::new(10.0 * seconds, 1000.0, 80.0);
-const HEARD: Flight = |seconds| Enu::new(-800.0, 1200.0 - 8.0 * seconds, 60.0);
-const SEEN: Flight = |seconds| Enu::new(600.0 - 12.0 * seconds, -900.0, 100.0);
+const BOTH: FlightPlan = |seconds| Enu::new(10.0 * seconds, 1000.0, 80.0);
+const HEARD: FlightPlan = |seconds| Enu::new(-800.0, 1200.0 - 8.0 * seconds, 60.0);
+const SEEN: FlightPlan = |seconds| Enu::new(600.0 - 12.0 * seconds, -900.0, 100.0);
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let picture = fly(45)?.pop().ok_or("no slot was due")?;
@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// What the engine publishes of so many seconds.
+/// All emissions of a flight of this duration, in seconds.
 fn fly(seconds: i32) -> Result<Vec<Emission>, Box<dyn std::error::Error>> {
     let mut settings = Settings::default();
     let radar = settings.add_radar(Radar::default());
@@ -55,7 +55,7 @@ fn fly(seconds: i32) -> Result<Vec<Emission>, Box<dyn std::error::Error>> {
     for tick in 0..4 * seconds {
         let (since, time) = (f64::from(tick) / 4.0, start + SignedDuration::from_millis(250) * tick);
         emissions.extend(engine.advance(time));
-        // The radar turns once a second, transponders report twice.
+        // The radar rotates once a second; transponders report twice a second.
         if tick % 4 == 0 {
             engine.handle(plot(radar, 7, time, BOTH(since)))?;
             engine.handle(plot(radar, 8, time, SEEN(since)))?;
@@ -68,7 +68,7 @@ fn fly(seconds: i32) -> Result<Vec<Emission>, Box<dyn std::error::Error>> {
     Ok(emissions)
 }
 
-/// A plot that the radar takes for a drone's.
+/// A plot that the radar classifies as a drone.
 fn plot(sensor: SensorIndex, number: u16, time: Time, place: Enu) -> Report {
     let plot = Plot::new(RadarTrackKey { sensor, number }, time, place, place.0.norm());
     Report::Plot(Plot { uav_probability: Some(0.9), ..plot })

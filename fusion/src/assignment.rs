@@ -1,13 +1,13 @@
-//! The assignment problem: who goes with whom, so that the sum of the costs is least.
+//! The assignment problem: a one-to-one pairing of rows and columns with the least sum of costs.
 //!
 //! Shortest augmenting paths with dual prices (R. Jonker and A. Volgenant, *A Shortest Augmenting Path Algorithm for
-//! Dense and Sparse Linear Assignment Problems*, Computing 38, 1987), in its sparse form: only pairs that can be are
-//! looked at, because a gate leaves few.
+//! Dense and Sparse Linear Assignment Problems*, Computing 38, 1987), in its sparse form: only possible pairs are
+//! searched, because a gate leaves few.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
-/// A column that a row can have, and what that costs.
+/// A column that may be assigned to a row, and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
     /// The column.
@@ -16,68 +16,68 @@ pub struct Candidate {
     pub cost: f64,
 }
 
-/// The column of each row in an assignment of least total cost, no column twice.
+/// Assigns columns to rows with the least total cost; no column is used twice.
 ///
-/// `rows` are the candidates of each row; a row without a column (`None`) costs `alone`, a column without a row nothing.
-/// A full matrix is the case in which each row has every column for a candidate; with `alone` above the sum of all
-/// other costs there are as many pairs as there can be.
+/// `rows` lists the candidates of each row. A row without a column (`None`) costs `alone`; a column without a row costs
+/// nothing. A full matrix gives every row every column as a candidate. With `alone` above the sum of all other costs,
+/// as many pairs as possible are assigned.
 ///
 /// # Panics
-/// Where a candidate is not below `columns`.
+/// If a candidate's column is not below `columns`.
 pub fn assign(rows: &[Vec<Candidate>], columns: usize, alone: f64) -> Vec<Option<usize>> {
-    let mut search = Search::new(rows, columns, alone);
+    let mut search = AssignmentSearch::new(rows, columns, alone);
     for row in 0..rows.len() {
         search.add(row);
     }
     search.column_of
 }
 
-/// The best assignment of the rows so far, and the search for the next row's way into it.
-struct Search<'a> {
+/// The best assignment of the rows so far, and the search for the next row's augmenting path.
+struct AssignmentSearch<'a> {
     rows: &'a [Vec<Candidate>],
     alone: f64,
     column_of: Vec<Option<usize>>,
     row_of: Vec<Option<usize>>,
-    /// Dual prices: `cost - row_price - column_price` is never negative, and zero for every pair.
+    /// Dual prices: `cost - row_price - column_price` is never negative, and is zero for every assigned pair.
     row_price: Vec<f64>,
     column_price: Vec<f64>,
-    /// Of the current search, by column.
-    reached: Vec<Option<Way>>,
-    /// Columns on the edge of the search, nearest first; some twice, of which the nearer counts.
-    edge: BinaryHeap<Reverse<Step>>,
-    /// Columns whose way is final.
+    /// Shortest known path to each column in the current search.
+    reached: Vec<Option<ColumnPath>>,
+    /// Columns on the edge of the search, nearest first. A column may occur twice; the nearer entry counts.
+    edge: BinaryHeap<Reverse<ColumnDistance>>,
+    /// Columns whose shortest path is final.
     settled: Vec<usize>,
     /// Columns that have been reached.
     touched: Vec<usize>,
 }
 
-/// The shortest way to a column that is known.
+/// The shortest known path to a column.
 #[derive(Clone, Copy)]
-struct Way {
-    /// Sum of reduced costs.
+struct ColumnPath {
+    /// Sum of the reduced costs.
     distance: f64,
-    /// The row it comes from.
+    /// The previous row on the path.
     from: usize,
-    /// Whether there is no shorter one. Rounding may seem to find one, which would go round in circles.
+    /// Whether the path is final. Rounding could otherwise seem to find a shorter one and create a cycle.
     is_final: bool,
 }
 
-/// A column and how far it is.
+/// A column and its distance.
 #[derive(Clone, Copy, PartialEq)]
-struct Step {
+struct ColumnDistance {
     distance: f64,
     column: usize,
 }
 
-/// Where a search ends.
-enum End {
-    /// At a column that no row has.
+/// End of a search.
+enum SearchEnd {
+    /// At a column that has no row.
     Free { column: usize, distance: f64 },
-    /// At a row that had better be alone.
+    /// At a row for which having no column costs less.
     Alone { row: usize, distance: f64 },
 }
 
-impl<'a> Search<'a> {
+impl<'a> AssignmentSearch<'a> {
     fn new(rows: &'a [Vec<Candidate>], columns: usize, alone: f64) -> Self {
         Self {
             rows,
@@ -93,8 +93,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Takes one more row in: finds the cheapest way to a free column or to a row that is left alone; the rows on the
-    /// way move on by one column.
+    /// Adds a row: finds the cheapest path to a free column, or to a row that is left without one. Each row on the path
+    /// gets the next column of the path.
     fn add(&mut self, new: usize) {
         self.edge.clear();
         self.settled.clear();
@@ -102,12 +102,12 @@ impl<'a> Search<'a> {
             self.reached[column] = None;
         }
         match self.end(new) {
-            End::Free { column, distance } => {
-                self.reprice(new, distance);
+            SearchEnd::Free { column, distance } => {
+                self.update_prices(new, distance);
                 self.shift(new, column);
             }
-            End::Alone { row, distance } => {
-                self.reprice(new, distance);
+            SearchEnd::Alone { row, distance } => {
+                self.update_prices(new, distance);
                 if let Some(column) = self.column_of[row].take() {
                     self.shift(new, column);
                 }
@@ -115,7 +115,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn end(&mut self, new: usize) -> End {
+    fn end(&mut self, new: usize) -> SearchEnd {
         let (mut row, mut so_far) = (new, 0.0);
         let mut loneliest = (f64::INFINITY, new);
         loop {
@@ -123,21 +123,22 @@ impl<'a> Search<'a> {
             if lonely < loneliest.0 {
                 loneliest = (lonely, row);
             }
-            self.look_around(row, so_far);
-            let Some(Step { distance, column }) = self.nearest().filter(|step| step.distance < loneliest.0)
+            self.extend_paths(row, so_far);
+            let Some(ColumnDistance { distance, column }) =
+                self.nearest().filter(|step| step.distance < loneliest.0)
             else {
-                return End::Alone { row: loneliest.1, distance: loneliest.0 };
+                return SearchEnd::Alone { row: loneliest.1, distance: loneliest.0 };
             };
             match self.row_of[column] {
-                None => return End::Free { column, distance },
+                None => return SearchEnd::Free { column, distance },
                 Some(next) => (row, so_far) = (next, distance),
             }
             self.settled.push(column);
         }
     }
 
-    /// Reaches the candidates of a row that is `so_far` away.
-    fn look_around(&mut self, row: usize, so_far: f64) {
+    /// Updates the paths to the candidates of a row at the distance `so_far`.
+    fn extend_paths(&mut self, row: usize, so_far: f64) {
         for &Candidate { column, cost } in &self.rows[row] {
             let distance = so_far + cost - self.row_price[row] - self.column_price[column];
             match self.reached[column] {
@@ -145,16 +146,16 @@ impl<'a> Search<'a> {
                 Some(_) => {}
                 None => self.touched.push(column),
             }
-            self.reached[column] = Some(Way { distance, from: row, is_final: false });
-            self.edge.push(Reverse(Step { distance, column }));
+            self.reached[column] = Some(ColumnPath { distance, from: row, is_final: false });
+            self.edge.push(Reverse(ColumnDistance { distance, column }));
         }
     }
 
-    /// The column on the edge that is nearest, which leaves it.
-    fn nearest(&mut self) -> Option<Step> {
+    /// Removes and returns the nearest column on the edge.
+    fn nearest(&mut self) -> Option<ColumnDistance> {
         loop {
             let Reverse(step) = self.edge.pop()?;
-            // One that was reached again, on a shorter way, has been here before.
+            // A column that was reached again by a shorter path is already final.
             if let Some(way) = self.reached[step.column].as_mut().filter(|way| !way.is_final) {
                 way.is_final = true;
                 return Some(step);
@@ -162,11 +163,11 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Keeps the prices valid for the assignment that is about to change.
-    fn reprice(&mut self, new: usize, end: f64) {
+    /// Updates the prices so that they stay valid for the assignment that is about to change.
+    fn update_prices(&mut self, new: usize, end: f64) {
         self.row_price[new] += end;
         for &column in &self.settled {
-            let Some(Way { distance, .. }) = self.reached[column] else { continue };
+            let Some(ColumnPath { distance, .. }) = self.reached[column] else { continue };
             self.column_price[column] -= end - distance;
             if let Some(row) = self.row_of[column] {
                 self.row_price[row] += end - distance;
@@ -174,9 +175,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Moves each row on the way from `new` to `column`, which is free by now, one column on.
+    /// Moves each row on the path from `new` to `column`, which is free, to the next column.
     fn shift(&mut self, new: usize, mut column: usize) {
-        while let Some(Way { from, .. }) = self.reached[column] {
+        while let Some(ColumnPath { from, .. }) = self.reached[column] {
             self.row_of[column] = Some(from);
             match self.column_of[from].replace(column) {
                 Some(left) if from != new => column = left,
@@ -186,16 +187,16 @@ impl<'a> Search<'a> {
     }
 }
 
-impl Eq for Step {}
+impl Eq for ColumnDistance {}
 
-impl Ord for Step {
-    /// By distance, then by column, so that the same input gives the same assignment.
+impl Ord for ColumnDistance {
+    /// Orders by distance, then by column, so that the same input gives the same assignment.
     fn cmp(&self, other: &Self) -> Ordering {
         self.distance.total_cmp(&other.distance).then(self.column.cmp(&other.column))
     }
 }
 
-impl PartialOrd for Step {
+impl PartialOrd for ColumnDistance {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
@@ -206,7 +207,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The least sum, by trying every assignment of the rows from `row` on.
+    /// Least sum of costs over every assignment of the rows from `row` on.
     fn brute_force(rows: &[Vec<Candidate>], row: usize, taken: &mut Vec<bool>, alone: f64) -> f64 {
         let Some(candidates) = rows.get(row) else { return 0.0 };
         let mut least = alone + brute_force(rows, row + 1, taken, alone);
@@ -220,9 +221,9 @@ mod tests {
         least
     }
 
-    /// Rows over so many columns, each pair with one chance in two or three; or a full matrix.
+    /// Rows and the number of columns. Each pair exists with a probability of 0.2 to 1: sparse to full matrices.
     fn problems() -> impl Strategy<Value = (usize, Vec<Vec<Candidate>>)> {
-        // Whole numbers below 6 make many ties; the others make none.
+        // Whole numbers below 6 cause many ties; the other costs cause none.
         let cost = prop_oneof![(0..6_i32).prop_map(f64::from), -50.0..50.0_f64];
         (0..7_usize, 0..7_usize, 0.2..1.3_f64).prop_flat_map(move |(rows, columns, chance)| {
             let pair = prop::option::weighted(chance.min(0.9999), cost.clone());
@@ -266,11 +267,11 @@ mod tests {
 
     #[test]
     fn the_cheapest_column_is_given_up_where_the_sum_gains() {
-        // Both rows like column 0; row 1 has nowhere else to go.
+        // Both rows prefer column 0; the alternative of row 1 costs more.
         assert_eq!(assign(&[row(&[1.0, 2.0]), row(&[1.0, 8.0])], 2, 100.0), [Some(1), Some(0)]);
-        // Column 1 costs more than being alone.
+        // Column 1 costs more than having no column.
         assert_eq!(assign(&[row(&[1.0, 5.0]), row(&[2.0, 5.0])], 2, 3.0), [Some(0), None]);
-        // The row that is alone is the one that loses least by it.
+        // The row without a column is the one that loses least by it.
         assert_eq!(assign(&[row(&[4.0]), row(&[1.0]), row(&[2.0])], 1, 100.0), [None, Some(0), None]);
         assert_eq!(assign(&[vec![], vec![]], 0, 1.0), [None, None]);
     }

@@ -1,4 +1,4 @@
-//! Where the detections of a slot are: squares on the ground, found row by row.
+//! Spatial index of a slot's detections: squares on the ground.
 
 use std::ops::{Range, RangeInclusive};
 
@@ -6,18 +6,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::frames::Enu;
 
-/// Indices of positions by square. What is looked for lies in one small part of it, so that a slot with ten thousand
+/// Indices of positions by square. A search covers only the squares near a point, so a slot with ten thousand
 /// detections costs little more than one with a hundred.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Cells {
-    /// Row by row from south to north, and from west to east: row, column and index.
+pub(super) struct GroundCells {
+    /// Row, column and index, ordered by row from south to north, then from west to east.
     squares: Vec<(i32, i32, u32)>,
-    /// The rows that hold something, with their part of `squares`.
+    /// The rows that contain positions, with their ranges in `squares`.
     rows: Vec<(i32, Range<usize>)>,
 }
 
-impl Cells {
-    /// Puts the positions into squares of `side_m`; each goes by its place in the iteration.
+impl GroundCells {
+    /// Sorts the positions into squares of `side_m`; an index is a position's place in the iteration.
     pub(super) fn fill(&mut self, positions: impl Iterator<Item = Enu>, side_m: f64) {
         self.clear();
         self.squares.extend((0..).zip(positions).map(|(index, position)| {
@@ -37,19 +37,20 @@ impl Cells {
         self.rows.clear();
     }
 
-    /// The indices in the square of `point` and the eight around it: all within `side_m` of it over ground, and others.
+    /// Indices in the square of `point` and the eight around it: all within `side_m` over ground, and some beyond.
     pub(super) fn around(&self, point: Enu, side_m: f64) -> impl Iterator<Item = usize> {
         let (row, column) = square(point, side_m);
         let beside = |index: i32| index.saturating_sub(1)..=index.saturating_add(1);
         self.indices(self.parts(beside(row), beside(column)))
     }
 
-    /// The indices of all within `reach_m` of `point` over ground, and others; the squares have sides of `side_m`.
+    /// Indices of all positions within `reach_m` of `point` over ground, and some beyond; `side_m` is the squares'
+    /// side.
     pub(super) fn within(&self, point: Enu, reach_m: f64, side_m: f64) -> impl Iterator<Item = usize> {
         self.indices(self.parts_within(point, reach_m, side_m))
     }
 
-    /// The same, as parts of [`Self::order`].
+    /// Like [`Self::within`], as ranges of [`Self::order`].
     pub(super) fn parts_within(
         &self,
         point: Enu,
@@ -71,7 +72,7 @@ impl Cells {
         parts.flat_map(|part| &self.squares[part]).map(|&(_, _, index)| index as usize)
     }
 
-    /// What lies in these rows and columns: a part of `squares` for each row.
+    /// Ranges of `squares` within these rows and columns, one for each row.
     fn parts(
         &self,
         rows: RangeInclusive<i32>,
@@ -88,7 +89,8 @@ impl Cells {
     }
 }
 
-/// Row and column. `as` saturates, and no position on Earth comes near the limits with squares of a metre or more.
+/// Row and column of a position. `as` saturates, and no position on Earth comes near the limits with squares of 1 m or
+/// more.
 fn square(position: Enu, side_m: f64) -> (i32, i32) {
     let index = |metres: f64| (metres / side_m).floor() as i32;
     (index(position.north()), index(position.east()))
@@ -107,7 +109,7 @@ mod tests {
         ) {
             let positions: Vec<Enu> = positions.into_iter().map(|(e, n)| Enu::new(e, n, 0.0)).collect();
             let point = Enu::new(east, north, 0.0);
-            let mut cells = Cells::default();
+            let mut cells = GroundCells::default();
             cells.fill(positions.iter().copied(), 300.0);
             let found: Vec<usize> = cells.around(point, 300.0).collect();
             for (index, position) in positions.iter().enumerate() {
@@ -125,7 +127,7 @@ mod tests {
         ) {
             let positions: Vec<Enu> = positions.into_iter().map(|(e, n)| Enu::new(e, n, 0.0)).collect();
             let point = Enu::new(east, north, 0.0);
-            let mut cells = Cells::default();
+            let mut cells = GroundCells::default();
             cells.fill(positions.iter().copied(), 100.0);
             let mut found: Vec<usize> = cells.within(point, reach_m, 100.0).collect();
             found.sort_unstable();

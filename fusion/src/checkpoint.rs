@@ -1,11 +1,11 @@
-//! The engine's state as octets, and back: who loads it and goes on publishes what the engine that wrote it would have.
+//! The engine's state as octets, and back. An engine that restores them publishes the same as the one that wrote them.
 //!
 //! | octets | |
 //! |---|---|
 //! | 8 | `utmckpt` and a zero |
-//! | 2 | [`LAYOUT`], big endian as all that follows but the state |
+//! | 2 | [`LAYOUT`], big endian like all numbers outside the state |
 //! | 8 | hash of the settings |
-//! | | the state, as postcard writes it |
+//! | | the state in postcard |
 //! | 8 | hash of all octets before |
 
 use std::mem;
@@ -16,39 +16,39 @@ use serde::de::DeserializeOwned;
 
 use crate::settings::{Profile, Settings};
 
-/// What every checkpoint begins with.
+/// First octets of every checkpoint.
 const MAGIC: &[u8; 8] = b"utmckpt\0";
 
-/// The layout of the state: one more whenever a type that belongs to it has changed, or what its numbers mean. A kept test
-/// holds it to the types (`tests/engine/checkpoint.rs`).
-pub(crate) const LAYOUT: u16 = 9;
+/// Version of the layout. Increment it whenever a type of the state, or the meaning of its numbers, changes. A test with a stored
+/// checkpoint verifies this (`tests/engine/checkpoint.rs`).
+pub(crate) const LAYOUT: u16 = 11;
 
-/// Octets in front of the state.
+/// Number of octets before the state.
 const FRONT: usize = MAGIC.len() + size_of::<u16>() + size_of::<u64>();
-/// And behind it.
+/// Number of octets after the state.
 const BACK: usize = size_of::<u64>();
 
-/// Why octets are not taken for an engine.
+/// Reason why octets are not restored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CheckpointError {
-    /// They do not begin as a checkpoint does.
+    /// The octets do not begin with the mark of a checkpoint.
     #[error("not a checkpoint")]
     NotOne,
-    /// It is one of another layout: another version of the program wrote it.
+    /// The checkpoint has another layout: another version of the program wrote it.
     #[error("a checkpoint of layout {found}, and this version writes {LAYOUT}")]
     Layout {
-        /// Its layout.
+        /// Layout of the checkpoint.
         found: u16,
     },
-    /// It is one of an engine with other settings.
+    /// The checkpoint is of an engine with other settings.
     #[error("a checkpoint of other settings")]
     Settings,
-    /// It is not whole.
+    /// The checkpoint is incomplete or damaged.
     #[error("a checkpoint that is damaged")]
     Damaged,
 }
 
-/// Writes a state of an engine with these settings behind what stands in a buffer.
+/// Appends the state of an engine with these settings to a buffer.
 pub(crate) fn write(settings: &Settings, state: &impl Serialize, octets: &mut Vec<u8>) {
     let begin = octets.len();
     octets.extend(MAGIC);
@@ -59,7 +59,7 @@ pub(crate) fn write(settings: &Settings, state: &impl Serialize, octets: &mut Ve
     octets.extend(hash.to_be_bytes());
 }
 
-/// The state again.
+/// Reads a state.
 pub(crate) fn read<T: DeserializeOwned>(settings: &Settings, octets: &[u8]) -> Result<T, CheckpointError> {
     let rest = octets.strip_prefix(MAGIC).ok_or(CheckpointError::NotOne)?;
     let (layout, _) = rest.split_first_chunk().ok_or(CheckpointError::Damaged)?;
@@ -81,8 +81,8 @@ pub(crate) fn read<T: DeserializeOwned>(settings: &Settings, octets: &[u8]) -> R
     }
 }
 
-/// Settings are the same where every number of them is: their debugging form shows each in full. With however many threads
-/// the same is published.
+/// Hash of the settings, from their debug form, which shows every number in full. The number of threads is excluded, because it
+/// does not change the output.
 fn of_settings(settings: &Settings) -> u64 {
     let mut settings = settings.clone();
     if let Profile::Operational(rules) = &mut settings.profile {
@@ -91,7 +91,7 @@ fn of_settings(settings: &Settings) -> u64 {
     hash(format!("{settings:?}").as_bytes())
 }
 
-/// FNV-1a, eight octets at a time: against accidents, not against anybody.
+/// FNV-1a on eight octets at a time. It detects accidental damage, not manipulation.
 fn hash(octets: &[u8]) -> u64 {
     let mix = |hash: u64, word: u64| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(29);
     let (words, rest) = octets.as_chunks::<8>();
@@ -99,7 +99,7 @@ fn hash(octets: &[u8]) -> u64 {
     rest.iter().fold(mix(hash, rest.len() as u64), |hash, &octet| mix(hash, octet.into()))
 }
 
-/// Arrays of any length, which serde knows up to 32 elements and not at all where the length is a parameter.
+/// Serialisation of arrays of any length; serde supports up to 32 elements, and no generic length.
 pub(crate) mod array {
     use std::fmt;
     use std::marker::PhantomData;
@@ -143,26 +143,26 @@ pub(crate) mod array {
     }
 }
 
-/// Rows of numbers.
+/// Serialisation of rows of numbers.
 pub(crate) mod rows {
     use serde::{Deserializer, Serializer};
 
     use super::array;
 
-    /// A row that knows how to be written.
+    /// A row that can be serialised.
     #[derive(serde::Serialize, serde::Deserialize)]
-    struct Row<const N: usize>(#[serde(with = "array")] [f64; N]);
+    struct NumberRow<const N: usize>(#[serde(with = "array")] [f64; N]);
 
     pub(crate) fn serialize<S: Serializer, const N: usize, const D: usize>(
         rows: &[[f64; N]; D],
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
-        array::serialize(&rows.map(Row), serializer)
+        array::serialize(&rows.map(NumberRow), serializer)
     }
 
     pub(crate) fn deserialize<'de, D: Deserializer<'de>, const N: usize, const R: usize>(
         deserializer: D,
     ) -> Result<[[f64; N]; R], D::Error> {
-        array::deserialize(deserializer).map(|rows: [Row<N>; R]| rows.map(|row| row.0))
+        array::deserialize(deserializer).map(|rows: [NumberRow<N>; R]| rows.map(|row| row.0))
     }
 }

@@ -1,14 +1,14 @@
-//! Numbers as text, for what outlives a restart: decimal, separated by spaces, so that what is read is to the bit what was
-//! written. (As JSON numbers they would be so only with serde_json's `float_roundtrip`; without it the last digit may differ.)
+//! Numbers as text, for saved state: decimal and separated by spaces, so that they are read back bit for bit. JSON
+//! numbers would be exact only with serde_json's `float_roundtrip`; without it the last digit may differ.
 
 use serde::{Deserialize, Serialize};
 
-/// Numbers in their order.
+/// Numbers in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub(crate) struct Decimals(pub(crate) Vec<f64>);
 
-/// Not so many finite numbers: how many there are, and how many belong there.
+/// A list with a wrong number of values, or values that are not finite: the number of values, and the number expected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct WrongNumbers(pub(crate) usize, pub(crate) usize);
 

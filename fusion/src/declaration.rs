@@ -1,8 +1,8 @@
-//! What a drone declares by Remote ID beside identity and position (ASTM F3411), to be published unchanged.
+//! Remote ID declarations of a drone besides identity and position (ASTM F3411), published unchanged.
 
 use serde::{Deserialize, Serialize};
 
-/// Declarations of a drone, as counts of the messages that carry them. All absent: it has no Remote ID.
+/// Declarations of a drone, in the units of the messages that carry them. All absent: the drone has no Remote ID.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Declaration {
     /// Type of aircraft, 0 (not declared) to 15.
@@ -11,29 +11,29 @@ pub struct Declaration {
     pub status: Option<u8>,
     /// Height above take-off or ground.
     pub height: Option<DeclaredHeight>,
-    /// The operator's registration, filled up with NULs; all NUL: not received.
+    /// The operator's registration, padded with NULs; all NUL: not received.
     pub operator_id: [u8; 20],
-    /// Where the operator is.
+    /// The operator's position.
     pub operator: Option<OperatorPlace>,
 }
 
-/// A height that a drone states relative to a place.
+/// A height that a drone states relative to the ground or its take-off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DeclaredHeight {
-    /// Half metres.
+    /// Height, in half metres.
     pub half_metres: i32,
-    /// Above the ground below it; else above the place of its take-off.
+    /// Whether the height is above the ground below the drone; otherwise it is above the take-off location.
     pub is_above_ground: bool,
 }
 
-/// Place of an operator.
+/// An operator's position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OperatorPlace {
-    /// Latitude and longitude, 1e-7 degrees.
+    /// Latitude and longitude, in 1e-7 degrees.
     pub place: [i32; 2],
-    /// Height above the ellipsoid, half metres.
+    /// Height above the ellipsoid, in half metres.
     pub half_metres: Option<i32>,
-    /// How it is known: 0 the place of take-off, 1 measured, 2 fixed.
+    /// Source of the position: 0 take-off location, 1 measured, 2 fixed.
     pub kind: u8,
 }
 
@@ -46,7 +46,7 @@ impl Declaration {
         self.status == Some(EMERGENCY)
     }
 
-    /// The same, with items that are absent taken from an earlier declaration.
+    /// This declaration, with absent items taken from an earlier one.
     #[must_use]
     pub fn or(self, earlier: Self) -> Self {
         Self {

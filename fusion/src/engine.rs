@@ -1,10 +1,12 @@
-//! The engine: told the time and the reports, it yields every slot once. What is published is the profile's to say.
+//! The engine: takes times and reports, and returns every slot once. The profile determines a slot's points.
 //!
-//! Sans-IO: no clock, no socket, no randomness. [`Engine::advance`] first, drained; then [`Engine::handle`].
+//! Sans-IO: no clock, no socket, no randomness. Call [`Engine::advance`] first and drain it, then call
+//! [`Engine::handle`].
 
 mod due;
 mod learnt;
 mod plan;
+mod profile_state;
 
 use std::collections::BTreeMap;
 
@@ -12,71 +14,62 @@ use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 
 use crate::checkpoint::{self, CheckpointError};
-use crate::integrity::{Assessment, HeldWord, Trust, Word};
+use crate::integrity::{ActiveOverride, Assessment, Trust, TrustOverride};
 use crate::numbering::{Given, Keeping, Numbers};
 use crate::operational::{
-    self, Correlation, HeldCorrelation, NotCorrelated, Operational, ResumedCorrelation, SavedCorrelation,
-    Yield,
+    ActiveAssociation, AssociationRefusal, ManualAssociation, Operational, RestoredAssociation,
+    SavedAssociation, SlotOutput,
 };
 use crate::point::Emission;
-use crate::reference::Reference;
-use crate::report::{Identity, Left, Report};
+use crate::report::{Departed, Identity, Report};
 use crate::settings::{Profile, Settings, SettingsError};
 use crate::slots::{Slot, Window};
 use crate::time::Time;
 pub use due::Due;
 use plan::Plan;
+use profile_state::ProfileState;
 
-/// The engine: told the time and the reports, it yields every slot once. See the crate's first page for a whole loop.
+/// The engine: takes times and reports, and returns every slot once. The crate's documentation has a complete loop.
 #[derive(Debug)]
 pub struct Engine {
     settings: Settings,
     clock: Option<Clock>,
-    /// The newest slot that holds a report since the window was last empty.
+    /// Newest slot that contains a report since the window was last empty.
     newest: Option<Slot>,
-    rules: Rules,
+    rules: ProfileState,
     numbers: Numbers,
     plan: Plan,
 }
 
-/// Receptions that stay more than the window behind for this long mean a clock that was set back, and no stragglers.
+/// Receptions that stay more than the window behind for this long mean that the clock of reception was set back.
+/// Shorter runs are late stragglers.
 const SET_BACK: SignedDuration = SignedDuration::from_secs(5);
-
-/// What is published for a slot is the profile's to say.
-#[derive(Debug)]
-enum Rules {
-    Reference(Reference),
-    Operational(Box<Operational>, operational::Settings),
-}
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Clock {
-    /// The latest time told, by a reception or a tick.
+    /// Latest time of a reception or a tick.
     now: Time,
-    /// The latest reception.
+    /// Time of the latest reception.
     received: Time,
-    /// The first of the latest receptions that are more than the window behind; `None` where the last one is not.
+    /// First of the consecutive receptions that are more than the window behind; `None` if the last one is not.
     set_back: Option<Time>,
-    /// The slot to be emitted next.
+    /// The next slot to be emitted.
     next: Slot,
 }
 
-/// Why the engine did not take a report.
+/// Why the engine refused a report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Refused {
-    /// Its slot has already left the window.
+pub enum ReportRefusal {
+    /// The report's slot has already left the window.
     #[error("the report is older than the window")]
     Late,
-    /// Its slot is farther ahead of the window than reports may wait.
+    /// The report's slot is further ahead of the window than reports may wait.
     #[error("the report is too far ahead of the time")]
     Future,
 }
 
 impl Engine {
-    /// An engine that knows nothing yet.
-    ///
-    /// # Errors
-    /// A setting is outside its range.
+    /// Creates an engine without any state.
     pub fn new(settings: Settings) -> Result<Self, SettingsError> {
         settings.check()?;
         let keeping = match settings.profile {
@@ -86,14 +79,14 @@ impl Engine {
         Ok(Self {
             clock: None,
             newest: None,
-            rules: Rules::new(&settings),
+            rules: ProfileState::new(&settings),
             numbers: Numbers::new(settings.grid, keeping, settings.transponder_numbers.clone()),
             plan: Plan::default(),
             settings,
         })
     }
 
-    /// The state as octets: an engine of the same settings that is made of them publishes what this one would have
+    /// Serialises the state: an engine that is restored from it with the same settings publishes the same slots
     /// ([`Engine::restored`]).
     #[must_use]
     pub fn checkpoint(&self) -> Vec<u8> {
@@ -102,39 +95,40 @@ impl Engine {
         octets
     }
 
-    /// The same, written behind what stands in a buffer: of thousands of aircraft it is tens of megabytes.
+    /// Like [`Engine::checkpoint`], appended to a buffer: with thousands of aircraft the state has tens of megabytes.
     pub fn checkpoint_into(&self, octets: &mut Vec<u8>) {
         let Self { settings, clock, newest, rules, numbers, plan } = self;
         let (reference, operational) = match rules {
-            Rules::Reference(reference) => (Some(reference), None),
-            Rules::Operational(operational, _) => (None, Some(operational)),
+            ProfileState::Reference(reference) => (Some(reference), None),
+            ProfileState::Operational(operational, _) => (None, Some(operational)),
         };
         checkpoint::write(settings, &(clock, newest, numbers, plan, reference, operational), octets);
     }
 
-    /// The engine that wrote a checkpoint.
+    /// Restores an engine from a checkpoint.
     ///
     /// # Errors
-    /// It is none, it is damaged, or another version or an engine with other settings wrote it.
+    /// The octets are no checkpoint, are damaged, or were written by another version or with other settings.
     pub fn restored(settings: Settings, octets: &[u8]) -> Result<Self, CheckpointError> {
         let (clock, newest, numbers, plan, reference, operational) = checkpoint::read(&settings, octets)?;
-        let rules = match (Rules::new(&settings), reference, operational) {
-            (Rules::Reference(_), Some(reference), None) => Rules::Reference(reference),
-            (Rules::Operational(_, profile), None, Some(operational)) => {
-                Rules::Operational(operational, profile)
+        let rules = match (ProfileState::new(&settings), reference, operational) {
+            (ProfileState::Reference(_), Some(reference), None) => ProfileState::Reference(reference),
+            (ProfileState::Operational(_, profile), None, Some(operational)) => {
+                ProfileState::Operational(operational, profile)
             }
             _ => return Err(CheckpointError::Damaged),
         };
         Ok(Self { settings, clock, newest, rules, numbers, plan })
     }
 
-    /// Tells the time of a reception; yields the slots that are due before what was received may be handled.
+    /// Advances to the time of a reception; returns the slots that must be emitted before the received reports are
+    /// handled.
     ///
-    /// The first call starts the clock: slots due by then are never emitted. A step of more than the window
-    /// forward, from one reception to the next, emits what is owed and starts afresh with an empty window (numbers and
-    /// registrations stay), whatever was told in between: the receptions alone give the same slots. A step backward changes
-    /// nothing at first. When the receptions stay more than the window behind for 5 s, the clock of reception was set back:
-    /// the engine starts afresh as well.
+    /// The first call starts the clock: slots due by then are never emitted. A step of more than the window forward,
+    /// from one reception to the next, emits the slots that are due and restarts with an empty window (numbers and
+    /// registrations stay). Ticks in between do not matter: the receptions alone give the same slots. A step backward
+    /// changes nothing at first. When the receptions stay more than the window behind for 5 s, the clock of reception
+    /// was set back: the engine restarts as well.
     pub fn advance(&mut self, received: Time) -> Due<'_> {
         let Some(clock) = &mut self.clock else {
             self.start(received);
@@ -155,9 +149,9 @@ impl Engine {
         self.until(received)
     }
 
-    /// Tells the time where nothing is received; yields the slots that are due by then. Nothing before the first
-    /// reception. A step of more than the window forward from the latest time told starts afresh, as
-    /// [`Engine::advance`] does.
+    /// Advances to a time at which nothing is received; returns the slots that are due by then. Before the first
+    /// reception it does nothing. A step of more than the window forward from the latest time restarts the engine, as
+    /// in [`Engine::advance`].
     pub fn tick(&mut self, now: Time) -> Due<'_> {
         let window = self.settings.window();
         match self.clock {
@@ -177,56 +171,57 @@ impl Engine {
         Due { engine: self, last, restart: None }
     }
 
-    /// The end of the input: yields every slot up to the last that holds a report.
+    /// Ends the input: returns every slot up to the last one that is worth a picture.
     pub fn finish(&mut self) -> Due<'_> {
         Due { last: self.last(), engine: self, restart: None }
     }
 
-    /// Looks at a report: where it is in time, [`Offer::take`] takes it in. An offer that is dropped changes nothing.
+    /// Checks the time of a report. [`Offer::accept`] accepts the report; an offer that is dropped changes nothing.
     ///
     /// # Errors
-    /// Its time is outside the window and the slots that may wait behind it.
+    /// The report's time is outside the window and the slots that may wait ahead of it.
     ///
     /// # Panics
-    /// When no time was told before.
-    pub fn offer(&mut self, report: Report) -> Result<Offer<'_>, Refused> {
-        let clock = self.clock.expect("advance() is told the reception before its reports are handled");
+    /// If [`Engine::advance`] was never called.
+    pub fn offer(&mut self, report: Report) -> Result<Offer<'_>, ReportRefusal> {
+        let clock = self.clock.expect("advance() receives the reception time before its reports are handled");
         let slot = self.settings.grid.of(report.time());
         let window = self.window(clock.next);
         if slot < window.first {
-            return Err(Refused::Late);
+            return Err(ReportRefusal::Late);
         }
         if slot > window.last.plus(self.settings.waiting_slots()) {
-            return Err(Refused::Future);
+            return Err(ReportRefusal::Future);
         }
         Ok(Offer { engine: self, slot, report })
     }
 
-    /// Forgets the aircraft of somebody who has left with the next slot: else it would look for it where it was last.
-    pub fn leave(&mut self, left: Left) {
-        if let Rules::Operational(operational, _) = &mut self.rules {
+    /// Forgets, with the next slot, an aircraft that is now tracked elsewhere. Without this call the engine would
+    /// extrapolate it.
+    pub fn forget_departed(&mut self, left: Departed) {
+        if let ProfileState::Operational(operational, _) = &mut self.rules {
             operational.leave(left);
         }
     }
 
-    /// Takes a report in.
+    /// Accepts a report.
     ///
     /// # Errors
     /// As [`Engine::offer`].
     ///
     /// # Panics
-    /// When no time was told before.
-    pub fn handle(&mut self, report: Report) -> Result<(), Refused> {
-        self.offer(report).map(Offer::take)
+    /// If [`Engine::advance`] was never called.
+    pub fn handle(&mut self, report: Report) -> Result<(), ReportRefusal> {
+        self.offer(report).map(Offer::accept)
     }
 
-    /// Whether a reception is so far behind the engine's time that the clock of reception was set back
+    /// Whether a reception is so far behind the engine's time that the clock of reception may have been set back
     /// ([`Engine::advance`]).
     pub fn is_set_back(&self, received: Time) -> bool {
         self.behind(received) > self.settings.window()
     }
 
-    /// How far a reception lies behind the engine's time; zero where it does not.
+    /// How far a reception is behind the engine's time; zero if it is not behind.
     pub fn behind(&self, received: Time) -> SignedDuration {
         self.clock.map_or(SignedDuration::ZERO, |clock| (clock.now - received).max(SignedDuration::ZERO))
     }
@@ -236,162 +231,167 @@ impl Engine {
         self.clock.map(|clock| clock.next)
     }
 
-    /// When the next slot is made, once the clock has started: the settings' lead before its deadline.
+    /// Time at which the next slot is made, once the clock has started: [`Settings::lead`] before its deadline.
     pub fn next_made(&self) -> Option<Time> {
         let Settings { grid, latency_slots, .. } = self.settings;
         Some(grid.open(self.next_slot()?.plus(latency_slots)) + -self.settings.lead())
     }
 
-    /// How long before its deadline a slot is made ([`Settings::lead`]).
+    /// Time between making a slot and its deadline ([`Settings::lead`]).
     pub fn lead(&self) -> SignedDuration {
         self.settings.lead()
     }
 
-    /// Points left out because all transponder numbers were used up.
+    /// Number of points omitted because all transponder numbers were in use.
     pub fn unnumbered(&self) -> u64 {
         self.numbers.unnumbered()
     }
 
-    /// The transponder numbers that somebody has.
+    /// The transponder numbers in use.
     pub fn numbers(&self) -> &Numbers {
         &self.numbers
     }
 
-    /// Numbers are given for good, whatever the profile: for a replay that begins with none.
+    /// Makes numbers permanent in every profile: for a replay that starts without any.
     pub fn keep_numbers_for_good(&mut self) {
         self.numbers.keep_for_good();
     }
 
-    /// Takes over a number given in an earlier life; whether it did ([`Numbers::remember`]).
+    /// Restores a number that was assigned before a restart; returns whether it was accepted ([`Numbers::remember`]).
     pub fn remember(&mut self, given: Given) -> bool {
         self.numbers.remember(given)
     }
 
-    /// The track numbers that aircraft with a transponder keep while they are remembered, each with the slot in which it was given.
-    /// Of the `reference` profile none: there they follow from the transponder's number.
+    /// Track numbers that aircraft with a transponder keep while they are remembered, each with the slot in which it
+    /// was assigned. Empty in the `reference` profile, where they follow from the transponder's number.
     pub fn track_numbers(&self) -> Vec<(Identity, u32, Slot)> {
         match &self.rules {
-            Rules::Reference(_) => Vec::new(),
-            Rules::Operational(operational, _) => operational.track_numbers().collect(),
+            ProfileState::Reference(_) => Vec::new(),
+            ProfileState::Operational(operational, _) => operational.track_numbers().collect(),
         }
     }
 
-    /// Takes over the track numbers before a restart: an aircraft that only a radar saw first keeps its number.
+    /// Restores the track numbers from before a restart: an aircraft that at first only a radar detected keeps its
+    /// number.
     pub fn remember_track_numbers(&mut self, numbers: Vec<(Identity, u32, Slot)>) {
-        if let Rules::Operational(operational, _) = &mut self.rules {
+        if let ProfileState::Operational(operational, _) = &mut self.rules {
             for (identity, number, since) in numbers {
                 operational.remember_track_number(identity, number, since);
             }
         }
     }
 
-    /// An operator's word; it counts from the next slot on, until the radar's track number ends.
+    /// Applies an operator's correlation from the next slot on, until the radar's track number ends.
     ///
     /// # Errors
-    /// The profile knows no decisions, or the radar track or the transponder is not there.
-    pub fn correlate(&mut self, correlation: Correlation) -> Result<(), NotCorrelated> {
+    /// The profile has no correlations, or the radar track or the transponder is not present.
+    pub fn correlate(&mut self, correlation: ManualAssociation) -> Result<(), AssociationRefusal> {
         match (&mut self.rules, self.clock) {
-            (Rules::Reference(_), _) => Err(NotCorrelated::Reference),
-            (Rules::Operational(..), None) => Err(NotCorrelated::NoRadarTrack),
-            (Rules::Operational(operational, profile), Some(clock)) => {
+            (ProfileState::Reference(_), _) => Err(AssociationRefusal::Reference),
+            (ProfileState::Operational(..), None) => Err(AssociationRefusal::NoRadarTrack),
+            (ProfileState::Operational(operational, profile), Some(clock)) => {
                 operational.correlate(correlation, clock.next, profile)
             }
         }
     }
 
-    /// What was decided in a flight that is replayed, each with its slot: it counts from that slot on, as it did then. What
-    /// was decided before the replay begins counts as soon as the radar track is there, within a window's length.
-    pub fn plan(&mut self, mut correlations: Vec<(Slot, Correlation)>) {
+    /// Plans the correlations of a replayed flight. Each takes effect in its slot, as it did live. Those from before
+    /// the replay begins take effect as soon as the radar track is present, within the length of a window.
+    pub fn plan(&mut self, mut correlations: Vec<(Slot, ManualAssociation)>) {
         correlations.sort_by_key(|planned| planned.0);
         self.plan.correlations = correlations;
     }
 
-    /// Correlations of before a restart: each holds again as soon as its radar track is heard again, where that is within the
-    /// break of the radar's track numbers. Before the first reception.
-    pub fn resume(&mut self, kept: Vec<SavedCorrelation>) {
+    /// Restores correlations after a restart. Each takes effect again when a plot of its radar track is received within
+    /// the break of the radar's track numbers. To be called before the first reception.
+    pub fn resume(&mut self, kept: Vec<SavedAssociation>) {
         self.plan.kept = kept;
         if !self.knows_correlations() {
             self.plan.end_kept();
         }
     }
 
-    /// What has become of the decisions of before a restart, each once.
-    pub fn resumed(&mut self) -> Vec<ResumedCorrelation> {
+    /// Outcomes of the correlations restored after a restart; each is returned once.
+    pub fn resumed(&mut self) -> Vec<RestoredAssociation> {
         std::mem::take(&mut self.plan.resumed)
     }
 
-    /// The decisions that a restart would have to know: those in force, and those of the last restart that may still hold.
-    pub fn kept(&self) -> Vec<SavedCorrelation> {
+    /// Correlations to save for a restart: those in force, and restored ones that are still undecided.
+    pub fn saved_associations(&self) -> Vec<SavedAssociation> {
         let in_force = self.operational().map_or_else(Vec::new, Operational::kept);
         in_force.into_iter().chain(self.plan.kept.iter().copied()).collect()
     }
 
-    /// Correlations of the plan that were about what was not there.
+    /// Number of planned correlations whose radar track or transponder was not present.
     pub fn missed(&self) -> u64 {
         self.plan.missed
     }
 
-    /// The decisions that are in force, by radar track.
-    pub fn correlations(&self) -> Vec<HeldCorrelation> {
+    /// The correlations in force, by radar track.
+    pub fn correlations(&self) -> Vec<ActiveAssociation> {
         self.operational().map_or_else(Vec::new, Operational::correlations)
     }
 
-    /// An operator's word on an identity; it counts from the next slot on, until another one does. `false`: the profile knows
-    /// none, or nothing was received yet.
-    pub fn say(&mut self, word: Word) -> bool {
+    /// Applies an operator's trust override of an identity from the next slot on, until the next override. Returns
+    /// `false` if the profile has no overrides or nothing was received yet.
+    pub fn set_trust(&mut self, word: TrustOverride) -> bool {
         match (&mut self.rules, self.clock) {
-            (Rules::Operational(operational, _), Some(clock)) => {
-                // What was said before a restart may still wait for the first slot.
-                let is_over =
-                    |since: Slot, earlier: Word| earlier.identity == word.identity && since <= clock.next;
-                self.plan.words.retain(|&(since, earlier)| !is_over(since, earlier));
-                operational.say(word, clock.next);
+            (ProfileState::Operational(operational, _), Some(clock)) => {
+                // An override from before a restart may still wait for the first slot.
+                let is_over = |since: Slot, earlier: TrustOverride| {
+                    earlier.identity == word.identity && since <= clock.next
+                };
+                self.plan.overrides.retain(|&(since, earlier)| !is_over(since, earlier));
+                operational.set_trust(word, clock.next);
                 true
             }
             _ => false,
         }
     }
 
-    /// What was said in a flight that is replayed, or before a restart, each with its slot: it counts from that slot on, as it
+    /// Plans the trust overrides of a replayed flight or from before a restart. Each takes effect in its slot, as it
     /// did then.
-    pub fn plan_words(&mut self, mut words: Vec<(Slot, Word)>) {
-        words.sort_by_key(|planned| planned.0);
-        self.plan.words = words;
+    pub fn plan_trust_overrides(&mut self, mut overrides: Vec<(Slot, TrustOverride)>) {
+        overrides.sort_by_key(|planned| planned.0);
+        self.plan.overrides = overrides;
     }
 
-    /// The operators' words in force, by identity; those of before a restart from the first report on.
-    pub fn words(&self) -> Vec<HeldWord> {
+    /// The operators' trust overrides in force, by identity, including those from before a restart from the first
+    /// report on.
+    pub fn trust_overrides(&self) -> Vec<ActiveOverride> {
         let (Some(operational), Some(clock)) = (self.operational(), self.clock) else { return Vec::new() };
-        let mut words: BTreeMap<Identity, HeldWord> =
-            operational.words().map(|held| (held.word.identity, held)).collect();
-        for &(since, word) in self.plan.words.iter().take_while(|(since, _)| *since <= clock.next) {
+        let mut overrides: BTreeMap<Identity, ActiveOverride> =
+            operational.trust_overrides().map(|held| (held.word.identity, held)).collect();
+        for &(since, word) in self.plan.overrides.iter().take_while(|(since, _)| *since <= clock.next) {
             match word.trust {
-                Trust::Automatic => words.remove(&word.identity),
-                Trust::Trusted | Trust::Distrusted => words.insert(word.identity, HeldWord { word, since }),
+                Trust::Automatic => overrides.remove(&word.identity),
+                Trust::Trusted | Trust::Distrusted => {
+                    overrides.insert(word.identity, ActiveOverride { word, since })
+                }
             };
         }
-        words.into_values().collect()
+        overrides.into_values().collect()
     }
 
-    /// What is known of each identity heard lately; nothing in the `reference` profile.
+    /// Assessments of the identities received lately; empty in the `reference` profile.
     pub fn assessments(&self) -> impl Iterator<Item = &Assessment> {
         self.operational().into_iter().flat_map(Operational::assessments)
     }
 
-    /// The transponders that something can be decided of; none in the `reference` profile.
+    /// The transponders that an operator can decide on; empty in the `reference` profile.
     pub fn transponders(&self) -> impl Iterator<Item = Identity> {
         self.operational().into_iter().flat_map(Operational::transponders)
     }
 
-    /// Whether the profile knows decisions.
+    /// Whether the profile supports operators' correlations.
     pub fn knows_correlations(&self) -> bool {
         self.operational().is_some()
     }
 
     fn operational(&self) -> Option<&Operational> {
         match &self.rules {
-            Rules::Operational(operational, _) => Some(operational),
-            Rules::Reference(_) => None,
+            ProfileState::Operational(operational, _) => Some(operational),
+            ProfileState::Reference(_) => None,
         }
     }
 
@@ -404,13 +404,15 @@ impl Engine {
 
     fn restart(&mut self, received: Time) {
         self.newest = None;
-        let before = std::mem::replace(&mut self.rules, Rules::new(&self.settings));
-        // A silence says nothing about how the radars are set up.
-        if let (Rules::Operational(now, _), Rules::Operational(before, _)) = (&mut self.rules, before) {
+        let before = std::mem::replace(&mut self.rules, ProfileState::new(&self.settings));
+        // A break in reception does not change how the radars are aligned.
+        if let (ProfileState::Operational(now, _), ProfileState::Operational(before, _)) =
+            (&mut self.rules, before)
+        {
             now.inherit(*before);
         }
         self.start(received);
-        // Correlations ended with what they were about.
+        // Correlations end with their radar tracks.
         let next = self.next_slot();
         self.plan.correlations.retain(|planned| Some(planned.0) >= next);
         self.plan.end_kept();
@@ -431,7 +433,7 @@ impl Engine {
         }
     }
 
-    /// The last slot that is worth a picture: at its deadline the newest report is no older than one is at the usual latency.
+    /// The last slot that is worth a picture: at its deadline the newest report is no older than at the usual latency.
     fn last(&self) -> Option<Slot> {
         Some(self.newest?.plus(self.settings.lasting_slots()))
     }
@@ -443,18 +445,18 @@ impl Engine {
         clock.next = slot.plus(1);
         let (window, last) = (self.window(slot), self.last());
         let Self { settings, rules, numbers, plan, .. } = self;
-        numbers.turn(slot);
-        if let Rules::Operational(operational, profile) = rules {
+        numbers.begin_slot(slot);
+        if let ProfileState::Operational(operational, profile) = rules {
             plan.carry_out(slot, settings.window_slots, operational, profile);
             plan.resume((slot, settings.grid.centre(slot)), operational, profile);
         }
-        let Yield { points, concerns, newcomers, now } = match rules {
-            Rules::Reference(reference) => reference.emit(&window, numbers).into(),
-            // Behind the last report of all nobody is extrapolated: a replay ends there, too.
-            Rules::Operational(operational, profile) if last.is_none_or(|last| slot > last) => {
+        let SlotOutput { points, concerns, newcomers, now } = match rules {
+            ProfileState::Reference(reference) => reference.emit(&window, numbers).into(),
+            // No aircraft is extrapolated after the last report of the input: a replay ends there, too.
+            ProfileState::Operational(operational, profile) if last.is_none_or(|last| slot > last) => {
                 operational.skip(slot, settings.grid, profile)
             }
-            Rules::Operational(operational, profile) => {
+            ProfileState::Operational(operational, profile) => {
                 operational.emit(slot, settings.grid, profile, numbers)
             }
         };
@@ -463,20 +465,7 @@ impl Engine {
     }
 }
 
-impl Rules {
-    fn new(settings: &Settings) -> Self {
-        match &settings.profile {
-            Profile::Reference(rules) => Self::Reference(Reference::new(settings, rules)),
-            Profile::Operational(rules) => {
-                let latency = settings.grid.slot() * settings.latency_slots as i32;
-                let rules = operational::Settings::new(&settings.sensors, latency, rules);
-                Self::Operational(Box::default(), rules)
-            }
-        }
-    }
-}
-
-/// A report that is in time, and not taken in yet.
+/// A report whose time is accepted, and that is not yet handled.
 #[derive(Debug)]
 pub struct Offer<'a> {
     engine: &'a mut Engine,
@@ -485,13 +474,13 @@ pub struct Offer<'a> {
 }
 
 impl Offer<'_> {
-    /// Takes it in.
-    pub fn take(self) {
+    /// Accepts the report.
+    pub fn accept(self) {
         let Self { engine, slot, report } = self;
         engine.newest = engine.newest.max(Some(slot));
         match &mut engine.rules {
-            Rules::Reference(reference) => reference.handle(report),
-            Rules::Operational(operational, _) => operational.handle(report),
+            ProfileState::Reference(reference) => reference.handle(report),
+            ProfileState::Operational(operational, _) => operational.handle(report),
         }
     }
 }

@@ -1,5 +1,5 @@
-//! WGS-84 geometry: geodetic, Earth-centred (ECEF) and local east-north-up (ENU) positions as types that cannot be mixed up;
-//! ENU at the site and ENU at a radar are two of them. Checked against PROJ: `fusion/tests/oracles.rs`.
+//! WGS-84 geometry: geodetic, Earth-centred (ECEF) and local east-north-up (ENU) positions as types that cannot be
+//! mixed up. ENU at the site and ENU at a radar are two types. Checked against PROJ in `fusion/tests/oracles.rs`.
 
 use std::marker::PhantomData;
 
@@ -30,11 +30,11 @@ pub struct Geodetic {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ecef(pub Vector3<f64>);
 
-/// The site's axes: those of the tangent plane at its origin. All that is fused is in these.
+/// The site's axes: those of the tangent plane at its origin. Fusion uses only these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AtSite {}
 
-/// A radar's own axes: those of the tangent plane where it stands.
+/// A radar's own axes: those of the tangent plane at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AtRadar {}
 
@@ -73,7 +73,7 @@ impl Geodetic {
         SEMI_MAJOR_M / (1.0 - E2 * self.latitude.sin().powi(2)).sqrt()
     }
 
-    /// Radii of curvature on the ellipsoid: of the meridian M and of the prime vertical N', metres.
+    /// Radii of curvature on the ellipsoid, metres: of the meridian, M, and of the prime vertical, N'.
     pub fn curvature_m(&self) -> (f64, f64) {
         let prime_vertical_m = self.prime_vertical_m();
         let meridian_m = prime_vertical_m * (1.0 - E2) / (1.0 - E2 * self.latitude.sin().powi(2));
@@ -85,7 +85,7 @@ impl Geodetic {
         SEMI_MINOR_M / (1.0 - E2 * self.latitude.sin().powi(2))
     }
 
-    /// The same place, Earth-centred.
+    /// Converts to Earth-centred coordinates.
     pub fn to_ecef(&self) -> Ecef {
         let n = self.prime_vertical_m();
         let (sin_lat, cos_lat) = self.latitude.sin_cos();
@@ -96,8 +96,8 @@ impl Geodetic {
 }
 
 impl Ecef {
-    /// The same place, geodetic: Bowring's formula on the parametric latitude (Survey Review 28, 1985), repeated until
-    /// it stands still. Near the Earth's surface two rounds are below a nanometre.
+    /// Converts to geodetic coordinates by Bowring's formula on the parametric latitude (Survey Review 28, 1985), in
+    /// three rounds. Near the Earth's surface the error is below a nanometre after two.
     pub fn to_geodetic(&self) -> Geodetic {
         let (x, y, z) = (self.0.x, self.0.y, self.0.z);
         let in_plane = x.hypot(y);
@@ -111,7 +111,7 @@ impl Ecef {
             parametric = ((1.0 - FLATTENING) * latitude.sin()).atan2(latitude.cos());
         }
         let (sin, cos) = latitude.sin_cos();
-        // Holds at the poles too, where z / sin - N or p / cos - N would lose one of them.
+        // Valid at the poles too, where z / sin - N or p / cos - N would lose precision.
         let height_m = in_plane * cos + z * sin - SEMI_MAJOR_M * (1.0 - E2 * sin * sin).sqrt();
         Geodetic { latitude, longitude: y.atan2(x), height_m }
     }
@@ -145,33 +145,25 @@ impl<F> Enu<F> {
     }
 }
 
-/// A tangent plane: its origin, and the way to and from Earth-centred positions.
-///
-/// ```
-/// use utm_fusion_engine::frames::{Geodetic, TangentPlane};
-///
-/// let site = TangentPlane::at_site(Geodetic::from_degrees(60.0, 10.0, 120.0));
-/// let there = site.from_geodetic(Geodetic::from_degrees(60.001, 10.0, 120.0));
-/// assert!((there.north() - 111.4).abs() < 0.1);
-/// ```
+/// A tangent plane: its origin, and the conversion to and from Earth-centred positions.
 #[derive(Clone, Debug)]
 pub struct TangentPlane<F = AtSite> {
     origin: Geodetic,
     origin_ecef: Vector3<f64>,
-    /// Turns Earth-centred differences into east, north, up.
+    /// Rotates Earth-centred differences into east, north, up.
     to_enu: Rotation3<f64>,
     frame: PhantomData<F>,
 }
 
 impl TangentPlane {
-    /// The site's plane, which touches at `origin`.
+    /// The site's plane, which touches the ellipsoid at `origin`.
     pub fn at_site(origin: Geodetic) -> Self {
         Self::at(origin)
     }
 }
 
 impl<F: Copy> TangentPlane<F> {
-    /// East-north-up at `origin`.
+    /// The tangent plane at `origin`.
     pub fn at(origin: Geodetic) -> Self {
         let (sin_lat, cos_lat) = origin.latitude.sin_cos();
         let (sin_lon, cos_lon) = origin.longitude.sin_cos();
@@ -184,12 +176,13 @@ impl<F: Copy> TangentPlane<F> {
         Self { origin, origin_ecef: origin.to_ecef().0, to_enu, frame: PhantomData }
     }
 
-    /// Where the tangent plane touches.
+    /// The position at which the plane touches the ellipsoid.
     pub fn origin(&self) -> Geodetic {
         self.origin
     }
 
-    /// The turn that makes of this frame's axes those of another; none where both touch at one latitude and longitude.
+    /// Rotation from this frame's axes to those of another; the identity if both origins have one latitude and
+    /// longitude.
     pub fn turn_to<G>(&self, other: &TangentPlane<G>) -> Rotation3<f64> {
         if (self.origin.latitude, self.origin.longitude) == (other.origin.latitude, other.origin.longitude) {
             return Rotation3::identity();
@@ -197,28 +190,28 @@ impl<F: Copy> TangentPlane<F> {
         other.to_enu * self.to_enu.inverse()
     }
 
-    /// An Earth-centred position in this frame.
+    /// Converts an Earth-centred position to this frame.
     pub fn from_ecef(&self, position: Ecef) -> Enu<F> {
         Enu::from(self.to_enu * (position.0 - self.origin_ecef))
     }
 
-    /// A position of this frame, Earth-centred.
+    /// Converts a position of this frame to Earth-centred coordinates.
     pub fn to_ecef(&self, position: Enu<F>) -> Ecef {
         Ecef(self.origin_ecef + self.to_enu.inverse() * position.0)
     }
 
-    /// A geodetic position in this frame.
+    /// Converts a geodetic position to this frame.
     pub fn from_geodetic(&self, position: Geodetic) -> Enu<F> {
         self.from_ecef(position.to_ecef())
     }
 
-    /// A position of this frame, geodetic.
+    /// Converts a position of this frame to geodetic coordinates.
     pub fn to_geodetic(&self, position: Enu<F>) -> Geodetic {
         self.to_ecef(position).to_geodetic()
     }
 }
 
-/// Where a radar stands in the site's frame, and how its axes are turned against the site's.
+/// A radar's position in the site's frame, and the rotation of its axes relative to the site's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RadarFrame {
     origin: Enu,
@@ -226,35 +219,36 @@ pub struct RadarFrame {
 }
 
 impl RadarFrame {
-    /// A radar that stands at `radar` and whose axes are those of the tangent plane there: turned against the site's by the
-    /// convergence of the meridians and the curvature of the Earth; not at all where it stands at the site's origin.
+    /// A radar at `radar` with the axes of the tangent plane there. They are rotated relative to the site's by the
+    /// convergence of the meridians and the curvature of the Earth; at the site's origin they coincide.
     pub fn new(site: &TangentPlane, radar: Geodetic) -> Self {
         let own = TangentPlane::<AtRadar>::at(radar);
         Self { origin: site.from_geodetic(radar), to_site: own.turn_to(site) }
     }
 
-    /// A radar at `origin` whose axes are the site's: exact at the site's origin, and good near it (at 10 km they are turned
-    /// by up to 0.1° about the horizontal, and about the vertical by 0.1° times the tangent of the latitude).
+    /// A radar at `origin` whose axes are the site's: exact at the site's origin, and accurate near it. At 10 km the
+    /// true axes are rotated by up to 0.1° about the horizontal, and about the vertical by 0.1° times the tangent of
+    /// the latitude.
     pub fn parallel(origin: Enu) -> Self {
         Self { origin, to_site: Rotation3::identity() }
     }
 
-    /// The radar's place in the site's frame.
+    /// The radar's position in the site's frame.
     pub fn origin(&self) -> Enu {
         self.origin
     }
 
-    /// A position as seen from the radar.
+    /// Converts a position of the site's frame to the radar's frame.
     pub fn from_site(&self, position: Enu) -> Enu<AtRadar> {
         self.vector_from_site(position.0 - self.origin.0).into()
     }
 
-    /// A position relative to the radar, in the site's frame.
+    /// Converts a position of the radar's frame to the site's frame.
     pub fn to_site(&self, position: Enu<AtRadar>) -> Enu {
         (self.origin.0 + self.to_site * position.0).into()
     }
 
-    /// A difference of positions, or a velocity, of the site's axes in the radar's.
+    /// Rotates a difference of positions, or a velocity, from the site's axes to the radar's.
     pub fn vector_from_site(&self, vector: Vector3<f64>) -> Vector3<f64> {
         self.to_site.inverse() * vector
     }
@@ -264,7 +258,7 @@ impl RadarFrame {
 mod tests {
     use super::*;
 
-    /// A step of a radar's axes, taken on the Earth and back, is that step of the site's axes.
+    /// A displacement along the radar's axes, computed on the Earth, equals the displacement computed by the frame.
     #[test]
     fn a_radars_axes_are_those_where_it_stands() {
         let origin = Geodetic::from_degrees(58.0, 10.0, 100.0);

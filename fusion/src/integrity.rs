@@ -1,6 +1,6 @@
-//! Whether a transponder's identity can be trusted, and what speaks against it (`operational` profile).
+//! Trust in a transponder's identity, and the evidence against it (`operational` profile).
 //!
-//! A flag informs: it moves no position. What each state means is in `docs/INTEGRITY.md`.
+//! A flag moves no position. `docs/INTEGRITY.md` defines the states.
 
 mod bank;
 mod motion;
@@ -14,21 +14,21 @@ use crate::report::{Identity, RadarTrackKey};
 use crate::slots::Slot;
 use crate::time::Time;
 
-pub(crate) use bank::{Bank, Delay, Look, Slow};
-pub(crate) use motion::{Motion, Step};
+pub(crate) use bank::{HypothesisBank, PersistentErrors, StampDelay, TrackObservation};
+pub(crate) use motion::{MotionComparison, MotionStep};
 pub(crate) use rules::{Finding, Jammed, ReportRules};
 
-/// How far a transponder's identity can be trusted.
+/// Degree to which a transponder's identity can be trusted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum State {
-    /// Nothing independent speaks for or against it.
+    /// No independent evidence for or against the identity.
     #[default]
     Unverified,
-    /// Radar agrees.
+    /// A radar agrees with the positions.
     Verified,
-    /// Something speaks against it.
+    /// Evidence contradicts the identity.
     Suspect,
-    /// Two independent radar tracks speak against it, or what cannot be honest.
+    /// Two independent radar tracks contradict the identity, or it reports what an honest transponder cannot.
     Failed,
 }
 
@@ -40,30 +40,30 @@ crate::interface_names!(State {
 });
 
 impl State {
-    /// Whether it is suspect or failed.
+    /// Whether the state is suspect or failed.
     pub const fn is_flagged(self) -> bool {
         matches!(self, Self::Suspect | Self::Failed)
     }
 }
 
-/// What speaks against an identity.
+/// Kind of evidence against an identity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Reason {
-    /// Radar tracks that are its own see it elsewhere.
+    /// A radar sees the aircraft away from the reported positions.
     Radar,
-    /// A report lies where the motion before it did not lead.
+    /// A report lies far from the predicted motion.
     Jump,
-    /// The position stands still to the octet.
+    /// The position does not change by a single octet.
     Frozen,
-    /// Earlier reports come again.
+    /// Earlier reports are repeated.
     Replay,
-    /// Two transmitters send it.
+    /// Two transmitters send the identity.
     Duplicate,
-    /// It has changed places with another identity.
+    /// The identity has changed places with another one.
     Swapped,
-    /// The stated velocity is not that of the positions.
+    /// The stated velocity does not match the positions.
     Velocity,
-    /// The time stamps are off.
+    /// The time stamps are wrong.
     Time,
 }
 
@@ -83,28 +83,28 @@ crate::interface_names!(Reason {
 pub struct Reasons(u8);
 
 impl Reasons {
-    /// Adds one.
+    /// Adds a reason.
     pub fn insert(&mut self, reason: Reason) {
         self.0 |= 1 << reason as u8;
     }
 
-    /// Whether it is in the set.
+    /// Whether the set contains a reason.
     pub fn contains(self, reason: Reason) -> bool {
         self.0 & (1 << reason as u8) != 0
     }
 
-    /// Whether there is none.
+    /// Whether the set is empty.
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Those of either set.
+    /// Union of two sets.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// In the order of [`Reason::ALL`].
+    /// The reasons in the order of [`Reason::ALL`].
     pub fn iter(self) -> impl Iterator<Item = Reason> {
         Reason::ALL.into_iter().filter(move |&reason| self.contains(reason))
     }
@@ -118,48 +118,48 @@ impl FromIterator<Reason> for Reasons {
     }
 }
 
-/// What is published of it with a point that a transponder takes part in.
+/// Integrity of the transponder of a published point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PointIntegrity {
-    /// The state.
+    /// State of the identity.
     pub state: State,
-    /// Log-likelihood ratio of "it lies" to "it does not", by radar.
+    /// Natural logarithm of the likelihood ratio, by radar, that the transponder reports false positions.
     pub index: f64,
-    /// The offset that radar would not have shown by now, metres: radius that holds 95 %. `None`: nothing bounds it.
+    /// Largest offset that radar could have missed so far, metres: radius that holds 95 %. `None`: no radar bounds it.
     pub protection_level_m: Option<f64>,
-    /// Estimated distance between where it says it is and where radar sees it, metres; of a suspect only.
+    /// Estimated distance between the reported and the radar's position, metres; only of a suspect.
     pub offset_m: Option<f64>,
-    /// What speaks against it.
+    /// Evidence against the identity.
     pub reasons: Reasons,
 }
 
-/// What is known of an identity that was heard lately.
+/// Integrity of an identity with recent reports.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Assessment {
-    /// Who.
+    /// The identity.
     pub identity: Identity,
-    /// Its transponder number, where it has one.
+    /// Transponder number of the identity, if assigned.
     pub number: Option<u32>,
     /// State, index, protection level, offset and reasons.
     pub integrity: PointIntegrity,
-    /// When the state began: the slot's centre.
+    /// Time of the slot's centre at which the state began.
     pub since: Time,
-    /// Estimated offset of its positions, east and north, metres, with covariance, m²; of a suspect only.
+    /// Estimated offset of the positions, east and north, metres, with covariance, m²; only of a suspect.
     pub offset: Option<(Vector2<f64>, Matrix2<f64>)>,
-    /// Time of its newest report.
+    /// Time of the newest report.
     pub heard: Time,
-    /// Whether it has fallen silent.
+    /// Whether the identity has fallen silent.
     pub is_silent: bool,
-    /// What an operator says of it; never [`Trust::Automatic`].
+    /// Override by an operator; never [`Trust::Automatic`].
     pub trust: Option<Trust>,
-    /// Track number of the aircraft that a radar sees where it is not.
+    /// Track number of the aircraft that a radar sees away from the reported positions.
     pub twin: Option<u32>,
-    /// The last radar tracks that it was compared with, the latest first.
+    /// Latest radar tracks that the identity was compared with, the newest first.
     pub evidence: Vec<Evidence>,
 }
 
 impl Assessment {
-    /// Nothing is known of it but that it was heard then.
+    /// An identity that was first received at `time`, without evidence.
     pub(crate) fn new(identity: Identity, time: Time) -> Self {
         Self {
             identity,
@@ -182,113 +182,125 @@ impl Assessment {
     }
 }
 
-/// What a radar track says of an identity.
+/// Evidence of a radar track on an identity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// The radar track.
     pub track: RadarTrackKey,
-    /// Whether it was where the transponder says; otherwise it flies alike elsewhere.
+    /// Whether the radar track was at the reported position; otherwise it flies the same motion elsewhere.
     pub is_near: bool,
-    /// The first second that counted.
+    /// First second that counted.
     pub from: Time,
-    /// How many seconds counted.
+    /// Number of seconds that counted.
     pub seconds: u32,
-    /// What it added to the index.
+    /// Contribution to the index.
     pub gain: f64,
 }
 
-/// What an operator says of an identity: it overrides the state, not the index.
+/// Override of an identity's state by an operator. The index is not changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Trust {
-    /// It is what it says: never suspect or failed.
+    /// The identity is never suspect or failed.
     Trusted,
-    /// It is not: failed.
+    /// The identity is always failed.
     Distrusted,
-    /// Left to the evidence again.
+    /// The evidence decides; removes an override.
     Automatic,
 }
 
 crate::interface_names!(Trust { Trusted = "trusted", Distrusted = "distrusted", Automatic = "automatic" });
 
 impl Trust {
-    /// The one of that name.
+    /// The override with this name.
     pub fn of_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|trust| trust.name() == name)
     }
 }
 
-/// What an operator says of an identity.
+/// An operator's decision on an identity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Word {
-    /// Who.
+pub struct TrustOverride {
+    /// The identity.
     pub identity: Identity,
-    /// What.
+    /// The override.
     pub trust: Trust,
 }
 
-/// An operator's word in force.
+/// An operator's override in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct HeldWord {
-    /// The word; never [`Trust::Automatic`].
-    pub word: Word,
-    /// The first slot published by it.
+pub struct ActiveOverride {
+    /// The decision; never [`Trust::Automatic`].
+    pub word: TrustOverride,
+    /// First slot published with the override.
     pub since: Slot,
 }
 
-/// What is wrong with transponders at a slot: in every emission for as long as it holds.
+/// Problem with transponders at a slot, repeated in every emission while it lasts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Concern {
     /// An identity is suspect or failed.
     Integrity {
-        /// Who.
+        /// The identity.
         identity: Identity,
-        /// Track number of its point.
+        /// Track number of the identity's point.
         track: Option<u32>,
-        /// Track number of the aircraft that a radar sees where it is not.
+        /// Track number of the aircraft that a radar sees away from the reported positions.
         twin: Option<u32>,
         /// Suspect or failed.
         state: State,
-        /// What speaks against it.
+        /// Evidence against the identity.
         reasons: Reasons,
-        /// How far its positions are off, metres, where that is known.
+        /// Offset of the positions, metres, if estimated.
         offset_m: Option<f64>,
     },
-    /// An identity has been silent for longer than gaps last, by itself, and a radar still sees it.
+    /// One identity alone has been silent for longer than usual gaps, while a radar still sees the aircraft.
     Silent {
-        /// Who.
+        /// The identity.
+        identity: Identity,
+        /// Track number of the identity's point.
+        track: Option<u32>,
+        /// Time of the last report.
+        heard: Time,
+    },
+    /// A transponder's heights differ from those of radars by a constant: their reference is unknown. Its integrity state does not
+    /// change.
+    Height {
+        /// Identity of the transponder.
         identity: Identity,
         /// Track number of its point.
         track: Option<u32>,
-        /// Its last report.
-        heard: Time,
+        /// Reported less true height, metres.
+        offset_m: f64,
+        /// Standard deviation of the offset, metres.
+        deviation_m: f64,
     },
     /// Many identities fell silent at once.
     Jamming {
-        /// Who.
+        /// The identities.
         identities: Vec<Identity>,
-        /// Where they were heard last.
+        /// Last reported positions of the identities.
         places: Vec<Enu>,
-        /// When the first of them fell silent: its last report.
+        /// Time of the last report of the identity that fell silent first.
         since: Time,
     },
 }
 
-/// The numbers of the integrity.
+/// Settings of the integrity checks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IntegrityRules {
-    /// What is done about a transponder that lies.
+    /// Action on a transponder that reports false positions.
     pub action: Action,
-    /// The index above which an identity is suspect (9).
+    /// Index above which an identity is suspect (default 8.5).
     pub on: f64,
-    /// The index below which it is no longer (2).
+    /// Index below which an identity is no longer suspect (default 2).
     pub off: f64,
-    /// The protection level up to which an identity is verified, metres (60).
+    /// Protection level up to which an identity is verified, metres (default 100).
     pub alert_limit_m: f64,
-    /// Whether the covariance of a suspect holds its offset.
+    /// Whether the covariance of a suspect includes its offset.
     pub accuracy: bool,
-    /// Whether what a radar sees where a suspect is not is published as soon as it lasts 2 s.
+    /// Whether a radar track away from a suspect's positions is published as an aircraft of its own once it has lasted 2 s.
     pub show_twin: bool,
-    /// Whether a suspect counts for nothing in the registration and the association of others.
+    /// Whether a suspect is ignored in the registration and in the association of others.
     pub protect: bool,
 }
 
@@ -306,14 +318,14 @@ impl Default for IntegrityRules {
     }
 }
 
-/// What is done about a transponder that lies.
+/// Action on a transponder that reports false positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Action {
-    /// Nothing is computed.
+    /// Integrity is not computed.
     Off,
-    /// It is flagged.
+    /// The transponder is flagged.
     #[default]
     Flag,
-    /// It is flagged, and published where it says it is, apart from what the radar sees.
+    /// The transponder is flagged, and published at its reported position, separate from the radar's aircraft.
     Split,
 }

@@ -1,7 +1,7 @@
-//! Piecewise cubic Hermite interpolation that keeps the shape of its data (PCHIP).
+//! Piecewise cubic Hermite interpolation that preserves the shape of its data (PCHIP).
 //!
 //! Fritsch and Carlson, *Monotone piecewise cubic interpolation* (SIAM J. Numer. Anal. 17, 1980), with the weighted
-//! harmonic mean of Fritsch and Butland and the one-sided end formula that MATLAB and SciPy use. Proved against SciPy:
+//! harmonic mean of Fritsch and Butland and the one-sided end formula of MATLAB and SciPy. Checked against SciPy in
 //! `fusion/tests/oracles.rs`.
 
 use nalgebra::Vector3;
@@ -9,43 +9,43 @@ use serde::{Deserialize, Serialize};
 
 use crate::time::Time;
 
-/// A point that the curve goes through.
+/// A point on the curve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Knot {
-    /// When.
+    /// Time of the knot.
     pub time: Time,
-    /// Where, metres.
+    /// Position, metres.
     pub position: Vector3<f64>,
 }
 
-/// A curve that is evaluated more often than its knots change: with the slopes at hand.
+/// A curve with stored slopes, because it is evaluated more often than its knots change.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Curve {
+pub(crate) struct HermiteCurve {
     knots: Vec<Knot>,
-    /// At each knot; of a single knot none.
+    /// Slope at each knot; zero if there is only one knot.
     slopes: Vec<Vector3<f64>>,
 }
 
-impl Curve {
-    /// By time.
+impl HermiteCurve {
+    /// The knots, by time.
     pub(crate) fn knots(&self) -> &[Knot] {
         &self.knots
     }
 
-    /// Puts a knot between those before `index` and the others.
+    /// Inserts a knot at `index`.
     pub(crate) fn insert(&mut self, index: usize, knot: Knot) {
         self.knots.insert(index, knot);
         self.slopes.insert(index, Vector3::zeros());
         self.slope_around(index);
     }
 
-    /// Puts a knot in the place of another one.
+    /// Replaces the knot at `index`.
     pub(crate) fn replace(&mut self, index: usize, knot: Knot) {
         self.knots[index] = knot;
         self.slope_around(index);
     }
 
-    /// Forgets the first knots.
+    /// Removes the first `count` knots.
     pub(crate) fn forget(&mut self, count: usize) {
         if count > 0 {
             self.knots.drain(..count);
@@ -54,7 +54,7 @@ impl Curve {
         }
     }
 
-    /// Works out the slopes that a change at a knot changes: that at an end rests on the next two knots.
+    /// Recomputes the slopes that depend on the knot at `index`: the slope at an end depends on the next two knots.
     fn slope_around(&mut self, index: usize) {
         let Self { knots, slopes } = self;
         if knots.len() < 2 {
@@ -67,17 +67,17 @@ impl Curve {
     }
 
     /// The piece from knot `index` to the next.
-    pub(crate) fn piece(&self, index: usize) -> Piece {
+    pub(crate) fn piece(&self, index: usize) -> CubicPiece {
         let (from, to) = (self.knots[index], self.knots[index + 1]);
         let length_s = to.time.seconds_since(from.time);
         let (from_slope, to_slope) = (self.slopes[index], self.slopes[index + 1]);
-        Piece { from, to, length_s, from_slope, to_slope }
+        CubicPiece { from, to, length_s, from_slope, to_slope }
     }
 }
 
-/// The cubic between two neighbouring knots.
+/// The cubic between two adjacent knots.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece {
+pub(crate) struct CubicPiece {
     from: Knot,
     to: Knot,
     length_s: f64,
@@ -85,9 +85,9 @@ pub(crate) struct Piece {
     to_slope: Vector3<f64>,
 }
 
-impl Piece {
-    /// The piece from knot `index` to the next; slopes come from the neighbours in `knots` (two or more, times strictly
-    /// increasing).
+impl CubicPiece {
+    /// The piece from knot `index` to the next. Slopes are computed from the adjacent knots (`knots` has at least two,
+    /// with strictly increasing times).
     fn of(knots: &[Knot], index: usize) -> Self {
         let (from, to) = (knots[index], knots[index + 1]);
         Self {
@@ -99,17 +99,17 @@ impl Piece {
         }
     }
 
-    /// Whether `time` is between its knots, and not at one of them.
+    /// Whether `time` is between the piece's knots, and not at one of them.
     pub(crate) fn spans(&self, time: Time) -> bool {
         self.from.time < time && time < self.to.time
     }
 
-    /// From its first knot to `time`, and from there to the other one, seconds.
+    /// Time from the first knot to `time`, and from there to the second knot, seconds.
     pub(crate) fn apart_s(&self, time: Time) -> (f64, f64) {
         (time.seconds_since(self.from.time), self.to.time.seconds_since(time))
     }
 
-    /// Mean speed over ground between its knots, metres a second.
+    /// Mean speed over ground between the knots, metres a second.
     pub(crate) fn speed_m_s(&self) -> f64 {
         (self.to.position - self.from.position).xy().norm() / self.length_s
     }
@@ -126,8 +126,8 @@ impl Piece {
     }
 }
 
-/// The position of the curve through `knots` at `time`: on a knot the knot itself; outside the knots, or with fewer than
-/// two, nothing.
+/// Position of the curve through `knots` at `time`. At a knot it is the knot itself; outside the knots, or with fewer
+/// than two, it is `None`.
 pub fn evaluate(knots: &[Knot], time: Time) -> Option<Vector3<f64>> {
     let index = knots.partition_point(|knot| knot.time <= time).checked_sub(1)?;
     if knots.len() < 2 {
@@ -136,10 +136,10 @@ pub fn evaluate(knots: &[Knot], time: Time) -> Option<Vector3<f64>> {
     if knots[index].time == time {
         return Some(knots[index].position);
     }
-    (index + 1 < knots.len()).then(|| Piece::of(knots, index).at(time))
+    (index + 1 < knots.len()).then(|| CubicPiece::of(knots, index).at(time))
 }
 
-/// The derivative at a knot, metres per second, each axis by itself.
+/// The derivative at a knot, metres per second, each axis on its own.
 fn slope(knots: &[Knot], index: usize) -> Vector3<f64> {
     let step = |i: usize| knots[i + 1].time.seconds_since(knots[i].time);
     let secant = |i: usize| (knots[i + 1].position - knots[i].position) / step(i);
@@ -156,7 +156,7 @@ fn slope(knots: &[Knot], index: usize) -> Vector3<f64> {
     }
 }
 
-/// Weighted harmonic mean of the secants, flat at an extremum.
+/// Weighted harmonic mean of the secants; zero at an extremum.
 fn interior_slope(before: f64, after: f64, d0: f64, d1: f64) -> f64 {
     if d0 * d1 <= 0.0 {
         return 0.0;
@@ -165,7 +165,7 @@ fn interior_slope(before: f64, after: f64, d0: f64, d1: f64) -> f64 {
     (w1 + w2) / (w1 / d0 + w2 / d1)
 }
 
-/// The three-point formula at an end, clamped so that the shape is kept; `near` and `d0` belong to the end's own piece.
+/// The three-point formula at an end, clamped to preserve the shape; `near` and `d0` belong to the piece at the end.
 fn end_slope(near: f64, far: f64, d0: Vector3<f64>, d1: Vector3<f64>) -> Vector3<f64> {
     d0.zip_map(&d1, |d0, d1| {
         let slope = ((2.0 * near + far) * d0 - near * d1) / (near + far);
@@ -190,7 +190,7 @@ mod tests {
         fn a_curve_is_what_its_knots_are_evaluated_to(
             steps in prop::collection::vec((0..5_u8, 0..40_i64, -50.0..50.0_f64), 1..60),
         ) {
-            let mut curve = Curve::default();
+            let mut curve = HermiteCurve::default();
             for (step, second, east_m) in steps {
                 let knot = Knot { time: Time::from_nanos(second), position: Vector3::new(east_m, 7.0, -east_m) };
                 match curve.knots().binary_search_by_key(&knot.time, |knot| knot.time) {

@@ -1,11 +1,11 @@
 //! Fuses the reports of radars and transponders of drones into one air picture.
 //!
-//! Sans-IO: no clock, no socket, no file, no random number. The [`Engine`] is told the time and the reports, and yields every
-//! slot once, with its points; the same input gives the same output, to the byte. Two profiles: `reference` follows Cisek,
-//! Brekke, Jahangir, Johansen, *Track-to-track data fusion for Unmanned Traffic Management System*; `operational` estimates
-//! one target per aircraft.
+//! Sans-IO: no clock, no socket, no file, no random number. The [`Engine`] takes times and reports and returns every
+//! slot once, with its points. The same input gives the same output, to the byte. Two profiles: `reference` follows
+//! Cisek, Brekke, Jahangir, Johansen, *Track-to-track data fusion for Unmanned Traffic Management System*;
+//! `operational` estimates one target per aircraft.
 //!
-//! A whole loop (`cargo run -p utm-fusion-engine --example embed`):
+//! A complete loop (`cargo run -p utm-fusion-engine --example embed`):
 //!
 //! ```
 #![doc = include_str!("../examples/embed.rs")]
@@ -13,18 +13,18 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | [`settings`] | sensors, their errors, and the numbers of the two profiles |
-//! | [`report`] | what the engine is told |
-//! | [`point`] | what it yields |
-//! | [`time`], [`slots`] | instants, and the slots that time is cut into |
+//! | [`settings`] | sensors, their errors, and the parameters of the two profiles |
+//! | [`report`] | the input: plots, fixes and bearings |
+//! | [`point`] | the output: points |
+//! | [`time`], [`slots`] | instants, and slots of equal length |
 //! | [`frames`] | WGS-84, Earth-centred and east-north-up positions, each a type |
-//! | [`numbering`] | track numbers of transponders, and what a restart must know of them |
-//! | [`operational`] | an operator's correlations, and what is known of each radar |
-//! | [`registration`] | a radar's misalignment, and what a restart must know of it |
-//! | [`learning`] | a radar's errors as they have shown themselves, and what a restart must know of them |
-//! | [`integrity`] | whether a transponder can be trusted, and what speaks against it |
-//! | [`conflicts`] | who will come near whom |
-//! | [`measurement`] | what any sensor measures of an aircraft, and a tracker by all of them |
+//! | [`numbering`] | track numbers of transponders, and their state for a restart |
+//! | [`operational`] | operators' correlations, and the state of each radar |
+//! | [`registration`] | a radar's misalignment, and its state for a restart |
+//! | [`learning`] | a radar's errors, estimated from its tracks, and their state for a restart |
+//! | [`integrity`] | whether a transponder's reports can be trusted, and the evidence against them |
+//! | [`conflicts`] | prediction of conflicts between pairs of aircraft |
+//! | [`measurement`] | measurement models of sensors, and a tracker of one aircraft that uses all of them |
 //! | [`interpolation`], [`assignment`] | shape-preserving interpolation; the optimal one-to-one assignment |
 
 pub mod assignment;
@@ -52,14 +52,14 @@ pub mod slots;
 pub mod time;
 
 pub use checkpoint::CheckpointError;
-pub use engine::{Due, Engine, Offer, Refused};
+pub use engine::{Due, Engine, Offer, ReportRefusal};
 pub use frames::Enu;
 pub use point::{Emission, Point, Source};
-pub use report::{Fix, Identity, Left, Plot, RadarTrackKey, Report, SensorIndex};
+pub use report::{Departed, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex};
 pub use settings::{Profile, Settings};
 pub use time::Time;
 
-/// The example of the crate's README, which is compiled and run with the others.
+/// The README's example, compiled and run with the doctests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

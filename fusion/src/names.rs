@@ -1,7 +1,7 @@
-//! Names of the values of an enumeration.
+//! Interface names of enumeration values.
 
-/// Defines the names that the values of an enumeration have on every interface: the constants `ALL` and `NAMES`, in this order,
-/// and the method `name`. A value that is left out is a compile error, so no list of names can miss one.
+/// Defines the names of an enumeration's values on every interface: the constants `ALL` and `NAMES`, in this order, and
+/// the method `name`. Omitting a value is a compile error, so no list of names can miss one.
 ///
 /// ```
 /// #[derive(Clone, Copy)]

@@ -1,4 +1,4 @@
-//! Track numbers of transponders: who has which, since when, and when it goes back.
+//! Track numbers of transponders: their assignment and release.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,13 +9,13 @@ use crate::report::Identity;
 use crate::slots::{Slot, SlotGrid};
 use crate::time::Time;
 
-/// The largest number: fused tracks are number · 10000 + radar track, which must fit 32 bits.
+/// The largest number: a fused track has number · 10000 + radar track, which must fit 32 bits.
 pub const LARGEST_TRANSPONDER_NUMBER: u32 = 429_496;
 
-/// Interval at which a number's `heard` is brought up to date: what outlives a restart is at most this old.
+/// Interval at which the `heard` of a number is updated: a value saved for a restart is at most this old.
 pub const NOTED: SignedDuration = SignedDuration::from_secs(600);
 
-/// A number goes back this long after its transponder's last point.
+/// Time after a transponder's last point at which its number is released.
 const KEPT: SignedDuration = SignedDuration::from_hours(24);
 
 /// A transponder's number.
@@ -23,32 +23,33 @@ const KEPT: SignedDuration = SignedDuration::from_hours(24);
 pub struct Numbered {
     /// The number T.
     pub number: u32,
-    /// The slot it was given in: the first emitted one with a point of the transponder.
+    /// The slot in which it was assigned: the first emitted one with a point of the transponder.
     pub since: Slot,
 }
 
-/// Who has which number: what outlives a restart.
+/// Assignment of a number to a transponder, as it is saved for a restart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Given {
     /// The number T, 1 to [`LARGEST_TRANSPONDER_NUMBER`].
     pub number: u32,
     /// The transponder.
     pub identity: Identity,
-    /// When it had a point last, at most [`NOTED`] before its latest; `None`: not known, which counts as now.
+    /// Time of the transponder's last point, or up to [`NOTED`] earlier. `None`: not known, and replaced by the current
+    /// time.
     pub heard: Option<Time>,
 }
 
-/// A change of a number's holder.
+/// A change in the assignment of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum NumberChange {
-    /// It was given, or its transponder has a point for the first time in [`NOTED`].
+    /// The number was assigned, or its transponder has a point for the first time in [`NOTED`].
     Heard(Given),
-    /// It is free again.
+    /// The number was released.
     Returned(Given),
 }
 
 impl NumberChange {
-    /// The number that it is about, and who has, or had, it.
+    /// The number and its present or former transponder.
     pub const fn given(&self) -> &Given {
         match self {
             Self::Heard(given) | Self::Returned(given) => given,
@@ -59,46 +60,47 @@ impl NumberChange {
 /// How long a transponder keeps its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Keeping {
-    /// For good. When none is left, who comes next has none and is left out.
+    /// Permanently. If no number is left, a new transponder gets none and is omitted.
     #[default]
     ForGood,
-    /// Until a day after its last point. When none is left, who comes next gets that of the transponder that was heard
-    /// least recently.
+    /// Until a day after its last point. If no number is left, a new transponder gets the number of the transponder
+    /// whose last point is oldest.
     ADay,
 }
 
-/// Who has which number.
+/// Assignment of numbers to transponders.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Numbers {
     grid: SlotGrid,
     keeping: Keeping,
     configured: BTreeMap<Vec<u8>, u32>,
     reserved: BTreeSet<u32>,
-    held: BTreeMap<Identity, HeldNumber>,
-    /// The holders, by when they were heard; ties by number.
+    held: BTreeMap<Identity, NumberInUse>,
+    /// The numbers in use, by the time of the transponder's last noted point, then by number.
     by_age: BTreeMap<(Time, u32), Identity>,
     taken: BTreeSet<u32>,
-    /// No number below this is free for an identity without a claim; above that none for one without a serial number.
+    /// No number below `lowest` is free for an identity without a claim; no number above `highest` is free for one
+    /// without a serial number.
     lowest: u32,
     highest: u32,
-    /// Taken over without a time, until the first slot.
+    /// Restored without a time, until the first slot.
     undated: Vec<Identity>,
     changes: Vec<NumberChange>,
-    /// Points left out because no number was left.
+    /// Number of points omitted because no number was left.
     unnumbered: u64,
 }
 
-/// A number that somebody has.
+/// A number in use.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct HeldNumber {
+struct NumberInUse {
     number: u32,
-    /// `None`: not since the start.
+    /// `None`: no point since the start.
     since: Option<Slot>,
     heard: Time,
 }
 
 impl Numbers {
-    /// None given yet; `configured`: trimmed serial number to number.
+    /// Creates an empty assignment; `configured` maps trimmed serial numbers to numbers.
     pub fn new(grid: SlotGrid, keeping: Keeping, configured: BTreeMap<Vec<u8>, u32>) -> Self {
         let reserved = configured.values().copied().collect();
         Self {
@@ -117,15 +119,15 @@ impl Numbers {
         }
     }
 
-    /// From now on numbers are given for good: those that went back stay so.
+    /// Makes numbers permanent from now on; numbers that were released before stay released.
     pub fn keep_for_good(&mut self) {
         self.keeping = Keeping::ForGood;
     }
 
-    /// The number of an identity that has a point in the slot being emitted: the one it has; else its configured one if
-    /// that is not taken; else its serial number if that is a number that is free; else the lowest free one; else, with
-    /// [`Keeping::ADay`], that of the transponder that was heard least recently. `None` when all are used up. An identity
-    /// without a serial number has the highest free one: whoever else is heard, a drone's number stays what it would be.
+    /// The number of an identity that has a point in the slot being emitted. The first available of: the number it has;
+    /// its configured number; its serial number, if that is a valid number; the lowest free number; with
+    /// [`Keeping::ADay`], the number of the transponder whose last point is oldest. `None` if all are in use. An
+    /// identity without a serial number gets the highest free number, so that it does not change the numbers of drones.
     pub fn of(&mut self, identity: Identity, slot: Slot) -> Option<Numbered> {
         let now = self.grid.open(slot);
         if let Some(held) = self.held.get_mut(&identity) {
@@ -134,7 +136,7 @@ impl Numbers {
             if now - held.heard >= NOTED {
                 self.by_age.remove(&(held.heard, number));
                 held.heard = now;
-                self.note(identity, number, now);
+                self.record(identity, number, now);
             }
             return Some(Numbered { number, since });
         }
@@ -148,20 +150,20 @@ impl Numbers {
             }
             None => self.highest_free(),
         };
-        let number = free.or_else(|| self.take_back())?;
+        let number = free.or_else(|| self.evict_oldest())?;
         self.taken.insert(number);
-        self.held.insert(identity, HeldNumber { number, since: Some(slot), heard: now });
-        self.note(identity, number, now);
+        self.held.insert(identity, NumberInUse { number, since: Some(slot), heard: now });
+        self.record(identity, number, now);
         Some(Numbered { number, since: slot })
     }
 
-    fn note(&mut self, identity: Identity, number: u32, heard: Time) {
+    fn record(&mut self, identity: Identity, number: u32, heard: Time) {
         self.by_age.insert((heard, number), identity);
         self.changes.push(NumberChange::Heard(Given { number, identity, heard: Some(heard) }));
     }
 
-    /// A slot begins to be emitted: with [`Keeping::ADay`] numbers go back whose transponder has had no point for a day.
-    pub fn turn(&mut self, slot: Slot) {
+    /// Starts a slot: with [`Keeping::ADay`], releases the numbers of transponders without a point for a day.
+    pub fn begin_slot(&mut self, slot: Slot) {
         let now = self.grid.open(slot);
         for identity in std::mem::take(&mut self.undated) {
             if let Some(held) = self.held.get_mut(&identity).filter(|held| held.since.is_none()) {
@@ -170,17 +172,17 @@ impl Numbers {
                 self.by_age.insert((now, held.number), identity);
             }
         }
-        // Its last point came up to this much later than the time that is known.
+        // The last point may be up to `NOTED` later than the noted time.
         let before = now - KEPT - NOTED;
         while self.keeping == Keeping::ADay
             && let Some((&(heard, number), _)) = self.by_age.first_key_value()
             && heard <= before
         {
-            self.give_back((heard, number));
+            self.release((heard, number));
         }
     }
 
-    fn give_back(&mut self, (heard, number): (Time, u32)) {
+    fn release(&mut self, (heard, number): (Time, u32)) {
         if let Some(identity) = self.by_age.remove(&(heard, number)) {
             self.held.remove(&identity);
             self.taken.remove(&number);
@@ -190,21 +192,22 @@ impl Numbers {
         }
     }
 
-    /// Makes a number free although its transponder may come again; a configured one stays.
-    fn take_back(&mut self) -> Option<u32> {
+    /// Releases the number of the transponder whose last point is oldest; configured numbers are kept.
+    fn evict_oldest(&mut self) -> Option<u32> {
         if self.keeping == Keeping::ForGood {
             return None;
         }
         let &oldest = self.by_age.keys().find(|(_, number)| !self.reserved.contains(number))?;
-        self.give_back(oldest);
+        self.release(oldest);
         Some(oldest.1)
     }
 
-    /// Takes over a number given before a restart: its identity has it again from the first slot emitted with a point of
-    /// it, which is then its `since`. It stays even where the configuration has since given that number, or that serial,
-    /// to someone else.
+    /// Restores a number that was assigned before a restart. Its identity gets it again in the first slot emitted with
+    /// a point of it, which becomes its `since`. The number is kept even if the configuration now assigns that number
+    /// to another transponder, or another number to that serial number.
     ///
-    /// `false`, and nothing is changed: the number is not 1 to [`LARGEST_TRANSPONDER_NUMBER`], or it or the identity is taken.
+    /// Returns `false` and changes nothing if the number is not 1 to [`LARGEST_TRANSPONDER_NUMBER`], or if it or the
+    /// identity is already in use.
     pub fn remember(&mut self, given: Given) -> bool {
         let Given { number, identity, heard } = given;
         let has_one = self.held.contains_key(&identity);
@@ -215,27 +218,27 @@ impl Numbers {
             self.undated.push(identity);
         }
         let heard = heard.unwrap_or_default();
-        self.held.insert(identity, HeldNumber { number, since: None, heard });
+        self.held.insert(identity, NumberInUse { number, since: None, heard });
         self.by_age.insert((heard, number), identity);
         true
     }
 
-    /// What has changed since this was asked last, in the order in which it did.
+    /// Returns the changes since the last call, in order.
     pub fn take_changes(&mut self) -> Vec<NumberChange> {
         std::mem::take(&mut self.changes)
     }
 
-    /// What has changed since [`Numbers::take_changes`].
+    /// The changes since the last [`Numbers::take_changes`].
     pub(super) fn changes(&self) -> &[NumberChange] {
         &self.changes
     }
 
-    /// How many numbers are somebody's.
+    /// Number of numbers in use.
     pub fn used(&self) -> usize {
         self.taken.len()
     }
 
-    /// Who has which number, by identity.
+    /// All assignments, by identity.
     pub fn given(&self) -> impl Iterator<Item = Given> {
         self.held.iter().map(|(&identity, held)| Given {
             number: held.number,
@@ -244,12 +247,12 @@ impl Numbers {
         })
     }
 
-    /// A point is left out because no number was left.
+    /// Counts a point that is omitted because no number was left.
     pub(super) fn note_unnumbered(&mut self) {
         self.unnumbered += 1;
     }
 
-    /// Points left out because no number was left.
+    /// Number of points omitted because no number was left.
     pub fn unnumbered(&self) -> u64 {
         self.unnumbered
     }

@@ -1,4 +1,4 @@
-//! What is published for a slot, whichever the profile.
+//! The output: the points of a slot, in either profile.
 
 use nalgebra::{Matrix2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -10,33 +10,34 @@ use crate::report::{Aircraft, CameraTrackKey, Identity, Plot, RadarTrackKey, Sen
 use crate::slots::Slot;
 use crate::time::Time;
 
-/// Everything published for one slot.
+/// The output for one slot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Emission {
     /// The slot.
     pub slot: Slot,
-    /// Its centre, the time of applicability.
+    /// Centre of the slot, the time of applicability.
     pub time: Time,
-    /// Fused, then radar, then transponder; each by track number, equal numbers by sensor.
+    /// Fused points first, then radar points, then transponder points; each group by track number, equal numbers by
+    /// sensor.
     pub points: Vec<Point>,
-    /// What became of transponder numbers with this slot, in the order in which it did.
+    /// Changes of transponder numbers in this slot, in order.
     pub numbers: Vec<NumberChange>,
-    /// What became of new identities, a transponder receiver each that has some (`operational` profile).
+    /// Counts of new identities, for each transponder receiver that has some (`operational` profile).
     pub newcomers: Vec<Newcomers>,
-    /// What is wrong with transponders at this slot (`operational` profile).
+    /// Integrity concerns about transponders at this slot (`operational` profile).
     pub concerns: Vec<Concern>,
-    /// Where its aircraft are by now (`operational` profile, where that is set).
+    /// Predicted current positions of the aircraft (`operational` profile, if enabled).
     pub now: Option<NowPicture>,
 }
 
-/// Where aircraft are predicted to be in the slot that opens with a deadline, by everything that was received before.
+/// Predicted positions of aircraft in the slot that opens at a deadline, from everything received before it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NowPicture {
     /// The slot.
     pub slot: Slot,
-    /// Its centre, the time of applicability.
+    /// Centre of the slot, the time of applicability.
     pub time: Time,
-    /// In the order of [`Emission::points`], and under the numbers that they were last published with there.
+    /// Points in the order of [`Emission::points`], with the numbers last published there.
     pub points: Vec<Point>,
 }
 
@@ -45,28 +46,32 @@ pub struct NowPicture {
 pub struct Point {
     /// Track number: T · 10000 + R, R or T.
     pub number: u32,
-    /// Position; its height is an assumed one where [`Source::height_measured`] is false.
+    /// Position; the height is assumed if [`Source::height_measured`] is false.
     pub position: Enu,
-    /// Centre of the first slot that was emitted with this radar track or, where it takes part, this transponder.
+    /// Centre of the first slot that was emitted with this radar track or, if the point has one, with this transponder.
     pub first_seen: Time,
-    /// What it is made of.
+    /// Radar track and transponder of the point.
     pub source: Source,
-    /// How it moves and how well that is known (`operational` profile).
+    /// Velocity and covariance (`operational` profile).
     pub estimate: Option<Estimate>,
-    /// Who else its radar track or its transponder could be, the likeliest first (`operational` profile).
+    /// Other candidates for the radar track or the transponder, the likeliest first (`operational` profile).
     pub competitors: Vec<Competitor>,
-    /// Whether its transponder can be trusted, where it has one (`operational` profile).
+    /// Integrity of the transponder, if the point has one (`operational` profile).
     pub integrity: Option<PointIntegrity>,
-    /// Track numbers of the points that claim to be the same aircraft elsewhere (`operational` profile).
+    /// Track numbers of points that claim to be the same aircraft at another position (`operational` profile).
     pub disputed: Vec<u32>,
-    /// A confirmed drone seen by radar alone that no transponder heard lately explains (`operational` profile).
+    /// Whether the point is a confirmed drone that only radar detects and that no recently received transponder
+    /// explains (`operational` profile).
     pub is_unexplained: bool,
-    /// The cameras' tracks that its position rests on as well, by sensor and number (`operational` profile).
+    /// Camera tracks that contribute to the position, by sensor and number (`operational` profile).
     pub cameras: Vec<CameraPart>,
+    /// Further transponders of the same aircraft, in the order in which they were first received (`operational`
+    /// profile).
+    pub also: Vec<TransponderPart>,
 }
 
 impl Point {
-    /// One of which no more is known than where it is and since when, and what it is made of.
+    /// Creates a point with only a number, a position, the time of first detection and a source.
     pub const fn new(number: u32, position: Enu, first_seen: Time, source: Source) -> Self {
         Self {
             number,
@@ -79,6 +84,7 @@ impl Point {
             disputed: Vec::new(),
             is_unexplained: false,
             cameras: Vec::new(),
+            also: Vec::new(),
         }
     }
 }
@@ -86,7 +92,7 @@ impl Point {
 /// Velocity and covariance of a point's aircraft, in the site's axes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// East, north, up, metres a second.
+    /// Velocity east, north and up, metres a second.
     pub velocity: Vector3<f64>,
     /// Covariance of the position, east and north, m².
     pub horizontal: Matrix2<f64>,
@@ -100,11 +106,11 @@ pub struct Estimate {
     pub height_climb: f64,
     /// Variance of the climb, m²/s².
     pub climb_m2s2: f64,
-    /// What of the covariance is there only because the transponder is believed no more: mean of the axes, m².
+    /// Part of the covariance that is due to doubt in the transponder's integrity: mean of the axes, m².
     pub lie_m2: f64,
-    /// What the position rests on.
+    /// Kind of evidence for the position.
     pub basis: Basis,
-    /// The latest measurement, of whichever sensor, up to the point's time; `None`: it was measured only later.
+    /// Time of the latest measurement by any sensor up to the point's time; `None`: the first measurement came later.
     pub last_measurement: Option<Time>,
 }
 
@@ -115,29 +121,29 @@ impl Estimate {
     }
 }
 
-/// What a position rests on.
+/// Kind of evidence for a position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Basis {
     /// A measurement within the slot.
     Measured,
-    /// Measurements before and after it.
+    /// Measurements before and after the slot.
     Interpolated,
-    /// Measurements before it alone, or after it alone.
+    /// Measurements only before or only after the slot.
     Extrapolated,
 }
 
-/// What a point is made of.
+/// Radar track and transponder of a point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Source {
-    /// An associated pair; in the `operational` profile also while one of the two is silent.
+    /// An associated pair; in the `operational` profile also while one of the two is not received.
     Fused(RadarPart, TransponderPart, Association),
-    /// A radar track that no transponder explains.
+    /// A radar track without a transponder.
     Radar(RadarPart),
-    /// A transponder that no radar track confirms.
+    /// A transponder without a radar track.
     Transponder(TransponderPart),
 }
 
-/// The radar's part in a point.
+/// The radar's contribution to a point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RadarPart {
     /// The radar track.
@@ -146,35 +152,36 @@ pub struct RadarPart {
     pub time: Time,
     /// Whether the radar measured a height.
     pub height_measured: bool,
-    /// Probability that it is a UAV; `None` unknown.
+    /// Probability that the target is a UAV; `None`: unknown.
     pub uav_probability: Option<f64>,
 }
 
-/// A camera's part in a point: its bearings say in which direction that is.
+/// A camera's contribution to a point: its bearings give the direction of the aircraft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CameraPart {
     /// The camera's track.
     pub track: CameraTrackKey,
-    /// Time of its latest bearing that is used, up to the slot's end.
+    /// Time of the latest bearing used, up to the slot's end.
     pub time: Time,
 }
 
-/// The transponder's part in a point.
+/// The transponder's contribution to a point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TransponderPart {
-    /// Its number T.
+    /// The transponder's number T.
     pub number: u32,
-    /// Who it is.
+    /// The transponder's identity.
     pub identity: Identity,
-    /// The sensor that received it last; in the `operational` profile, up to the slot's end.
+    /// The sensor that last received it; in the `operational` profile, up to the slot's end.
     pub sensor: SensorIndex,
-    /// Its latest report up to the slot's end (`operational` profile).
+    /// Time of its latest report up to the slot's end (`operational` profile).
     pub time: Option<Time>,
-    /// Its identifying items as last received.
+    /// Identifying items as last received.
     pub items: UasItems,
-    /// What else it says of its aircraft.
+    /// Further reported data on the aircraft.
     pub aircraft: Aircraft,
-    /// Whether it states its height: its latest report, one of the seconds before that, or, before its first report, that one.
+    /// Whether the transponder reports its height: in its latest report or one of the seconds before. Before its first
+    /// report, that first report counts.
     pub height_measured: bool,
 }
 
@@ -189,43 +196,43 @@ impl From<&Plot> for RadarPart {
     }
 }
 
-/// Why a pair was fused.
+/// Association of a fused pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Association {
-    /// Distance between the two, metres (horizontal where one of them measured no height).
+    /// Distance between radar and transponder, metres (horizontal if one of them measured no height).
     pub distance_m: f64,
-    /// What it rests on.
-    pub because: Because,
+    /// Evidence for the association.
+    pub because: AssociationEvidence,
 }
 
-/// What an association rests on.
+/// Evidence for an association.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Because {
+pub enum AssociationEvidence {
     /// Distance threshold and ratio (`reference` profile).
     Ratio {
         /// The threshold D(ρ), metres.
         threshold_m: f64,
-        /// The slots within it.
+        /// Number of slots with both, and of those within the threshold.
         ratio: SlotRatio,
     },
-    /// Likelihood ratio of "one aircraft" to "two" (`operational` profile).
+    /// Likelihood ratio of "one aircraft" to "two aircraft" (`operational` profile).
     Likelihood {
-        /// Its natural logarithm.
+        /// Natural logarithm of the likelihood ratio.
         score: f64,
     },
-    /// An operator has said so (`operational` profile).
+    /// An operator's correlation (`operational` profile).
     Manual {
-        /// What the measurements say, as for [`Because::Likelihood`]; `None` where the two were never near each other.
+        /// Score of the measurements, as for [`AssociationEvidence::Likelihood`]; `None` if the two were never near each other.
         score: Option<f64>,
     },
 }
 
-/// How often the two of a pair agreed, from the window's first slot to the point's.
+/// Agreement of radar and transponder, from the window's first slot to the point's slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SlotRatio {
-    /// Slots where both have a point.
+    /// Number of slots in which both have a point.
     pub co_present: u32,
-    /// Slots among them where their distance is within the threshold.
+    /// Number of these slots in which their distance is within the threshold.
     pub within: u32,
 }
 
@@ -239,48 +246,48 @@ impl SlotRatio {
 /// A sensor track that came near a point without being part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Competitor {
-    /// Who.
+    /// The radar track or transponder.
     pub who: Rival,
-    /// Natural logarithm of the likelihood ratio for its being part of the point.
+    /// Natural logarithm of the likelihood ratio for being part of the point.
     pub score: f64,
-    /// An operator has said that it is not.
+    /// Whether an operator has decorrelated it from the point.
     pub decorrelated: bool,
 }
 
-/// What could take a part of a point.
+/// A candidate for the radar track or the transponder of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Rival {
-    /// A radar track that could be its transponder's.
+    /// Candidate for the radar track of the point's transponder.
     Radar(RadarTrackKey),
-    /// A transponder that its radar track could be.
+    /// Candidate for the transponder of the point's radar track.
     Transponder {
-        /// The sensor that received it last.
+        /// The sensor that last received it.
         sensor: SensorIndex,
-        /// Its number, where it has one by now.
+        /// Its transponder number, if one is assigned.
         number: Option<u32>,
-        /// Who it is.
+        /// Its identity.
         identity: Identity,
     },
 }
 
-/// Fates of the new identities of a transponder receiver in a slot: how many of each.
+/// New identities of a transponder receiver in a slot, counted by outcome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Newcomers {
     /// The receiver.
     pub sensor: SensorIndex,
-    /// Heard for the first time, or for the first time after a long silence.
+    /// Received for the first time, or for the first time after a long silence.
     pub heard: u32,
-    /// Admitted, with their second report.
+    /// Admitted with their second report.
     pub admitted: u32,
-    /// Forgotten: there was no second report.
+    /// Discarded: no second report was received.
     pub heard_once: u32,
-    /// Forgotten: no two of their reports agree.
+    /// Discarded: no two reports agree.
     pub inconsistent: u32,
-    /// Forgotten: they could have been admitted, but for the limit `max_new_per_s`.
+    /// Discarded: the limit `max_new_per_s` did not admit them in time.
     pub rate_limited: u32,
-    /// Forgotten before their time: too many waited.
+    /// Discarded early: too many identities were waiting.
     pub crowded_out: u32,
-    /// During a flood of new identities: the most heard in one second of it.
+    /// During a flood of new identities: largest number received in one second of it.
     pub flood: Option<u32>,
 }
 
@@ -298,7 +305,7 @@ impl Newcomers {
         }
     }
 
-    /// The fates, each with its name on the interfaces and its count.
+    /// Names of the outcomes on the interfaces, with their counts.
     pub const fn fates(&self) -> [(&'static str, u32); 6] {
         [
             ("heard", self.heard),
@@ -320,8 +327,8 @@ impl Source {
         }
     }
 
-    /// Whether the point's height was measured by who says where it is: its transponder, where it has one, else its radar. In
-    /// the `operational` profile a height may be known all the same, by its variance.
+    /// Whether the height was measured: by the transponder if the point has one, otherwise by the radar. In the
+    /// `operational` profile a height may be known from other sensors too; see its variance.
     pub fn height_measured(&self) -> bool {
         match self {
             Self::Radar(radar) => radar.height_measured,
@@ -329,7 +336,7 @@ impl Source {
         }
     }
 
-    /// The radar's part, if it has one.
+    /// The radar's contribution, if any.
     pub fn radar(&self) -> Option<&RadarPart> {
         match self {
             Self::Fused(radar, ..) | Self::Radar(radar) => Some(radar),
@@ -337,7 +344,7 @@ impl Source {
         }
     }
 
-    /// The transponder's part, if it has one.
+    /// The transponder's contribution, if any.
     pub fn transponder(&self) -> Option<&TransponderPart> {
         match self {
             Self::Fused(_, transponder, _) | Self::Transponder(transponder) => Some(transponder),

@@ -1,4 +1,4 @@
-//! The rules of the `reference` profile: who is published in a slot, and where.
+//! The rules of the `reference` profile: which points are published in a slot.
 
 mod association;
 mod radar;
@@ -10,20 +10,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::frames::Enu;
 use crate::numbering::{Numbered, Numbers};
-use crate::point::{Association, Because, Point, RadarPart, Source, TransponderPart};
+use crate::point::{Association, AssociationEvidence, Point, RadarPart, Source, TransponderPart};
 use crate::report::{self, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, UasItems};
 use crate::settings::{ReferenceRules, Sensor, Settings, Weights};
 use crate::slots::{SlotGrid, SlotSet, Window};
-use association::Pairs;
+use association::TrackAgreements;
 use radar::{Detection, Detections};
-use transponder::Curve;
+use transponder::IdentityCurve;
 
-/// The window of reports.
+/// The reports of the window, by aircraft and radar track.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Reference {
     setup: Setup,
     detections: Detections,
-    aircraft: BTreeMap<Identity, Aircraft>,
+    aircraft: BTreeMap<Identity, ReferenceAircraft>,
 }
 
 /// The settings of these rules.
@@ -31,14 +31,14 @@ pub(super) struct Reference {
 struct Setup {
     grid: SlotGrid,
     rules: ReferenceRules,
-    /// What one detection counts for, by sensor, seconds: a radar's period, at least a slot.
+    /// Duration that one detection counts for, seconds, by sensor: the radar's period, at least a slot.
     detection_s: Vec<f64>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
-struct Aircraft {
-    curve: Curve,
-    pairs: Pairs,
+struct ReferenceAircraft {
+    curve: IdentityCurve,
+    pairs: TrackAgreements,
     items: UasItems,
     says: report::Aircraft,
     sensor: SensorIndex,
@@ -60,21 +60,24 @@ impl Reference {
         Self { setup, detections, aircraft: BTreeMap::new() }
     }
 
-    /// Takes a report in.
+    /// Accepts a report.
     pub(super) fn handle(&mut self, report: Report) {
         match report {
             Report::Plot(plot) => self.detections.insert(plot),
             Report::Fix(fix) => {
-                self.aircraft.entry(fix.identity).or_insert_with(|| Aircraft::new(&fix)).handle(&fix);
+                self.aircraft
+                    .entry(fix.identity)
+                    .or_insert_with(|| ReferenceAircraft::new(&fix))
+                    .handle(&fix);
             }
-            // The paper's rules know none.
+            // The paper has no cameras.
             Report::Bearing(_) => {}
         }
     }
 
-    /// The points of the slot that is emitted, in order.
+    /// The points of the emitted slot, in order.
     pub(super) fn emit(&mut self, window: &Window, numbers: &mut Numbers) -> Vec<Point> {
-        let stale = self.detections.settle(window);
+        let stale = self.detections.sort_evaluated(window);
         self.detections.remove(window.first.plus(-1));
         let Self { setup, aircraft, detections } = self;
         aircraft.retain(|_, aircraft| {
@@ -111,17 +114,17 @@ impl Reference {
                 .filter(unexplained)
                 .filter_map(|detection| radar_only(detection, window, detections, setup)),
         );
-        // Stable: points with one number, of two radars, stand by sensor already.
+        // The sort is stable: points of two radars with one number are already ordered by sensor.
         points.sort_by_key(|point| (point.source.rank(), point.number));
         points
     }
 }
 
-impl Aircraft {
+impl ReferenceAircraft {
     fn new(fix: &Fix) -> Self {
         Self {
-            curve: Curve::new(),
-            pairs: Pairs::default(),
+            curve: IdentityCurve::new(),
+            pairs: TrackAgreements::default(),
             items: fix.items,
             says: fix.aircraft,
             sensor: fix.sensor,
@@ -135,8 +138,8 @@ impl Aircraft {
         self.curve.insert(fix);
     }
 
-    /// The points of the emitted slot, in which the curve has one: of every associated pair, or of the transponder alone
-    /// where none was associated nearby.
+    /// Publishes the points of the emitted slot, in which the curve has a point: one for each associated pair, or the
+    /// transponder alone if no pair was associated nearby.
     fn publish(
         &self,
         identity: Identity,
@@ -168,7 +171,7 @@ impl Aircraft {
                 let distance_m = detection.distance_m(position);
                 let association = Association {
                     distance_m,
-                    because: Because::Ratio { threshold_m: detection.threshold_m, ratio },
+                    because: AssociationEvidence::Ratio { threshold_m: detection.threshold_m, ratio },
                 };
                 points.push(Point::new(
                     number * 10_000 + u32::from(pair.track.number),
@@ -190,7 +193,7 @@ impl Aircraft {
     }
 }
 
-/// The point of a detection that no transponder explains, when its track was a UAV for long enough.
+/// The point of a detection without a transponder, if its track was a UAV for long enough.
 fn radar_only(
     detection: &Detection,
     window: &Window,
@@ -212,7 +215,7 @@ fn radar_only(
     })
 }
 
-/// The weighted mean; the height is the transponder's alone where the radar measured none.
+/// The weighted mean; the height is the transponder's if the radar measured none.
 fn fuse(detection: &Detection, transponder: Enu, Weights { radar, transponder: by }: Weights) -> Enu {
     let mut fused = (detection.plot.position.0 * radar + transponder.0 * by) / (radar + by);
     if !detection.plot.height_measured {

@@ -1,4 +1,4 @@
-//! What the engine is told: plots of radars, fixes of transponders and bearings of cameras, in the site's frame and UTC.
+//! The engine's input: plots of radars, fixes of transponders and bearings of cameras, in the site's frame and UTC.
 
 mod host;
 mod identity;
@@ -13,11 +13,11 @@ use crate::declaration::Declaration;
 use crate::frames::Enu;
 use crate::time::Time;
 
-/// A sensor: its place in [`Settings::sensors`](crate::Settings::sensors).
+/// A sensor: its index in [`Settings::sensors`](crate::Settings::sensors).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct SensorIndex(pub u16);
 
-/// A radar track: the radar and its track number (I048/161, 12 bits). Orders by sensor, then number.
+/// A radar track: the radar and its track number (I048/161, 12 bits). Ordered by sensor, then number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct RadarTrackKey {
     /// The radar.
@@ -33,20 +33,21 @@ pub struct Plot {
     pub track: RadarTrackKey,
     /// Time of detection.
     pub time: Time,
-    /// Position in the site's frame; where `height_measured` is false, at an assumed height.
+    /// Position in the site's frame; at an assumed height if `height_measured` is false.
     pub position: Enu,
     /// Whether the radar measured the height (I048/110).
     pub height_measured: bool,
-    /// Slant range from its own radar, metres.
+    /// Slant range from the radar, metres.
     pub slant_range_m: f64,
-    /// Probability that it is a UAV, 0 to 1; `None` where the radar does not say.
+    /// Probability that the target is a UAV, 0 to 1; `None` if the radar does not report it.
     pub uav_probability: Option<f64>,
     /// Velocity over ground in the site's frame, m/s, east and north (I048/200).
     pub velocity: Option<Vector2<f64>>,
 }
 
 impl Plot {
-    /// A plot of a measured position and nothing else, at this slant range from its radar, metres.
+    /// Creates a plot of a measured position without further data; `slant_range_m` is the distance from its radar,
+    /// metres.
     pub fn new(track: RadarTrackKey, time: Time, position: Enu, slant_range_m: f64) -> Self {
         Self {
             track,
@@ -61,7 +62,7 @@ impl Plot {
 }
 
 impl Fix {
-    /// A fix of a position and nothing else.
+    /// Creates a fix of a position without further data.
     pub fn new(sensor: SensorIndex, identity: Identity, time: Time, position: Enu) -> Self {
         Self {
             sensor,
@@ -80,33 +81,33 @@ impl Fix {
     }
 }
 
-/// Who is on board.
+/// Whether a transponder's carrier is an aircraft with people on board, a drone, or a vehicle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum AircraftKind {
-    /// Nobody: a drone.
+    /// A drone.
     #[default]
     Unmanned,
-    /// Somebody.
+    /// An aircraft with people on board.
     Crewed,
-    /// No aircraft: a vehicle on the ground of an aerodrome.
+    /// A vehicle on the ground of an aerodrome.
     Vehicle,
 }
 
-/// What else a report says of its aircraft, to be published unchanged.
+/// Further reported data on an aircraft, published unchanged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Aircraft {
-    /// Who is on board.
+    /// Crewed aircraft, drone or vehicle.
     pub kind: AircraftKind,
-    /// Its callsign, without spaces around and filled with NULs behind (I021/170); all NUL: not known.
+    /// Callsign, without surrounding spaces and padded with NULs (I021/170); all NUL: not known.
     pub callsign: [u8; 8],
     /// Emitter category (I021/020).
     pub emitter_category: Option<u8>,
-    /// What it declares by Remote ID.
+    /// Remote ID declarations.
     pub declared: Declaration,
 }
 
 impl Aircraft {
-    /// The same with what is not known taken from an earlier report of the aircraft: some items come less often.
+    /// This data, with unknown values taken from an earlier report of the aircraft: some items are sent less often.
     pub fn or(self, earlier: Self) -> Self {
         let of_category = if self.emitter_category.is_some() { self } else { earlier };
         Self {
@@ -118,21 +119,21 @@ impl Aircraft {
     }
 }
 
-/// The identifying items of a CAT129 report as received, to be sent on unchanged.
+/// The identifying items of a CAT129 report, forwarded unchanged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UasItems {
-    /// I129/020.
+    /// Manufacturer, I129/020.
     pub manufacturer: Option<[u8; 3]>,
-    /// I129/030.
+    /// Model, I129/030.
     pub model: Option<[u8; 3]>,
-    /// I129/040.
+    /// Serial number, I129/040.
     pub serial_number: [u8; 12],
-    /// I129/050.
+    /// Country of registration, I129/050.
     pub registration_country: Option<[u8; 2]>,
 }
 
 impl UasItems {
-    /// Those that an identity says: of a serial number its last 12 octets, which is what I129/040 has room for, and its
+    /// Derives the items from an identity: the last 12 octets of a serial number, the size of I129/040, and its
     /// country. An aircraft without a serial number has none.
     pub fn of(identity: Identity) -> Self {
         let mut items = Self::default();
@@ -152,81 +153,81 @@ pub struct Fix {
     pub sensor: SensorIndex,
     /// The host that sent the datagram.
     pub host: Host,
-    /// Who sent it.
+    /// Identity of the transponder.
     pub identity: Identity,
-    /// Its identifying items as received.
+    /// Identifying items as received.
     pub items: UasItems,
-    /// What else it says of its aircraft.
+    /// Further reported data on the aircraft.
     pub aircraft: Aircraft,
     /// Time of the report.
     pub time: Time,
-    /// Position in the site's frame; where `height_measured` is false, at an assumed height.
+    /// Position in the site's frame; at an assumed height if `height_measured` is false.
     pub position: Enu,
-    /// Whether it says its height.
+    /// Whether the transponder reports its height.
     pub height_measured: bool,
     /// Reported accuracy of the position, metres: the radius that holds half of its errors (I129/110).
     pub accuracy_m: Option<f64>,
-    /// Standard deviation of the height, metres, where it is not that of its receiver's reports.
+    /// Standard deviation of the height, metres, if it differs from that of the receiver's reports.
     pub height_sigma_m: Option<f64>,
-    /// Velocity over ground, m/s, east and north at its own place (I129/185).
+    /// Velocity over ground, m/s, east and north at the aircraft's position (I129/185).
     pub velocity: Option<Vector2<f64>>,
     /// Rate of climb, m/s (I129/220).
     pub climb_m_s: Option<f64>,
 }
 
-/// Standard deviation from which on a stated height says too little to be compared with a radar's, metres.
+/// Standard deviation above which a reported height is too uncertain to be compared with a radar's, metres.
 const COARSE_HEIGHT_M: f64 = 100.0;
 
 impl Fix {
-    /// Whether its height can be compared with what others measure: a flight level without the pressure of the day cannot.
+    /// Whether the height can be compared with other measurements. A flight level without the day's pressure cannot.
     pub fn has_fine_height(&self) -> bool {
         self.height_measured && self.height_sigma_m.is_none_or(|sigma_m| sigma_m <= COARSE_HEIGHT_M)
     }
 
-    /// The type of its transponder.
+    /// Type of the transponder.
     pub fn transponder_type(&self) -> TransponderType {
         TransponderType::of(self.sensor, &self.items)
     }
 }
 
-/// Transponders of one make and model that one receiver hears: they are taken to err alike.
+/// Transponders of one make and model at one receiver, which are assumed to have the same errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct TransponderType {
-    /// The receiver: it may stamp the time.
+    /// The receiver, which may set the time stamps.
     pub receiver: SensorIndex,
-    /// I129/020.
+    /// Manufacturer, I129/020.
     pub manufacturer: Option<[u8; 3]>,
-    /// I129/030.
+    /// Model, I129/030.
     pub model: Option<[u8; 3]>,
 }
 
 impl TransponderType {
-    /// That of a transponder that this receiver hears send these items.
+    /// Type of a transponder whose items this receiver receives.
     pub(crate) fn of(receiver: SensorIndex, items: &UasItems) -> Self {
         let &UasItems { manufacturer, model, .. } = items;
         Self { receiver, manufacturer, model }
     }
 }
 
-/// A camera's track: the camera and its own number for what it looks at (I015/161). Orders by sensor, then number.
+/// A camera's track: the camera and its own number for the object (I015/161). Ordered by sensor, then number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct CameraTrackKey {
     /// The camera.
     pub sensor: SensorIndex,
-    /// Its number.
+    /// The camera's track number.
     pub number: u16,
 }
 
-/// One look of a camera: in which direction something is, not how far.
+/// One bearing of a camera: the direction of an object, without its distance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bearing {
-    /// What the camera calls it.
+    /// The camera track.
     pub track: CameraTrackKey,
-    /// Time of the look.
+    /// Time of the measurement.
     pub time: Time,
-    /// Clockwise from the north of the site's frame, as seen from the camera, radians.
+    /// Azimuth, radians: clockwise from the north of the site's frame, as seen from the camera.
     pub azimuth: f64,
-    /// Above the horizontal plane of the site's frame, radians.
+    /// Elevation above the horizontal plane of the site's frame, radians.
     pub elevation: Option<f64>,
 }
 
@@ -241,9 +242,10 @@ pub enum Report {
     Bearing(Bearing),
 }
 
-/// Who has flown where this engine is told of nobody: it is not silent, it is elsewhere.
+/// A radar track or transponder that has flown to where another engine tracks it. Its missing reports are not a
+/// silence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Left {
+pub enum Departed {
     /// A radar track.
     Track(RadarTrackKey),
     /// A transponder.
@@ -273,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_report_leaves_out_is_known_from_an_earlier_one() {
+    fn missing_items_are_taken_from_an_earlier_report() {
         let earlier = Aircraft {
             kind: AircraftKind::Unmanned,
             callsign: *b"UAV1\0\0\0\0",

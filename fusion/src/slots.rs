@@ -1,4 +1,4 @@
-//! Time in slots, and sets of slots.
+//! Slots of time, and sets of slots.
 
 use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
@@ -16,7 +16,7 @@ impl Slot {
     }
 }
 
-/// How long a slot is.
+/// Division of time into slots of equal length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SlotGrid {
     slot_ns: i64,
@@ -30,27 +30,28 @@ impl Default for SlotGrid {
 }
 
 impl SlotGrid {
-    /// Slots of this length.
+    /// Creates slots of this length.
     ///
     /// # Panics
-    /// Where it is not above zero, above 292 years, or an odd number of nanoseconds: a slot's centre is a whole nanosecond.
+    /// If the length is not above zero, is above 292 years, or is an odd number of nanoseconds: a slot's centre is a
+    /// whole nanosecond.
     pub const fn new(slot: SignedDuration) -> Self {
         let slot_ns = slot.as_nanos();
         assert!(slot_ns > 0 && slot_ns <= i64::MAX as i128 && slot_ns % 2 == 0);
         Self { slot_ns: slot_ns as i64 }
     }
 
-    /// The slot that holds an instant.
+    /// The slot that contains an instant.
     pub const fn of(self, time: Time) -> Slot {
         Slot(time.nanos().div_euclid(self.slot_ns))
     }
 
-    /// When a slot opens.
+    /// Start of a slot.
     pub const fn open(self, slot: Slot) -> Time {
         Time::from_nanos(slot.0 * self.slot_ns)
     }
 
-    /// A slot's nominal time.
+    /// Centre of a slot, its nominal time.
     pub const fn centre(self, slot: Slot) -> Time {
         Time::from_nanos(slot.0 * self.slot_ns + self.slot_ns / 2)
     }
@@ -66,19 +67,19 @@ impl SlotGrid {
     }
 }
 
-/// The ring holds this many slots: the window and the reports that wait ahead of it must fit.
+/// Number of slots in the ring: the window and the reports that wait ahead of it must fit.
 pub(crate) const RING: usize = 128;
 
-/// A set of slots, no two of which are [`RING`] or more apart: a bit each, at the slot's place in the ring. A slot that
-/// has left the window must be taken out before the ring comes round to it.
+/// A set of slots, all less than [`RING`] apart: one bit for each, at the slot's index in the ring. A slot that has
+/// left the window must be removed before the ring wraps around to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub(crate) struct SlotSet(u128);
 
 impl SlotSet {
-    /// No slot.
+    /// The empty set.
     pub(crate) const EMPTY: Self = Self(0);
 
-    /// All slots from `first` to `last`, both included; empty where `last` is before `first`.
+    /// All slots from `first` to `last`, both included; empty if `last` is before `first`.
     pub(crate) fn span(first: Slot, last: Slot) -> Self {
         let count = last.0 - first.0 + 1;
         debug_assert!(count <= RING as i64, "{count} slots do not fit the ring");
@@ -89,38 +90,38 @@ impl SlotSet {
         }
     }
 
-    /// Just this slot.
+    /// The set of one slot.
     pub(crate) fn only(slot: Slot) -> Self {
         Self(1 << ring_place(slot))
     }
 
-    /// Whether it holds none.
+    /// Whether the set is empty.
     pub(crate) fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Whether it holds `slot`.
+    /// Whether the set contains `slot`.
     pub(crate) fn contains(self, slot: Slot) -> bool {
         self.0 & Self::only(slot).0 != 0
     }
 
-    /// Puts `slot` in or takes it out.
+    /// Adds or removes `slot`.
     pub(crate) fn set(&mut self, slot: Slot, member: bool) {
         let bit = Self::only(slot).0;
         if member { self.0 |= bit } else { self.0 &= !bit }
     }
 
-    /// How many slots.
+    /// Number of slots.
     pub(crate) fn count(self) -> u32 {
         self.0.count_ones()
     }
 
-    /// Slots in either.
+    /// Union of both sets.
     pub(crate) fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// Slots in both.
+    /// Intersection of both sets.
     pub(crate) fn and(self, other: Self) -> Self {
         Self(self.0 & other.0)
     }
@@ -130,7 +131,7 @@ impl SlotSet {
         Self(self.0 & !other.0)
     }
 
-    /// The slots in order, when all of them lie within [`RING`] slots from `first`.
+    /// The slots in order, if all of them lie within [`RING`] slots from `first`.
     pub(crate) fn slots_from(self, first: Slot) -> impl Iterator<Item = Slot> {
         let mut bits = self.0.rotate_right(ring_place(first) as u32);
         std::iter::from_fn(move || {
@@ -143,12 +144,12 @@ impl SlotSet {
     }
 }
 
-/// A slot's place in a ring of [`RING`].
+/// Index of a slot in a ring of [`RING`] slots.
 pub(crate) const fn ring_place(slot: Slot) -> usize {
     slot.0.rem_euclid(RING as i64) as usize
 }
 
-/// The slots that the emission of one slot looks at.
+/// The slots that are used to emit one slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Window {
     /// The oldest slot (k-75).
@@ -157,12 +158,12 @@ pub(crate) struct Window {
     pub(crate) emitted: Slot,
     /// The last slot at which an association can still change the output (k+16).
     pub(crate) horizon: Slot,
-    /// The newest slot (k+24): knots come from `first` to here.
+    /// The newest slot (k+24). Knots lie between `first` and this slot.
     pub(crate) last: Slot,
 }
 
 impl Window {
-    /// `first` to `horizon`: where points are evaluated and compared.
+    /// Slots from `first` to `horizon`, in which points are evaluated and compared.
     pub(crate) fn evaluated(&self) -> SlotSet {
         SlotSet::span(self.first, self.horizon)
     }

@@ -1,7 +1,7 @@
 //! Time: UTC as whole nanoseconds since the Unix epoch.
 //!
-//! Nanoseconds because 1/128 s, the unit of every ASTERIX time of day, is 7,812,500 ns exactly (7,812.5 µs is not a
-//! whole number of microseconds), and so is the nanosecond time stamp of a capture.
+//! 1/128 s, the unit of every ASTERIX time of day, is exactly 7,812,500 ns (7,812.5 µs is not a whole number of
+//! microseconds). Capture files have time stamps in nanoseconds.
 
 use std::fmt;
 use std::ops::{Add, Sub};
@@ -54,7 +54,7 @@ impl Time {
         self.0.rem_euclid(DAY)
     }
 
-    /// `self - earlier` in seconds; exact enough for interpolation (differences here are below a minute).
+    /// `self - earlier`, in seconds; exact enough for interpolation (differences here are below a minute).
     pub fn seconds_since(self, earlier: Self) -> f64 {
         self.0.saturating_sub(earlier.0) as f64 / SECOND as f64
     }

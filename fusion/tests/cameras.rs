@@ -1,4 +1,4 @@
-//! A camera beside a radar: its bearings say nothing of the distance, and much of the direction.
+//! A camera beside a radar: its bearings give no distance, but an accurate direction.
 #![expect(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use nalgebra::Vector3;
@@ -11,7 +11,7 @@ use utm_fusion_engine::settings::{Camera, Profile, Radar, RadarErrors, Registrat
 use utm_fusion_engine::time::{SECOND, Time};
 use utm_fusion_engine::{Emission, Engine, Enu, Plot, RadarTrackKey, Report, Settings};
 
-/// Standard deviation of the radar's azimuth (slow) and of the camera's, degrees.
+/// Standard deviation of the radar's azimuth (persistent) and of the camera's, degrees.
 const RADAR_DEG: f64 = 0.86;
 const CAMERA_DEG: f64 = 0.1;
 const FLIGHT_S: f64 = 120.0;
@@ -20,7 +20,7 @@ fn at(seconds: f64) -> Time {
     Time::from_nanos(1_700_000_000 * SECOND + (seconds * SECOND as f64) as i64)
 }
 
-/// Where a drone is: straight past the site at a distance, to the east or to the west.
+/// Position of a drone: straight past the site at a distance, to the east or to the west.
 fn place(drone: usize, seconds: f64) -> Vector3<f64> {
     let (from, sign) = [(-700.0, 1.0), (700.0, -1.0)][drone];
     Vector3::new(from + sign * 12.0 * seconds, 1500.0 + 120.0 * drone as f64, 120.0 + 40.0 * drone as f64)
@@ -30,7 +30,8 @@ fn azimuth(place: &Vector3<f64>) -> f64 {
     place.x.atan2(place.y)
 }
 
-/// The reports of radar and camera on so many drones, by time of reception; `looks_at`: of which the camera sends bearings.
+/// Reports of radar and camera on `drones` drones, by time of reception; `looks_at` is the drone of which the camera
+/// sends bearings.
 fn reports(seed: u64, drones: usize, looks_at: Option<usize>) -> Vec<(Time, Report)> {
     let (radar, camera) = (utm_fusion_engine::SensorIndex(0), utm_fusion_engine::SensorIndex(1));
     let mut reports = Vec::new();
@@ -39,7 +40,7 @@ fn reports(seed: u64, drones: usize, looks_at: Option<usize>) -> Vec<(Time, Repo
         let mut normal = |sigma: f64| -> f64 {
             sigma * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut draw)
         };
-        // A first-order Gauss–Markov process of 20 s, as a radar's error in azimuth is.
+        // A first-order Gauss–Markov process of 20 s, like a radar's error in azimuth.
         let mut slow = normal(RADAR_DEG.to_radians());
         for step in 0..(FLIGHT_S * 2.0) as usize {
             let seconds = step as f64 * 0.5;
@@ -98,7 +99,7 @@ fn fly(reports: &[(Time, Report)]) -> Vec<Emission> {
     emissions
 }
 
-/// Root mean square of the azimuth's error of what is nearest to a drone, degrees, and how many points that is.
+/// Root mean square error of the azimuth of the points nearest to a drone, degrees, and the number of these points.
 fn azimuth_error_deg(emissions: &[Emission], drone: usize) -> (f64, usize) {
     let mut squares = Vec::new();
     for emission in emissions {
@@ -131,7 +132,7 @@ fn with_a_camera_the_direction_is_far_better_known() {
 }
 
 #[test]
-fn it_is_the_drone_that_it_looks_at_that_is_better_known() {
+fn bearing_improves_only_the_observed_drone() {
     let (mut looked_at, mut other) = ([0.0; 2], [0.0; 2]);
     for seed in 1001..1007 {
         for (which, camera) in [None, Some(1)].into_iter().enumerate() {
@@ -144,9 +145,9 @@ fn it_is_the_drone_that_it_looks_at_that_is_better_known() {
     assert!(other[1] < 1.15 * other[0], "{other:?}");
 }
 
-/// The latest look up to the end of the slot: looks that are used are half a second apart.
+/// The latest look up to the end of the slot: looks in use are half a second apart.
 #[test]
-fn who_is_looked_at_says_which_camera_it_rests_on_and_since_when() {
+fn observed_drone_names_its_camera_and_time() {
     let (mut with, mut without) = (0, 0);
     for point_and_time in fly(&reports(1001, 2, Some(1)))
         .iter()
@@ -171,7 +172,7 @@ fn who_is_looked_at_says_which_camera_it_rests_on_and_since_when() {
         }
     }
     assert!(with > 400 && without < 40, "{with} {without}");
-    // Before it looked, and without it, nobody is named.
+    // Without the camera no point names one.
     let alone = fly(&reports(1001, 2, None));
     assert!(alone.iter().flat_map(|emission| &emission.points).all(|point| point.cameras.is_empty()));
 }
@@ -183,7 +184,7 @@ fn a_camera_alone_shows_nothing() {
 }
 
 #[test]
-fn a_track_that_the_radar_has_lost_is_not_kept_alive_by_its_direction() {
+fn lost_radar_track_is_not_kept_alive_by_a_bearing() {
     let all = reports(1001, 1, Some(0));
     let lost = |report: &&(Time, Report)| !matches!(report.1, Report::Plot(plot) if plot.time > at(60.0));
     let emissions = fly(&all.iter().filter(lost).copied().collect::<Vec<_>>());
@@ -196,7 +197,7 @@ fn bearings_come_in_any_order() {
     let all = reports(1001, 1, Some(0));
     let mut shuffled = all.clone();
     let mut draw = ChaCha8Rng::seed_from_u64(5);
-    // Within what is received between two slots.
+    // Among the reports received between two slots.
     for pair in shuffled.chunks_mut(2) {
         if draw.random::<bool>() {
             let received = pair.last().unwrap().0;

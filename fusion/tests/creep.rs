@@ -1,4 +1,4 @@
-//! A host that turns a radar's registration by positions that it makes up.
+//! A host that steers a radar's registration by forged positions.
 
 #![expect(clippy::unwrap_used, reason = "a test that panics has failed")]
 
@@ -22,24 +22,24 @@ const TICK_S: f64 = 0.25;
 const RECEIVER: SensorIndex = SensorIndex(1);
 const FORGER: Host = Host(66);
 
-/// A flight of drones without transponder and with one, a radar, and a forger.
+/// A flight of drones with and without transponder, a radar, and a forger.
 #[derive(Clone, Copy, Debug)]
 struct Flight {
     duration_s: f64,
     bias_deg: f64,
-    /// Drones of which the forger reports positions, and drones that report their own.
+    /// Number of drones whose positions the forger reports, and number of drones that report their own.
     forged: usize,
     honest: usize,
-    /// Growth of the forger's angle, degrees a second, and when it begins.
+    /// Growth of the forger's angle, degrees a second, and its start, seconds.
     growth_deg_s: f64,
     after_s: f64,
-    /// Whether the forger goes by the radar's plots; otherwise it knows where the drones are.
+    /// Whether the forger uses the radar's plots; otherwise it knows the drones' positions.
     by_plots: bool,
-    /// Whether the radar sees each drone all the time.
+    /// Whether the radar detects each drone all the time.
     always_seen: bool,
     /// Number of hosts that report the honest drones.
     hosts: usize,
-    /// The radar is knocked by this angle, degrees, after 200 s.
+    /// Rotation of the radar after 200 s, degrees.
     step_deg: f64,
 }
 
@@ -63,7 +63,7 @@ struct Drone {
     speed: f64,
     course: f64,
     turning: f64,
-    /// Radar: whether it is seen until then, its track, its slow errors.
+    /// Radar: whether the drone is detected until `until_s`, its track, its persistent errors.
     seen: bool,
     until_s: f64,
     track: u16,
@@ -87,7 +87,7 @@ fn identity(drone: usize, is_forged: bool) -> Identity {
     Identity::new(text.as_bytes(), None).unwrap()
 }
 
-/// All that is received, with the time of reception in seconds.
+/// All reports, with the time of reception in seconds.
 fn reports(flight: &Flight, seed: u64) -> Vec<(f64, Report)> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     fn normal(random: &mut ChaCha8Rng) -> f64 {
@@ -136,7 +136,7 @@ fn reports(flight: &Flight, seed: u64) -> Vec<(f64, Report)> {
             }
             let ground_m = drone.position.xy().norm();
             if !(350.0..3000.0).contains(&ground_m) {
-                // Back to where the radar sees it well.
+                // Back to where the radar detects it well.
                 let inward = (-drone.position.x).atan2(-drone.position.y);
                 let wanted = if ground_m < 350.0 { inward + TAU / 2.0 } else { inward };
                 let off = (wanted - drone.course).sin().atan2((wanted - drone.course).cos());
@@ -251,19 +251,20 @@ fn fly(flight: &Flight, seed: u64) -> Led {
 }
 
 impl Led {
-    /// The largest bearing that was applied, degrees.
+    /// The largest bearing applied, degrees.
     fn most_deg(&self) -> f64 {
         self.applied_deg.iter().fold(0.0, |most, value| value.abs().max(most))
     }
 
-    /// Time from which on the bearing applied was within `limit_deg` of the truth, seconds.
+    /// Time from which the bearing applied stayed within `limit_deg` of the truth, seconds.
     fn within_s(&self, truth_deg: f64, limit_deg: f64) -> usize {
         let is_off = |value: &f64| (value - truth_deg).abs() > limit_deg;
         self.applied_deg.iter().rposition(is_off).map_or(0, |last| last + 1)
     }
 }
 
-/// At most `most_deg` applied, an alarm within a minute of the first turn, and nothing verified after it.
+/// Asserts that at most `most_deg` was applied, with an alarm within a minute of the first turn, and nothing verified
+/// after it.
 fn assert_unsteered(flight: &Flight, seeds: std::ops::RangeInclusive<u64>, most_deg: f64) {
     for seed in seeds {
         let led = fly(flight, seed);
@@ -304,8 +305,8 @@ fn bearing_of_honest_drones_is_applied_without_an_alarm() {
     }
 }
 
-/// Figures of an attack or of a clean flight: `UTM_FUSION_FIRST` and `UTM_FUSION_LAST` are its seeds, and each field of the flight
-/// has such a variable, too.
+/// Figures of an attack or of a clean flight: `UTM_FUSION_FIRST` and `UTM_FUSION_LAST` are its seeds, and each field of
+/// the flight has such a variable, too.
 #[test]
 #[ignore = "prints figures"]
 fn figures_of_flights() {

@@ -1,4 +1,5 @@
-//! Interpolation and geodesy against SciPy and PROJ. The tables, and the scripts that made them: `testdata/oracle/`.
+//! Compares interpolation and geodesy with SciPy and PROJ. The tables and the scripts that created them are in
+//! `testdata/oracle/`.
 
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
@@ -19,7 +20,7 @@ fn list<T: FromStr<Err: std::fmt::Debug>>(field: &str) -> Vec<T> {
     field.split(' ').map(|number| number.parse().unwrap()).collect()
 }
 
-/// A decimal number of seconds, exactly.
+/// A decimal number of seconds, read exactly.
 struct Seconds(Time);
 
 impl FromStr for Seconds {
@@ -40,7 +41,7 @@ fn interpolation_is_scipys_pchip() {
         let knots: Vec<Knot> = list::<Seconds>(row[2])
             .iter()
             .zip(&values)
-            // The three axes are independent: the second is the curve upside down, the third a flat one.
+            // The three axes are independent: the second is the mirrored curve, the third is constant.
             .map(|(time, &value)| Knot { time: time.0, position: Vector3::new(value, -value, 0.0) })
             .collect();
         let scale = values.iter().fold(1000.0_f64, |scale, value| scale.max(value.abs())) / 1000.0;
@@ -64,11 +65,11 @@ fn geodesy_is_projs() {
         let expected = Vector3::new(x, y, z);
         ecef.add((target.to_ecef().0 - expected).norm());
         enu.add((frame.from_geodetic(target).0 - Vector3::new(e, n, u)).norm());
-        // In metres: the way back to geodetic, then forward again.
+        // In metres: to geodetic coordinates, and back again.
         back.add((frame.to_geodetic(Enu::new(e, n, u)).to_ecef().0 - expected).norm());
         back.add((Ecef(expected).to_geodetic().height_m - h).abs());
     }
-    // A double at the Earth's radius is spaced by 1e-9 m, and PROJ's own error is 1e-8 m.
+    // An `f64` at the Earth's radius has a resolution of 1e-9 m, and PROJ's own error is 1e-8 m.
     ecef.check("geodetic to ECEF", 504, 1e-8);
     enu.check("geodetic to ENU", 504, 1e-8);
     back.check("ENU to geodetic", 1008, 1e-8);

@@ -1,4 +1,4 @@
-//! What users keep of the engine is written down by serde and read again.
+//! Data that users keep is serialised with serde and read back.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use utm_fusion_engine::settings::{Radar, Receiver};
 use utm_fusion_engine::{Engine, Enu, Fix, Identity, Plot, RadarTrackKey, Report, Settings, Time};
 
-/// By a binary format, to the bit; and by JSON, which rounds the last digit of some numbers, to the same text.
+/// Exact in a binary format. JSON rounds the last digit of some numbers, and must give the same text again.
 fn kept<T: Serialize + DeserializeOwned + PartialEq + Debug>(value: &T) {
     let octets = postcard::to_stdvec(value).unwrap();
     assert_eq!(postcard::from_bytes::<T>(&octets).unwrap(), *value);
@@ -19,7 +19,7 @@ fn kept<T: Serialize + DeserializeOwned + PartialEq + Debug>(value: &T) {
 }
 
 #[test]
-fn reports_and_the_picture_are_what_they_were() {
+fn reports_and_picture_survive_serialisation() {
     let mut settings = Settings::default();
     let track = RadarTrackKey { sensor: settings.add_radar(Radar::default()), number: 7 };
     let receiver = settings.add_receiver(Receiver::default());

@@ -1,4 +1,4 @@
-//! Several sources of one aircraft: which of them counts, and what one takes from the other.
+//! Several sources of one aircraft: which of them counts, and which values one takes from the other.
 #![expect(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use utm_fusion_engine::point::Basis;
@@ -15,7 +15,7 @@ const GOOD: SensorIndex = SensorIndex(1);
 const POOR: SensorIndex = SensorIndex(2);
 const GOOD_M: f64 = 3.0;
 
-/// A radar, a receiver whose positions are wrong by 3 m, and one whose are by so many.
+/// A radar, a receiver with position errors of 3 m, and one with position errors of `poor_m`.
 fn settings(poor_m: f64) -> Settings {
     let mut settings = Settings { profile: Profile::Operational(Default::default()), ..Settings::default() };
     settings.add_radar(Radar {
@@ -39,7 +39,7 @@ fn at(seconds: f64) -> Time {
     Time::from_nanos(1_700_000_000 * SECOND + (seconds * SECOND as f64) as i64)
 }
 
-/// Seconds from the beginning.
+/// Time since the start, seconds.
 fn seconds(emission: &Emission) -> f64 {
     emission.time.seconds_since(at(0.0))
 }
@@ -48,18 +48,18 @@ fn drone() -> Identity {
     Identity::new(b"DRONE", None).unwrap()
 }
 
-/// Northward at 12 m/s, 100 m up; so far east of its true line.
+/// Northward at 12 m/s, 100 m up, displaced to the east.
 fn place(seconds: f64, east_m: f64) -> Enu {
     Enu::new(east_m, 1000.0 + 12.0 * seconds, 100.0)
 }
 
-/// A report on that line by one of the receivers, that of [`POOR`] so far east of it.
+/// A report on that line by one of the receivers; that of [`POOR`] is displaced to the east.
 fn fix(sensor: SensorIndex, seconds: f64, off_m: f64) -> Report {
     let east_m = if sensor == POOR { off_m } else { 0.0 };
     Report::Fix(Fix::new(sensor, drone(), at(seconds), place(seconds, east_m)))
 }
 
-/// Each report is received 0.2 s after it.
+/// Each report is received 0.2 s after its time.
 fn fly(settings: Settings, mut reports: Vec<Report>) -> Vec<Emission> {
     reports.sort_by_key(Report::time);
     let mut engine = Engine::new(settings).unwrap();
@@ -72,7 +72,7 @@ fn fly(settings: Settings, mut reports: Vec<Report>) -> Vec<Emission> {
     emissions
 }
 
-/// When, and the one point then, from one second to the other.
+/// Times and points between two seconds; each slot has one point.
 fn points(emissions: &[Emission], from_s: f64, to_s: f64) -> Vec<(f64, Point)> {
     let within = emissions.iter().filter(|emission| (from_s..to_s).contains(&seconds(emission)));
     let one = |emission: &Emission| {
@@ -84,7 +84,7 @@ fn points(emissions: &[Emission], from_s: f64, to_s: f64) -> Vec<(f64, Point)> {
     points
 }
 
-/// Both speak each second, half a second apart, but for the good one from second 40 to 60.
+/// Both receivers report each second, half a second apart, except for the good one from second 40 to 60.
 fn both(off_m: f64) -> Vec<Report> {
     let good = (0..100).map(f64::from).filter(|second| !(40.0..60.0).contains(second));
     let poor = (0..100).map(|second| f64::from(second) + 0.5);
@@ -103,17 +103,17 @@ fn the_far_better_source_counts_alone_while_it_speaks() {
         assert_eq!(receiver(&point), GOOD, "{second} s");
         assert!(point.position.east().abs() < 0.1, "{second} s: {} m", point.position.east());
     }
-    // Once it is silent for longer than 5 s (from second 39 on), the other one counts.
+    // Once the good receiver is silent for longer than 5 s (from second 39 on), the other one counts.
     for (second, point) in points(&emissions, 46.0, 59.0) {
         assert_eq!(receiver(&point), POOR, "{second} s");
         assert!((point.position.east() - OFF_M).abs() < 10.0, "{second} s: {} m", point.position.east());
     }
-    // And no more when it speaks again, at once.
+    // When it reports again, the good receiver counts at once.
     for (second, point) in points(&emissions, 66.0, 98.0) {
         assert_eq!(receiver(&point), GOOD, "{second} s");
         assert!(point.position.east().abs() < 1.0, "{second} s: {} m", point.position.east());
     }
-    // It is one aircraft all the time, under one number.
+    // The aircraft keeps one number all the time.
     let all = points(&emissions, 5.0, 98.0);
     assert!(all.iter().all(|(_, point)| point.number == all[0].1.number));
 }
@@ -138,7 +138,7 @@ fn a_poor_source_alone_is_a_source() {
     }
 }
 
-/// How a transponder that states no height, or this one, flies where the radar's plots state one, or none; it is 100 m up.
+/// Flight of a transponder at 100 m that reports no height, or this one, beside a radar that measures heights, or none.
 fn beside_a_radar(stated_m: Option<f64>, is_measured_by_radar: bool) -> Vec<Emission> {
     let mut reports = Vec::new();
     for half in 0..240 {
@@ -163,7 +163,7 @@ fn beside_a_radar(stated_m: Option<f64>, is_measured_by_radar: bool) -> Vec<Emis
 }
 
 #[test]
-fn who_does_not_state_its_height_has_that_of_the_radar() {
+fn transponder_without_height_uses_the_radars() {
     let sigma_m = |point: &Point| point.estimate.unwrap().vertical_m2.sqrt();
     let fused = points(&beside_a_radar(None, true), 30.0, 115.0);
     for (second, point) in &fused {
@@ -173,17 +173,17 @@ fn who_does_not_state_its_height_has_that_of_the_radar() {
     }
     assert!(fused.iter().any(|(_, point)| point.source.radar().is_some()), "it is fused");
 
-    // A radar that measures none has none to give.
+    // A radar that measures no height cannot provide one.
     for (second, point) in points(&beside_a_radar(None, false), 30.0, 115.0) {
         assert!(sigma_m(&point) > 50.0, "{second} s: {} m", sigma_m(&point));
     }
-    // Who states its height is believed: nothing of the radar's is in it.
+    // A reported height is used alone, without the radar's.
     for (second, point) in points(&beside_a_radar(Some(112.0), true), 30.0, 115.0) {
         assert!((point.position.up() - 112.0).abs() < 1e-6, "{second} s: {} m", point.position.up());
     }
 }
 
-/// An aircraft of this kind that flies this fast, reported each second.
+/// An aircraft of this kind at this speed, reported each second.
 fn fast(kind: AircraftKind, speed_m_s: f64) -> Vec<Emission> {
     let report = |second: i32| {
         let second = f64::from(second);
@@ -204,13 +204,13 @@ fn an_airliner_is_admitted_and_a_drone_as_fast_is_not() {
     assert!(!shown(AircraftKind::Crewed, 460.0), "350 m/s and the 100 m of their errors");
 }
 
-/// A drone whose reports state this radius, metres, to second 60.
+/// A drone whose reports state this radius, metres, up to second 60.
 fn stating(accuracy_m: Option<f64>) -> Vec<Emission> {
     let report = |second: i32| {
         let second = f64::from(second);
         Report::Fix(Fix { accuracy_m, ..Fix::new(GOOD, drone(), at(second), place(second, 0.0)) })
     };
-    // Another one is heard for longer, so that slots go on.
+    // Another drone reports for longer, so that slots continue.
     let other = |second: i32| {
         let identity = Identity::new(b"OTHER", None).unwrap();
         Report::Fix(Fix::new(GOOD, identity, at(f64::from(second)), Enu::new(5000.0, 0.0, 100.0)))
@@ -218,7 +218,7 @@ fn stating(accuracy_m: Option<f64>) -> Vec<Emission> {
     fly(settings(10.0), (0..60).map(report).chain((0..120).map(other)).collect())
 }
 
-/// The times, and sigmas over ground, with which it is in the pictures of now.
+/// Times and standard deviations over ground of the drone in the pictures of now.
 fn now(emissions: &[Emission]) -> Vec<(f64, f64)> {
     let pictures = emissions.iter().filter_map(|emission| emission.now.as_ref());
     let of_drone = pictures.filter_map(|now| {
@@ -232,16 +232,16 @@ fn now(emissions: &[Emission]) -> Vec<(f64, f64)> {
 }
 
 #[test]
-fn who_states_that_it_knows_its_place_poorly_is_in_the_picture_of_now_as_poorly() {
-    // NACp 5: half a nautical mile holds 95 %, 445 m the half.
+fn poor_stated_accuracy_is_kept_in_the_current_picture() {
+    // NACp 5: a radius of half a nautical mile contains 95 %, of 445 m half.
     let poor = now(&stating(Some(445.4)));
     let flying: Vec<_> = poor.iter().filter(|(second, _)| (20.0..59.0).contains(second)).collect();
     assert_eq!(flying.len(), 156, "in each of its slots");
     for (second, sigma_m) in flying {
-        // 445.4 m / 1.1774 a standard deviation, but for the tenth that is new with each report.
+        // 445.4 m / 1.1774 is a standard deviation; a tenth of it is independent between reports.
         assert!((350.0..380.0).contains(sigma_m), "{second} s: {sigma_m} m");
     }
-    // It is not shown for ever.
+    // The aircraft is not shown forever.
     let last_s = poor.last().unwrap().0;
     assert!((60.0..85.0).contains(&last_s), "{last_s} s");
 

@@ -1,4 +1,4 @@
-//! However many threads share the work of a slot, what is published is the same, to the last digit.
+//! The output is identical, to the last digit, for any number of threads that share the work of a slot.
 
 use std::num::NonZeroUsize;
 
@@ -11,15 +11,15 @@ use utm_fusion_engine::{
     Emission, Engine, Enu, Fix, Identity, Plot, Profile, RadarTrackKey, Report, SensorIndex, Settings,
 };
 
-/// Enough for eight threads to have a part each.
+/// Number of drones, sufficient for eight threads to have a part each.
 const DRONES: u16 = 850;
-/// Two drones of three have a transponder.
+/// Two of three drones have a transponder.
 const EQUIPPED: u16 = 3;
 const SLOT_NS: i64 = SECOND / 4;
-/// How long they fly, slots: 14 s.
+/// Length of the flight, in slots: 14 s.
 const SLOTS: i64 = 56;
 
-/// Drones that circle side by side, seen by the radar 0 and the western half of them by the radar 2 as well.
+/// Drones that circle side by side, detected by radar 0, and the western half also by radar 2.
 fn reports(slot: i64, errors: &mut ChaCha8Rng) -> Vec<Report> {
     let time = Time::from_nanos(slot * SLOT_NS);
     let mut reports = Vec::new();
@@ -68,7 +68,7 @@ fn fly(threads: usize) -> Vec<Emission> {
 }
 
 #[test]
-fn one_thread_publishes_what_eight_do() {
+fn one_thread_publishes_the_same_as_eight() {
     let alone = fly(1);
     let points: usize = alone.iter().map(|emission| emission.points.len()).sum();
     assert!(points > 10_000, "{points}");

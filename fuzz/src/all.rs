@@ -1,4 +1,4 @@
-//! Any octets, taken for a block of a category and edition that is read by its definition.
+//! Random octets as a block of any category and edition, read by its definition.
 
 #![allow(dead_code, unreachable_pub, reason = "the target and the tests use a part of it each")]
 
@@ -7,18 +7,18 @@ use std::sync::LazyLock;
 use asterix::all::{Category, Definition, categories};
 use asterix::{Block, Fspec};
 
-/// Octets of CAT and LEN.
+/// Length of CAT and LEN, in octets.
 const HEADER: usize = 3;
 
-/// Every edition with the newest reserved expansion field.
+/// Every edition, with the newest reserved expansion field.
 static DEFINITIONS: LazyLock<Vec<&'static Definition>> = LazyLock::new(|| {
     let editions =
         |of: &'static Category| of.editions().iter().filter_map(|edition| of.edition(edition).ok());
     categories().flat_map(editions).collect()
 });
 
-/// Reads all but the first octet, which chooses the edition, and checks what holds for any octets: records and their items
-/// lie one behind the other without a gap, and a fault comes last, in its place.
+/// The first octet selects the edition; the rest is read. Checks that records and their items are contiguous, and that a fault
+/// comes last and has its place.
 pub fn exercise(data: &[u8]) {
     let Some((chosen, contents)) = data.split_first() else { return };
     let definition = DEFINITIONS[usize::from(*chosen) % DEFINITIONS.len()];

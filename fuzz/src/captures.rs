@@ -1,10 +1,10 @@
-//! Any octets, taken for a capture file.
+//! Random octets as a capture file.
 
 use std::io::{self, Cursor, Read};
 
-use utm_fusion::capture::{Capture, Contents, Datagram};
+use utm_fusion::capture::{Capture, CapturedDatagram, PayloadKind};
 
-/// Gives a few octets at a time, as a pipe may.
+/// A reader that returns a few octets at a time, as a pipe may.
 struct Trickle(Cursor<Vec<u8>>);
 
 impl Read for Trickle {
@@ -14,16 +14,16 @@ impl Read for Trickle {
     }
 }
 
-/// Reads all of it, at once and in small parts, and checks what holds for any octets: a payload lies where its origin
-/// says, behind the one before; an error comes last; and the parts make no difference.
+/// Reads the capture at once and in small parts, with equal results. Checks that payloads are at their origin and in order, and
+/// that an error comes last.
 pub fn exercise(data: &[u8]) {
     let at_once = read(data, Box::new(Cursor::new(data.to_vec())));
     let in_parts = read(data, Box::new(Trickle(Cursor::new(data.to_vec()))));
     assert_eq!(at_once, in_parts);
 }
 
-/// The datagrams and what else there is to say, as text.
-fn read(data: &[u8], reader: Box<dyn Read + Send>) -> (Vec<Datagram>, String) {
+/// The datagrams, and everything else as text.
+fn read(data: &[u8], reader: Box<dyn Read + Send>) -> (Vec<CapturedDatagram>, String) {
     let mut capture = match Capture::from_reader("fuzz".to_owned(), reader, Some(data.len() as u64)) {
         Ok(capture) => capture,
         Err(error) => return (Vec::new(), error.to_string()),
@@ -35,9 +35,9 @@ fn read(data: &[u8], reader: Box<dyn Read + Send>) -> (Vec<Datagram>, String) {
         match item {
             Ok(datagram) => {
                 let start = datagram.origin as usize;
-                // Of a compressed capture the origins count in what it unpacks to; what was translated lies nowhere, what
-                // came in fragments in several places.
-                let is_translated = datagram.contents == Contents::Translated;
+                // In a compressed capture origins refer to the decompressed data. Translated payloads are not in the file, and
+                // fragmented ones are in several places.
+                let is_translated = datagram.contents == PayloadKind::Translated;
                 let is_elsewhere = is_translated || datagram.fragments > 0 || capture.is_compressed();
                 assert!(start >= end || datagram.fragments > 0);
                 assert!(is_elsewhere || data[start..].starts_with(&datagram.payload));

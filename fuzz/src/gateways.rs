@@ -1,21 +1,22 @@
-//! Any octets, taken for what other receivers send.
+//! Random octets as data of other receivers.
 
 use std::collections::BTreeMap;
 
 use asterix::{DataSource, Record, blocks, cat021, cat129};
 use fusion::Time;
 use remote_id::{Link, Listener};
+use utm_fusion::config::KnownSystem;
 use utm_fusion::gateways::{adsb, mavlink, remote_id as lines};
 
 const SOURCE: DataSource = DataSource { sac: 25, sic: 21 };
 const START: i64 = 1_800_000_000_000_000_000;
 
-/// Every datagram is one sound record of the sensor; every frame is translated, noted or dropped; in small parts the same
-/// comes.
+/// Checks that every datagram is a valid record of the sensor, that every frame is translated, noted or dropped, and that
+/// splitting the input makes no difference.
 pub fn adsb(data: &[u8]) {
-    for framing in [adsb::Framing::Beast, adsb::Framing::Avr] {
+    for framing in [adsb::ReceiverFraming::Beast, adsb::ReceiverFraming::Avr] {
         let run = |step: usize| {
-            let mut translator = adsb::Translator::new(framing, SOURCE, Some([50.0, 8.0]));
+            let mut translator = adsb::AdsbTranslator::new(framing, SOURCE, Some([50.0, 8.0]));
             let mut datagrams = Vec::new();
             for part in data.chunks(step) {
                 translator.take(part, Time::from_nanos(START), |datagram| datagrams.push(datagram));
@@ -33,10 +34,10 @@ pub fn adsb(data: &[u8]) {
     }
 }
 
-/// The same of MAVLink, a datagram at a time.
+/// Checks MAVLink in the same way as ADS-B, one datagram per call.
 pub fn mavlink(data: &[u8]) {
-    let systems = (0..=255).filter_map(|number| Some((number, mavlink::System::new("DRONE")?)));
-    let mut translator = mavlink::Translator::new(mavlink::Sensors {
+    let systems = (0..=255).filter_map(|number| Some((number, KnownSystem::new("DRONE")?)));
+    let mut translator = mavlink::MavlinkTranslator::new(mavlink::MavlinkSensors {
         drones: Some((SOURCE, systems.collect::<BTreeMap<_, _>>())),
         aircraft: Some(SOURCE),
         remote_id: Some(mavlink::RemoteIdReceiver { id: Some("roof".to_owned()) }),
@@ -49,16 +50,16 @@ pub fn mavlink(data: &[u8]) {
         match datagram[0] {
             129 => is_a_record::<cat129::Record>(datagram, ()),
             21 => is_a_record::<cat021::Record>(datagram, cat021::Edition::default()),
-            _ => assert!(lines::Line::parse(datagram).is_ok()),
+            _ => assert!(lines::BroadcastLine::parse(datagram).is_ok()),
         }
     }
 }
 
-/// Lines are taken or refused; what a radio heard is a sound line.
+/// Lines are accepted or refused; received frames yield valid lines.
 pub fn remote_id(data: &[u8]) {
-    let (mut counts, mut taken) = (lines::Counts::default(), 0);
-    counts.lines(data, &lines::Receivers::default(), |line| {
-        assert!(lines::Line::parse(line).is_ok());
+    let (mut counts, mut taken) = (lines::RemoteIdLineCounts::default(), 0);
+    counts.lines(data, &lines::ReceiverIds::default(), |line| {
+        assert!(lines::BroadcastLine::parse(line).is_ok());
         taken += 1;
     });
     assert_eq!((counts.taken, counts.lines), (taken, taken + counts.refused.total()));
@@ -66,7 +67,7 @@ pub fn remote_id(data: &[u8]) {
         let heard = lines::heard(&mut Listener::default(), link, data, Some(Time::from_nanos(START)))
             .unwrap_or_default();
         for line in lines::lines(&heard) {
-            let read = lines::Line::parse(line).expect("a line of our own");
+            let read = lines::BroadcastLine::parse(line).expect("a line of our own");
             assert_eq!(read.time, Some(Time::from_nanos(START)));
         }
     }

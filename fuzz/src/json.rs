@@ -1,11 +1,11 @@
-//! Any octets, taken for a datagram that is decoded to lines and encoded again, and for lines.
+//! Random octets as a datagram, decoded to lines and encoded again, and as lines.
 
 use asterix::cat021::Edition;
 use asterix::{Record, blocks, cat015, cat021, cat034, cat048, cat062, cat063, cat065, cat129};
 use utm_fusion::json::{Encoder, Entry, Named, Place, write_record};
 
-/// Every record that can be read comes back from its line, octet by octet; no line, whatever it holds, does harm; and what
-/// is made of a line with items can be read.
+/// Every readable record is restored from its line, octet by octet. No line causes a panic. Blocks encoded from lines with items
+/// can be read.
 pub fn exercise(data: &[u8]) {
     there_and_back::<cat015::Record>(data);
     there_and_back::<cat021::Record>(data);
@@ -27,7 +27,7 @@ pub fn exercise(data: &[u8]) {
 
 fn encoded_is_read(line: &str) {
     let (mut encoder, mut out) = (Encoder::default(), Vec::new());
-    // Octets given as such may be anything.
+    // Octets given in hexadecimal may be invalid.
     let has_items = line.contains("\"items\":{") && !line.contains("\"hex\"");
     if has_items && encoder.line(line, &mut out).is_ok() {
         encoder.finish(&mut out);
@@ -53,7 +53,7 @@ fn encoded_is_read(line: &str) {
 }
 
 fn there_and_back<R: Record<Edition: Default + Named>>(data: &[u8]) {
-    // Behind the header of a block, whatever that says.
+    // The contents of a block, whatever its header states.
     let contents = data.get(3..).unwrap_or_default();
     let whole = blocks(data).flatten().filter(|block| block.category == R::CATEGORY);
     for contents in whole.map(|block| block.contents()).chain([contents]) {

@@ -1,5 +1,6 @@
-//! What the fuzz targets do with their input. The same is done to the committed corpus by the project's tests
-//! (`asterix/tests/all.rs`, `asterix/tests/corpus.rs`, `tests/captures/corpus.rs`, `tests/decode/corpus.rs`, `tests/gateways/corpus.rs`), which include these modules.
+//! The code of the fuzz targets. Tests of the project include these modules and run them on the committed corpus
+//! (`asterix/tests/all.rs`, `asterix/tests/corpus.rs`, `tests/captures/corpus.rs`, `tests/decode/corpus.rs`,
+//! `tests/gateways/corpus.rs`).
 
 #![forbid(unsafe_code)]
 

@@ -1,20 +1,20 @@
-//! Any octets, taken for a datagram and for the contents of a block.
+//! Random octets as a datagram, and as the contents of a block.
 
 #![allow(dead_code, unreachable_pub, reason = "each target uses a part of it")]
 
 use asterix::{Block, Fault, Record, blocks, items};
 
-/// Octets of CAT and LEN.
+/// Length of CAT and LEN, in octets.
 const HEADER: usize = 3;
 
-/// Reads everything that can be read as records of `R`, and checks what holds for any octets: blocks and records lie one
-/// behind the other without a gap, a record encodes to the octets it was read from, and a fault comes last, in its place.
+/// Reads the data as records of `R`. Checks that blocks and records are contiguous, that a record encodes to the octets it was
+/// read from, and that a fault comes last and has its place.
 pub fn exercise<R: Record<Edition: Default>>(data: &[u8]) {
     each_block(R::CATEGORY, data, records::<R>);
 }
 
-/// As [`exercise`], and the table of the category finds the same number of records, or the same fault. Not for CAT129, of
-/// which one item's length shows only after the whole record.
+/// Like [`exercise`]; also checks that the table of the category finds the same number of records, or the same fault. Not for
+/// CAT129, because the length of one of its items is known only after the whole record.
 pub fn exercise_with_table<R: Record<Edition: Default>>(data: &[u8]) {
     exercise::<R>(data);
     each_block(R::CATEGORY, data, |block| {
@@ -24,8 +24,8 @@ pub fn exercise_with_table<R: Record<Edition: Default>>(data: &[u8]) {
     });
 }
 
-/// Hands out the blocks of `category` in `data`; and, so that a changed length does not always end in a bad LEN, the
-/// block of which `data` without its first three octets are the contents.
+/// Calls `look` with the blocks of `category` in `data`, and with `data` without its first three octets as the contents of a
+/// block, so that a changed length does not always end in a bad LEN.
 fn each_block(category: u8, data: &[u8], look: impl Fn(&Block<'_>)) {
     let mut end = 0;
     let mut whole = true;
@@ -89,7 +89,7 @@ fn records<R: Record<Edition: Default>>(block: &Block<'_>) {
     assert!(!whole || rest.is_empty(), "octets were left over");
 }
 
-/// A fault of a record that begins at `place` in its block.
+/// Checks a fault of a record that begins at `place` in its block.
 fn check_fault(fault: &Fault, block: &Block<'_>, place: usize) {
     assert_eq!(fault.category, Some(block.category));
     assert!((place..=block.octets.len()).contains(&(fault.offset - block.offset)), "{fault}");

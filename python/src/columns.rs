@@ -1,4 +1,4 @@
-//! Columns as Apache Arrow has them.
+//! Columns in the format of Apache Arrow.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -9,40 +9,40 @@ use arrow_array::builder::{
 };
 use arrow_array::{Array, ArrayRef, RecordBatch, RecordBatchOptions, new_null_array};
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef, TimeUnit};
-use utm_fusion::formats::table::{Cell, Column, ColumnKind, Table};
+use utm_fusion::formats::table::{ColumnKind, TableCell, TableColumn, TableWriter};
 
-/// Rows of a batch at most.
+/// Maximum number of rows in a batch.
 const BATCH_ROWS: usize = 1 << 16;
 
-/// A table that is complete.
+/// A complete table.
 #[derive(Clone)]
 pub(crate) struct Frame {
     pub(crate) schema: SchemaRef,
     pub(crate) batches: Vec<RecordBatch>,
 }
 
-/// Where tables are put when they are complete, by name.
+/// Complete tables by name.
 pub(crate) type Shelf = Arc<Mutex<BTreeMap<String, Frame>>>;
 
-/// Takes a table out.
+/// Removes a table from the shelf.
 pub(crate) fn take(shelf: &Shelf, name: &str) -> Option<Frame> {
     shelf.lock().unwrap_or_else(PoisonError::into_inner).remove(name)
 }
 
-/// A table that is being made.
+/// Builds a table.
 pub(crate) struct Gatherer {
     name: String,
     frame: Frame,
-    /// Those that are wanted, by their place among all.
+    /// The selected columns, at their index among all columns.
     columns: Vec<Option<Kept>>,
-    /// The places of those that are wanted, in the order of the table.
+    /// Indices of the selected columns, in the order of the table.
     order: Vec<usize>,
-    /// Of the next batch.
+    /// Number of rows of the current batch.
     rows: usize,
     shelf: Shelf,
 }
 
-/// A column, and the rows for which it has a value or a null.
+/// A column, and the number of rows for which it has a value or null.
 struct Kept {
     rows: usize,
     values: Values,
@@ -57,19 +57,19 @@ enum Values {
 }
 
 impl Gatherer {
-    /// One of these columns, which will be put on the shelf.
-    pub(crate) fn new(name: &str, columns: &[Column], shelf: &Shelf) -> Self {
+    /// A table with these columns, which is put on the shelf when it is complete.
+    pub(crate) fn new(name: &str, columns: &[TableColumn], shelf: &Shelf) -> Self {
         let all = columns.iter().enumerate().map(|(place, column)| (place, column.name.to_string()));
         Self::of(name, columns, all.collect(), shelf)
     }
 
-    /// One of those that are wanted: each is a column's name, and what it is called here.
+    /// A table with the wanted columns: each is a column's name, and its name in the table.
     ///
     /// # Errors
-    /// A name that no column has.
+    /// No column has one of the names.
     pub(crate) fn only(
         name: &str,
-        columns: &[Column],
+        columns: &[TableColumn],
         wanted: &[(&str, &str)],
         shelf: &Shelf,
     ) -> io::Result<Self> {
@@ -82,7 +82,7 @@ impl Gatherer {
         Ok(Self::of(name, columns, wanted, shelf))
     }
 
-    fn of(name: &str, columns: &[Column], wanted: Vec<(usize, String)>, shelf: &Shelf) -> Self {
+    fn of(name: &str, columns: &[TableColumn], wanted: Vec<(usize, String)>, shelf: &Shelf) -> Self {
         let mut kept: Vec<Option<Kept>> = columns.iter().map(|_| None).collect();
         let (mut fields, mut order) = (Vec::new(), Vec::new());
         for (place, called) in wanted {
@@ -98,7 +98,7 @@ impl Gatherer {
     fn end_batch(&mut self) -> Result<(), ArrowError> {
         let rows = self.rows;
         let mut arrays = Vec::with_capacity(self.order.len());
-        // Most columns of a category are empty in most captures: they share their nulls.
+        // Most columns of a category are empty in most captures; these share one array of nulls.
         let mut empty: Vec<ArrayRef> = Vec::new();
         for place in &self.order {
             let Some(column) = &mut self.columns[*place] else { continue };
@@ -124,21 +124,21 @@ impl Gatherer {
     }
 }
 
-impl Table for Gatherer {
+impl TableWriter for Gatherer {
     fn wants(&self, column: usize) -> bool {
         self.columns[column].is_some()
     }
 
-    fn set(&mut self, column: usize, cell: Cell<'_>) {
+    fn set(&mut self, column: usize, cell: TableCell<'_>) {
         let Some(column) = &mut self.columns[column] else { return };
         column.fill_to(self.rows);
         column.rows += 1;
         match (&mut column.values, cell) {
-            (Values::Flags(values), Cell::Flag(flag)) => values.append_value(flag),
-            (Values::Counts(values), Cell::Count(count)) => values.append_value(count),
-            (Values::Quantities(values), Cell::Quantity(value)) => values.append_value(value),
-            (Values::Texts(values), Cell::Text(text)) => values.append_value(text),
-            (Values::Instants(values), Cell::Instant(time)) => {
+            (Values::Flags(values), TableCell::Flag(flag)) => values.append_value(flag),
+            (Values::Counts(values), TableCell::Count(count)) => values.append_value(count),
+            (Values::Quantities(values), TableCell::Quantity(value)) => values.append_value(value),
+            (Values::Texts(values), TableCell::Text(text)) => values.append_value(text),
+            (Values::Instants(values), TableCell::Instant(time)) => {
                 values.append_value(time.nanos().div_euclid(1000));
             }
             (_, cell) => unreachable!("{cell:?} is of another kind than its column"),
@@ -161,7 +161,7 @@ impl Table for Gatherer {
 }
 
 impl Kept {
-    /// Nulls up to this row.
+    /// Adds nulls up to this row.
     fn fill_to(&mut self, rows: usize) {
         if self.rows < rows {
             self.values.append_nulls(rows - self.rows);

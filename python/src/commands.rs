@@ -1,4 +1,4 @@
-//! `encode`, `simulate` and `evaluate`, as the commands of these names do.
+//! `encode`, `simulate` and `evaluate`, like the commands with these names.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -13,16 +13,16 @@ use utm_fusion::simulate::{Scenario, simulate as simulated, write};
 use crate::source::{EditionNames, decoder, error};
 use crate::told::told;
 
-/// The whole program; its exit code.
+/// Runs the command line program; returns its exit code.
 #[pyfunction]
 pub(crate) fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     py.detach(|| cli::main(arguments))
 }
 
-/// Makes ASTERIX of a record or several, as `records` gives them or made by hand: records with the same `block` are in one. Keys
-/// are those of `records`. `edition` is that of records that name none.
+/// Encodes one or several records as ASTERIX, with the keys that `records` returns. Records with the same `block` share a block.
+/// `edition` applies to records that state none.
 ///
-/// Error is raised at the first that cannot be encoded, and says what is wrong with it.
+/// Raises Error at the first record that cannot be encoded, with the reason.
 #[pyfunction]
 #[pyo3(signature = (records, *, edition=None))]
 pub(crate) fn encode(
@@ -45,9 +45,9 @@ pub(crate) fn encode(
     Ok(octets)
 }
 
-/// Simulates a scenario (a TOML file) into files of the folder `out`, which is made where it is missing; their paths by name:
-/// `capture` (pcap), `radar` and `transponder` (raw), `site` (configuration), `truth`, `labels` (CSV), and those of further
-/// sensors. The same scenario, seed and duration give the same files. `duration_s` is 20 to 43200.
+/// Simulates a scenario (a TOML file) and writes files to the folder `out`, which is created if needed. Returns their paths by
+/// name: `capture` (pcap), `radar` and `transponder` (raw), `site` (configuration), `truth`, `labels` (CSV), and those of
+/// further sensors. The same scenario, seed and duration give the same files. `duration_s` is 20 to 43200.
 #[pyfunction]
 #[pyo3(signature = (scenario, out, *, seed=1, duration_s=None))]
 pub(crate) fn simulate(
@@ -73,8 +73,9 @@ pub(crate) fn simulate(
     Ok(files.into_iter().map(|path| (stem(&path).unwrap_or_default(), path)).collect())
 }
 
-/// Scores an output of `replay` against the truth: the object of `utm-fusion evaluate --json`. `labels` says which drone each
-/// plot and report was; with `capture` and `config` each input alone is scored, too. `plot` is a folder for figures (SVG).
+/// Scores an output of `replay` against the truth; returns the object of `utm-fusion evaluate --json`. `labels` states which
+/// drone each plot and report belongs to; with `capture` and `config` each input is also scored alone. `plot` is a folder for
+/// figures (SVG).
 #[pyfunction]
 #[pyo3(signature = (output, truth, *, labels=None, capture=None, config=None, date=None, integrity=false, attacks=None, alerts=None, conflicts=None, plot=None))]
 #[expect(clippy::too_many_arguments, reason = "the options of the command")]
@@ -116,7 +117,7 @@ pub(crate) fn evaluate<'py>(
     py.import("json")?.call_method1("loads", (text,))
 }
 
-/// What the options of the command require of each other.
+/// Checks which options require or exclude each other, as the command does.
 fn refuse(args: &scores::Args) -> PyResult<()> {
     let need =
         |is_asked: bool, has: bool, text: &str| if is_asked && !has { Err(error(text)) } else { Ok(()) };
@@ -128,7 +129,7 @@ fn refuse(args: &scores::Args) -> PyResult<()> {
     need(args.conflicts.is_some(), labels && config, "conflicts needs labels and config")
 }
 
-/// One file, or several.
+/// One file or several.
 #[derive(FromPyObject)]
 pub(crate) enum Paths {
     One(PathBuf),

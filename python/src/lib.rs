@@ -1,4 +1,4 @@
-//! utm-fusion for Python. The names here are those of `utm_fusion`, which says what they do (`utm_fusion/_native.pyi`).
+//! utm-fusion for Python: the compiled part of the package `utm_fusion`. Types are declared in `utm_fusion/_native.pyi`.
 
 mod columns;
 mod commands;

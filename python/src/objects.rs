@@ -1,14 +1,14 @@
-//! Records as dicts: what `decode` prints, made without printing it.
+//! Records as dicts: the output of `decode` without formatting it as text.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString};
 use serde_json::Value;
 use utm_fusion::json::Tree;
 
-/// Keys as Python has them; each is made once.
+/// Cache of dict keys as Python strings.
 pub(crate) struct Keys(Vec<Option<(&'static str, Py<PyString>)>>);
 
-/// More than the keys of a category, so that few share a place.
+/// Number of slots of the cache; more than a category has keys, so that few collide.
 const PLACES: usize = 4096;
 
 impl Default for Keys {
@@ -19,7 +19,7 @@ impl Default for Keys {
 
 impl Keys {
     fn get<'py>(&mut self, py: Python<'py>, key: &'static str) -> Bound<'py, PyString> {
-        // Where a text of the program stands says which it is.
+        // Keys are static strings, so an address identifies a key.
         let place = &mut self.0[(key.as_ptr() as usize ^ key.len()) % PLACES];
         if let Some((known, made)) = place
             && std::ptr::eq(*known, key)
@@ -32,15 +32,15 @@ impl Keys {
     }
 }
 
-/// A dict that is being made.
+/// Builds dicts.
 pub(crate) struct Objects<'a, 'py> {
     py: Python<'py>,
     keys: &'a mut Keys,
-    /// What is open, the innermost last.
+    /// Open objects, the innermost last.
     open: Vec<Open<'py>>,
-    /// What is complete.
+    /// Receives complete dicts.
     done: &'a mut dyn FnMut(Bound<'py, PyDict>),
-    /// What Python would not do.
+    /// First error of Python.
     failed: Option<PyErr>,
 }
 
@@ -58,7 +58,7 @@ impl<'a, 'py> Objects<'a, 'py> {
         Self { py, keys, open: Vec::with_capacity(8), done, failed: None }
     }
 
-    /// What went wrong: there is no memory, say.
+    /// The error that occurred, if any, such as lack of memory.
     pub(crate) fn finish(self) -> PyResult<()> {
         self.failed.map_or(Ok(()), Err)
     }
@@ -144,7 +144,7 @@ impl Tree for Objects<'_, '_> {
     }
 
     fn decimal(&mut self, value: f64, decimals: u8) {
-        // The quotient of two whole numbers is the double that reads as the decimal fraction.
+        // The quotient of two integers is the double nearest to the decimal fraction.
         let scale = 10_u64.pow(u32::from(decimals)) as f64;
         let scaled = (value * scale).round() as i64;
         if decimals == 0 {

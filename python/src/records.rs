@@ -7,9 +7,9 @@ use asterix::Fault;
 use fusion::time::Time;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use utm_fusion::capture::{Capture, Datagram, ReadError};
+use utm_fusion::capture::{Capture, CapturedDatagram, ReadError};
 use utm_fusion::decode::{Decoder, Faults, Sink};
-use utm_fusion::gateways::remote_id::Line;
+use utm_fusion::gateways::remote_id::BroadcastLine;
 use utm_fusion::json::{
     Entry, Place, REMOTE_ID, SKIPPED, write_block, write_fault, write_messages, write_record, write_refused,
     write_skipped, write_trailer,
@@ -19,10 +19,10 @@ use utm_fusion::pipeline::LineFault;
 use crate::objects::{Keys, Objects};
 use crate::source::{EditionNames, Source, complaint, decoder, error, warn};
 
-/// Datagrams that are read in one go, without the interpreter.
+/// Number of datagrams read at a time, with the interpreter released.
 const AT_ONCE: usize = 64;
 
-/// The records of a capture, one by one: what `records` gives.
+/// Iterator over the records of a capture; returned by `records`.
 #[pyclass(module = "utm_fusion")]
 pub(crate) struct Records(Mutex<Reading>);
 
@@ -30,14 +30,14 @@ struct Reading {
     capture: Capture,
     decoder: Decoder,
     chosen: Chosen,
-    /// What is read and not yet asked for.
+    /// Records read ahead.
     ready: VecDeque<Py<PyDict>>,
     keys: Keys,
     faults: Faults,
     end: End,
 }
 
-/// Which records are made.
+/// Which records are returned.
 #[derive(Clone, Copy)]
 struct Chosen {
     hex: bool,
@@ -46,21 +46,21 @@ struct Chosen {
 
 enum End {
     NotYet,
-    /// It came, and nobody has been told.
+    /// The end is reached and has not been reported.
     Reached(Option<ReadError>),
     Told,
 }
 
-/// The records of a capture, in its order, each a dict with what a line of `utm-fusion decode` holds: `time` (UTC, of the
-/// record; None in files without reception times), `offset` and `block` (where it stands in the file), `cat`, `sac`, `sic`,
-/// `items`.
+/// Iterates over the records of a capture in order. Each is a dict with the content of a line of `utm-fusion decode`: `time`
+/// (UTC, of the record; None in files without reception times), `offset` and `block` (its place in the file), `cat`, `sac`,
+/// `sic`, `items`.
 ///
-/// `source` is a path, or the octets of a file. `cat` reads blocks of one category. `edition` is that of the senders: "1.31" of
-/// the category of `cat`, else of CAT021; "48:1.31"; or several of these. `untyped` reads all categories by one rule for
-/// keys. `errors_only` leaves out what can be read. `hex` adds the octets of each record.
+/// `source` is a path, or the contents of a file as bytes. `cat` selects one category. `edition` is the senders' edition: "1.31"
+/// for the category `cat`, or else CAT021; "48:1.31"; or a list of these. `untyped` reads all categories with one rule for keys.
+/// `errors_only` leaves out all that can be read. `hex` adds the octets of each record.
 ///
-/// What cannot be read is a dict with `error`, is counted in `faults`, and at the end an InputWarning tells of it. Error is
-/// raised where the source is no capture, and behind the last record where it breaks off.
+/// Data that cannot be read are returned as a dict with `error`, are counted in `faults`, and cause an InputWarning at the end.
+/// Raises Error if the source is no capture, and after the last record if the capture is truncated or damaged.
 #[pyfunction]
 #[pyo3(signature = (source, *, cat=None, edition=None, untyped=false, errors_only=false, hex=false))]
 pub(crate) fn records(
@@ -107,7 +107,7 @@ impl Records {
         }
     }
 
-    /// What could not be read so far, by reason.
+    /// Number of errors so far, by reason.
     #[getter]
     fn faults(&mut self) -> std::collections::BTreeMap<String, u64> {
         self.0.get_mut().unwrap_or_else(PoisonError::into_inner).faults.counts().clone()
@@ -115,11 +115,11 @@ impl Records {
 }
 
 impl Reading {
-    /// Reads some datagrams and makes their records.
+    /// Reads some datagrams and builds their records.
     fn go_on(&mut self, py: Python<'_>) -> PyResult<()> {
         py.check_signals()?;
         let Self { capture, decoder, chosen, ready, keys, faults, end } = self;
-        let datagrams: Vec<Datagram> = py.detach(|| {
+        let datagrams: Vec<CapturedDatagram> = py.detach(|| {
             let mut datagrams = Vec::with_capacity(AT_ONCE);
             while datagrams.len() < AT_ONCE {
                 match capture.next() {
@@ -140,13 +140,13 @@ impl Reading {
         let out = Objects::new(py, keys, &mut done);
         let mut maker = Maker { out, chosen: *chosen, faults };
         for datagram in &datagrams {
-            // Nothing of it fails but what `finish` tells.
+            // Errors of Python are returned by `finish`.
             let Ok(()) = decoder.datagram(datagram, None, &mut maker);
         }
         maker.out.finish()
     }
 
-    /// Says what could not be read, now that all is.
+    /// Reports errors in the input after the last record.
     fn tell(&mut self, py: Python<'_>, damage: Option<ReadError>) -> PyResult<()> {
         if let Some(text) = complaint(&self.capture, &mut self.faults, None) {
             warn(py, &text)?;
@@ -155,7 +155,7 @@ impl Reading {
     }
 }
 
-/// Makes dicts of what is found.
+/// Builds a dict for everything that is found.
 struct Maker<'a, 'py> {
     out: Objects<'a, 'py>,
     chosen: Chosen,
@@ -206,7 +206,7 @@ impl Sink for Maker<'_, '_> {
 
     fn remote_id(
         &mut self,
-        line: Result<&Line, LineFault>,
+        line: Result<&BroadcastLine, LineFault>,
         octets: &[u8],
         received: Option<Time>,
         place: Place<'_>,

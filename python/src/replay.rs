@@ -1,4 +1,4 @@
-//! `replay`: captures through the engine, as columns.
+//! `replay`: processes captures with the engine and returns columns.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -8,13 +8,13 @@ use fusion::Emission;
 use pyo3::prelude::*;
 use tracing::{error as log_error, warn as log_warn};
 use utm_fusion::areas::Masks;
-use utm_fusion::capture::{Merged, ReadError, Receivers, TrailerRules};
+use utm_fusion::capture::{MergedCaptures, ReadError, SiteReceivers, TrailerRules};
 use utm_fusion::commands::moment::day;
 use utm_fusion::commands::unmatched::unmatched;
 use utm_fusion::config::{Config, PictureKind, Profile};
-use utm_fusion::formats::table::Table as _;
+use utm_fusion::formats::table::TableWriter as _;
 use utm_fusion::formats::{OutputFormat, PictureWriter, track_columns, write_track};
-use utm_fusion::integrity::Lookout;
+use utm_fusion::picture::UncooperativeDetector;
 use utm_fusion::picture::{Picture, PictureMaker};
 use utm_fusion::pipeline::{Output, Pipeline};
 
@@ -23,27 +23,28 @@ use crate::source::{Source, check_signals, error};
 use crate::table::Table;
 use crate::told::told;
 
-/// Receptions between two looks at whether the user wants to end it.
+/// Number of receptions between checks for an interrupt.
 const AT_ONCE: usize = 1024;
 
-/// The day of files that do not say theirs, where none is given.
+/// Default day for files that state none.
 const UNDATED: &str = "1970-01-01";
 
-/// One capture, or several.
+/// One capture or several.
 #[derive(FromPyObject)]
 pub(crate) enum Sources {
     One(Source),
     Several(Vec<Source>),
 }
 
-/// Replays captures, merged by time of reception, through the engine of the live service. The fused points are columns, a row
-/// per track and slot: those of `utm-fusion replay -o x.parquet`.
+/// Replays captures, merged by time of reception, with the engine of the live service. Returns the fused points as columns, one
+/// row per track and slot, as in `utm-fusion replay -o x.parquet`.
 ///
-/// `config` is the site's configuration, `profile` replaces its own ("operational", "reference"). `at` is the picture: "lagged",
-/// of the slots as they are published, or "now". `date` (YYYY-MM-DD) is the UTC day on which files begin that do not say theirs.
-/// `output` is a file to write as well, in the format of its extension: .ast .pcap .ndjson .geojson .csv .parquet .mcap.
+/// `config` is the site's configuration; `profile` overrides its profile ("operational", "reference"). `at` is the picture:
+/// "lagged", the slots as published, or "now". `date` (YYYY-MM-DD) is the UTC day on which files without a date begin. `output`
+/// is a file to write in addition, in the format of its extension: .ast .pcap .ndjson .geojson .csv .parquet .mcap.
 ///
-/// What cannot be read is an InputWarning; of a capture that breaks off what came before is replayed, and `damage` says why.
+/// Data that cannot be read cause an InputWarning. A truncated or damaged capture is replayed up to the damage, which `damage`
+/// describes.
 #[pyfunction]
 #[pyo3(signature = (source, config, *, profile=None, at="lagged", date=None, output=None))]
 pub(crate) fn replay(
@@ -86,7 +87,7 @@ fn run(sources: Vec<Source>, path: &Path, asked: &Asked) -> PyResult<Table> {
         return Err(error("at now: fusion.now is off, or the profile is reference"));
     }
     let masks = Masks::load(&config.areas).map_err(error)?;
-    let (trailers, receivers) = (TrailerRules::of(&config), Receivers::of(&config));
+    let (trailers, receivers) = (TrailerRules::of(&config), SiteReceivers::of(&config));
     let mut captures = Vec::with_capacity(sources.len());
     for source in sources {
         let capture = source.open().map_err(error)?;
@@ -106,7 +107,7 @@ fn run(sources: Vec<Source>, path: &Path, asked: &Asked) -> PyResult<Table> {
 
     let mut pipeline = Pipeline::new(&config, masks.clone());
     pipeline.engine_mut().keep_numbers_for_good();
-    let merged = Merged::new(captures, date).with_editions(pipeline.normaliser().editions());
+    let merged = MergedCaptures::new(captures, date).with_editions(pipeline.normaliser().editions());
     let mut show = Show::open(&config, &pipeline, masks, asked)?;
     let damage = pass(&mut pipeline, merged, &mut show)?;
     let problem = unmatched(pipeline.tally(), &config, &path.display().to_string(), &first);
@@ -114,8 +115,8 @@ fn run(sources: Vec<Source>, path: &Path, asked: &Asked) -> PyResult<Table> {
     problem.map_or(Ok(table), |problem| Err(error(problem)))
 }
 
-/// Hands captures to the pipeline and what it emits to the show; the damage that one of them ends with.
-fn pass(pipeline: &mut Pipeline, mut merged: Merged, show: &mut Show) -> PyResult<Option<ReadError>> {
+/// Replays captures; returns the damage that ends one of them, if any.
+fn pass(pipeline: &mut Pipeline, mut merged: MergedCaptures, show: &mut Show) -> PyResult<Option<ReadError>> {
     let mut damaged = None;
     for count in 0_usize.. {
         if count.is_multiple_of(AT_ONCE) {
@@ -145,10 +146,10 @@ fn pass(pipeline: &mut Pipeline, mut merged: Merged, show: &mut Show) -> PyResul
     Ok(damaged)
 }
 
-/// What becomes of emissions.
+/// Outputs of the emissions.
 struct Show {
     maker: PictureMaker,
-    lookout: Lookout,
+    detector: UncooperativeDetector,
     at: PictureKind,
     max_accuracy_m: f64,
     rows: Box<Gatherer>,
@@ -173,7 +174,7 @@ impl Show {
         });
         Ok(Self {
             maker: PictureMaker::new(config, pipeline.normaliser()),
-            lookout: Lookout::load(config, masks).map_err(error)?,
+            detector: UncooperativeDetector::load(config, masks).map_err(error)?,
             at: asked.at,
             max_accuracy_m: config.output.max_accuracy_m,
             rows: Box::new(Gatherer::new("tracks", &track_columns(), &shelf)),
@@ -186,7 +187,7 @@ impl Show {
         let now = emission.now.take().filter(|_| self.at == PictureKind::Now);
         let now = now.map(|now| self.maker.now(now));
         let mut lagged = self.maker.picture(emission);
-        self.lookout.look(&mut lagged, &self.maker);
+        self.detector.look(&mut lagged, &self.maker);
         match (self.at, now) {
             (PictureKind::Lagged, _) => self.write(lagged),
             (PictureKind::Now, Some(mut now)) => {

@@ -1,4 +1,4 @@
-//! What is read, and what is told when it cannot be.
+//! Input of the functions, and errors and warnings about it.
 
 use std::ffi::CString;
 use std::fmt::Display;
@@ -17,25 +17,25 @@ use utm_fusion::json::Editions;
 create_exception!(utm_fusion, Error, PyException, "What the program would say, and end with.");
 create_exception!(utm_fusion, InputWarning, PyUserWarning, "Some of the input could not be read.");
 
-/// An error with these words.
+/// An Error with this message.
 pub(crate) fn error(error: impl Display) -> PyErr {
     Error::new_err(error.to_string())
 }
 
-/// Says that some of the input could not be read.
+/// Issues an InputWarning.
 pub(crate) fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
-    // An octet 0 would end it; no message of the program has one but within the name of a file, which cannot.
+    // An octet 0 would end the message. It could only come from a file name, which cannot contain one.
     let text = CString::new(text.replace('\0', " ")).map_err(error)?;
     PyErr::warn(py, &py.get_type::<InputWarning>(), &text, 1)
 }
 
-/// KeyboardInterrupt, where the user wants it; for work without the interpreter's lock.
+/// Raises KeyboardInterrupt if the user has requested it; for work with the interpreter released.
 #[expect(clippy::redundant_closure_for_method_calls, reason = "the method itself is of one lifetime only")]
 pub(crate) fn check_signals() -> PyResult<()> {
     Python::attach(|py| py.check_signals())
 }
 
-/// A file, or the octets of one.
+/// A file, or the contents of one.
 pub(crate) enum Source {
     Path(PathBuf),
     Octets(Vec<u8>),
@@ -53,7 +53,7 @@ impl<'py> FromPyObject<'_, 'py> for Source {
 }
 
 impl Source {
-    /// Opens it.
+    /// Opens the source.
     pub(crate) fn open(self) -> Result<Capture, OpenError> {
         match self {
             Self::Path(path) => Capture::open(&path),
@@ -65,14 +65,14 @@ impl Source {
     }
 }
 
-/// One edition, or several.
+/// One edition or several.
 #[derive(FromPyObject)]
 pub(crate) enum EditionNames {
     One(String),
     Several(Vec<String>),
 }
 
-/// How records are read, as `decode` is told it.
+/// The decoder for these options, as `decode` interprets them.
 pub(crate) fn decoder(category: Option<u8>, names: Option<EditionNames>, untyped: bool) -> PyResult<Decoder> {
     let names = match names {
         None => Vec::new(),
@@ -85,7 +85,7 @@ pub(crate) fn decoder(category: Option<u8>, names: Option<EditionNames>, untyped
     Ok(Decoder { editions, category })
 }
 
-/// What could not be read of a capture, in the words of `decode`; `None` where all could.
+/// Summary of what could not be read, in the words of `decode`; `None` if everything could.
 pub(crate) fn complaint(
     capture: &Capture,
     faults: &mut Faults,

@@ -1,4 +1,4 @@
-//! `table`: the records of a category as columns.
+//! `table`: records of a category as columns.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,10 +14,10 @@ use utm_fusion::decode::{Decoder, Tables};
 use crate::columns::{Frame, Gatherer, Shelf, take};
 use crate::source::{EditionNames, Source, check_signals, complaint, decoder, error, warn};
 
-/// Datagrams between two looks at whether the user wants to end it.
+/// Number of datagrams between checks for an interrupt.
 const AT_ONCE: usize = 4096;
 
-/// The columns of `plots`: those of CAT048 that say what a radar saw where, and their names there.
+/// The columns of `plots`: columns of CAT048 with a radar's measurements, and their names in the table.
 const PLOT: &[(&str, &str)] = &[
     ("time", "time"),
     ("I048_140_s", "time_of_day_s"),
@@ -36,11 +36,11 @@ const PLOT: &[(&str, &str)] = &[
     ("I048_240", "callsign"),
 ];
 
-/// Columns, for whoever speaks Arrow's PyCapsule interface: pyarrow.table(t), polars.DataFrame(t). They may be taken several
+/// Columns for any library with Arrow's PyCapsule interface: pyarrow.table(t), polars.DataFrame(t). They can be exported several
 /// times.
 ///
-/// `unread` is what could not be read or was not looked into, as a table (None where there is nothing); `faults` counts what
-/// could not be read, by reason; `damage` says why the capture broke off, where it did.
+/// `unread` is a table of the data that could not be read or were not decoded (None if there are none); `faults` has the number
+/// of errors by reason; `damage` describes the damage that ends the capture, if any.
 #[pyclass(module = "utm_fusion", frozen)]
 pub(crate) struct Table {
     frame: Frame,
@@ -53,7 +53,7 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// Of what ended with this damage, if any.
+    /// A table, with the damage that ended its capture, if any.
     pub(crate) fn new(frame: Frame, damage: Option<ReadError>) -> Self {
         let damage = damage.map(|damage| damage.to_string());
         Self { frame, unread: None, faults: BTreeMap::new(), damage }
@@ -66,7 +66,7 @@ impl Table {
         self.frame.batches.iter().map(arrow_array::RecordBatch::num_rows).sum()
     }
 
-    /// The names of the columns.
+    /// Names of the columns.
     #[getter]
     fn columns(&self) -> Vec<&str> {
         self.frame.schema.fields().iter().map(|field| field.name().as_str()).collect()
@@ -87,7 +87,7 @@ impl Table {
         py: Python<'py>,
         requested_schema: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyCapsule>> {
-        // Whoever wants other types converts them: the protocol allows that.
+        // The protocol allows ignoring the requested types; the consumer converts.
         drop(requested_schema);
         let batches = self.frame.batches.clone().into_iter().map(Ok);
         let reader = RecordBatchIterator::new(batches, Arc::clone(&self.frame.schema));
@@ -95,18 +95,18 @@ impl Table {
         PyCapsule::new_with_value(py, stream, c"arrow_array_stream")
     }
 
-    /// As a data frame of pandas.
+    /// Converts the table to a data frame of pandas.
     fn to_pandas<'py>(this: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let pyarrow = this.py().import("pyarrow")?;
         pyarrow.call_method1("table", (this,))?.call_method0("to_pandas")
     }
 }
 
-/// The records of a category as columns, a row each: those of `utm-fusion decode --format parquet`, whose names have the unit
-/// (I048_040_rho_m). Null is an item that is not there, or a value that means "unknown".
+/// The records of a category as columns, one row each, as in `utm-fusion decode --format parquet`. Names of columns include the
+/// unit (I048_040_rho_m). Null is an item that is absent, or a value that means "unknown".
 ///
-/// `columns` makes only these, in this order. All else is as for `records`. What cannot be read is in the table's `unread` and
-/// `faults`, and an InputWarning tells of it; so does one of a capture that breaks off, whose reason is `damage`.
+/// `columns` selects columns and their order. The other parameters are those of `records`. Data that cannot be read are in the
+/// table's `unread` and `faults` and cause an InputWarning. So does a truncated or damaged capture, which `damage` describes.
 #[pyfunction]
 #[pyo3(signature = (source, cat, *, columns=None, edition=None, untyped=false, hex=false))]
 pub(crate) fn table(
@@ -126,7 +126,8 @@ pub(crate) fn table(
 
 /// The target reports of radars (CAT048) as columns: `time` (UTC), `time_of_day_s`, `sac`, `sic`, `type` (I048/020 TYP),
 /// `track_number`, `range_m` (slant), `azimuth_deg`, `height_m` (I048/110), `flight_level` (hundreds of feet), `speed_m_s`,
-/// `heading_deg`, `mode_3a`, `address`, `callsign`. Null is what a plot does not say. Faults are told as by `table`.
+/// `heading_deg`, `mode_3a`, `address`, `callsign`. Null is a value that the plot does not have. Errors are reported as by
+/// `table`.
 #[pyfunction]
 pub(crate) fn plots(py: Python<'_>, source: Source) -> PyResult<Table> {
     let decoder = decoder(Some(48), None, false)?;
@@ -148,7 +149,7 @@ fn read(
             Some(wanted) if name == records => Gatherer::only(name, columns, wanted, &shelf)?,
             _ => Gatherer::new(name, columns, &shelf),
         };
-        let table: Box<dyn utm_fusion::formats::table::Table> = Box::new(gatherer);
+        let table: Box<dyn utm_fusion::formats::table::TableWriter> = Box::new(gatherer);
         Ok(Some(table))
     });
     tables.begin(cat, &decoder.editions).map_err(error)?;
@@ -165,7 +166,7 @@ fn read(
     Ok(Table { frame, unread, faults, damage: damage.map(|damage| damage.to_string()) })
 }
 
-/// Reads a capture into tables, to its end or to the damage that ends it.
+/// Reads a capture into tables, up to its end or to the damage that ends it.
 fn fill(capture: &mut Capture, decoder: &Decoder, tables: &mut Tables<'_>) -> PyResult<Option<ReadError>> {
     for count in 0_usize.. {
         if count.is_multiple_of(AT_ONCE) {

@@ -1,4 +1,4 @@
-//! What the program says beside its results: warnings of Python.
+//! Log messages of the program as Python warnings.
 
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,7 +9,7 @@ use tracing::subscriber::with_default;
 
 use crate::source::warn;
 
-/// Lines that are gathered.
+/// Captured log lines.
 #[derive(Clone, Default)]
 struct Lines(Arc<Mutex<Vec<u8>>>);
 
@@ -24,7 +24,7 @@ impl Write for Lines {
     }
 }
 
-/// Does what takes its time without the interpreter, and then warns of what the program logged as warning or error.
+/// Runs `work` with the interpreter released, then issues its log warnings and errors as Python warnings.
 pub(crate) fn told<T: Send>(py: Python<'_>, work: impl FnOnce() -> PyResult<T> + Send) -> PyResult<T> {
     let lines = Lines::default();
     let writer = lines.clone();

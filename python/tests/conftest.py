@@ -1,4 +1,4 @@
-"""A flight that is simulated, and the program that comes with the package."""
+"""A simulated flight, and the program that comes with the package."""
 
 import json
 import signal
@@ -36,7 +36,7 @@ def program():
 
 @pytest.fixture(scope="session")
 def decoded(program):
-    """What the program's `decode` prints, as objects."""
+    """The output of the program's `decode` as objects."""
 
     def lines(*arguments):
         done = program("decode", *arguments, check=False)
@@ -46,7 +46,7 @@ def decoded(program):
 
 
 def damaged(path):
-    """The octets of a raw file with the same harm done to it each time."""
+    """The octets of a raw file, damaged in the same way each time."""
     octets = bytearray(path.read_bytes())
     for at in range(1000, len(octets), 577):
         octets[at] ^= 0xA5
@@ -56,9 +56,9 @@ def damaged(path):
 
 @contextmanager
 def ctrl_c(after_s):
-    """Presses Ctrl-C once, which must be felt within five seconds."""
+    """Sends Ctrl-C once, which must take effect within five seconds."""
     presses = threading.Timer(after_s, signal.raise_signal, [signal.SIGINT])
-    # Who is started in the background of a script ignores it.
+    # Background processes of a script ignore the signal.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     presses.start()
     start = time.monotonic()

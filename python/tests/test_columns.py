@@ -18,7 +18,7 @@ def test_columns_are_those_of_decode(flight, tables, cat):
     expected = pq.read_table(tables / f"cat{cat:03}.parquet")
     table = utm_fusion.table(flight["capture"], cat)
     assert len(table) == expected.num_rows > 10 and table.columns == expected.column_names
-    # Parquet's reader names the time zone as it was written.
+    # The Parquet reader keeps the name of the time zone as written.
     assert pa.table(table).cast(expected.schema).equals(expected)
     assert table.unread is None and table.faults == {} and table.damage is None
 

@@ -1,4 +1,4 @@
-"""Real recordings, where UTM_FUSION_SHARED_DATA names their folder."""
+"""Real recordings, from the folder that UTM_FUSION_SHARED_DATA names."""
 
 import os
 import warnings
@@ -25,7 +25,7 @@ def test_records_are_what_decode_prints(path, decoded):
         try:
             found.extend(utm_fusion.records(path))
         except utm_fusion.Error:
-            pass  # What is no capture has no lines, and what breaks off as many as before.
+            pass  # No records if the file is no capture; the records before the damage if it is damaged.
     expected = decoded(path)
     assert len(found) == len(expected)
     for record, line in zip(found, expected):

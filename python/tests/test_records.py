@@ -11,7 +11,7 @@ def test_records_are_what_decode_prints(flight, decoded, name):
     expected = decoded(flight[name])
     assert len(expected) > 50
     assert list(utm_fusion.records(flight[name])) == expected
-    # The same numbers, not only equal ones, and members in the same order.
+    # Equal numbers of the same type, and keys in the same order.
     assert repr(list(utm_fusion.records(flight[name]))) == repr(expected)
 
 
@@ -82,7 +82,7 @@ def test_errors_are_in_the_words_of_the_program(tmp_path, program):
 def test_ctrl_c_ends_what_finds_nothing(flight, tmp_path):
     path = tmp_path / "long.ast"
     path.write_bytes(flight["radar"].read_bytes() * 400)
-    # Nothing of it is of this category: the first record is not there before the end.
+    # No record has this category, so the first call returns only at the end.
     with ctrl_c(0.1):
         while True:
             next(utm_fusion.records(path, cat=200), None)

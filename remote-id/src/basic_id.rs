@@ -1,45 +1,45 @@
-//! Who it is: message type 0 (F3411-22a table 5).
+//! Basic ID: the identity of the aircraft, message type 0 (F3411-22a table 5).
 
 use super::message::{LENGTH, trimmed};
 
-/// Who it is.
+/// Identity of the aircraft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BasicId(pub(crate) [u8; LENGTH]);
 
-/// What kind of identity it states.
+/// Kind of identity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum IdType {
-    /// It says none; some put a serial number there all the same.
+    /// None; some senders state a serial number nevertheless.
     None,
-    /// A serial number after ANSI/CTA-2063-A.
+    /// Serial number (ANSI/CTA-2063-A).
     SerialNumber,
-    /// A registration that an authority gave.
+    /// Registration issued by an authority.
     Registration,
-    /// An identity of one flight that a UTM system gave, a UUID.
+    /// Identity of one flight, assigned by a UTM system: a UUID.
     UtmAssigned,
-    /// An identity of one session, its first octet says of which kind.
+    /// Identity of one session; its first octet states its kind.
     SpecificSession,
-    /// A number without a meaning yet.
+    /// A reserved number.
     Reserved(u8),
 }
 
-/// What kind of aircraft it says it is.
+/// Kind of aircraft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UaType {
-    /// It says none.
+    /// None declared.
     None,
-    /// With fixed wings.
+    /// Fixed wing.
     Aeroplane,
     /// A helicopter or multirotor.
     Rotorcraft,
     /// Takes off vertically and flies on wings.
     HybridLift,
-    /// Anything else, from gliders to obstacles on the ground, by its number.
+    /// Any other kind, from gliders to ground obstacles, by number.
     Other(u8),
 }
 
 impl BasicId {
-    /// Of an identity; what is longer than 20 octets is cut.
+    /// A message with this identity; identities are cut to 20 octets.
     pub fn new(id_type: IdType, ua_type: UaType, id: &[u8]) -> Self {
         let mut octets = [0; LENGTH];
         (octets[0], octets[1]) = (2, id_type.number() << 4 | ua_type.number());
@@ -47,7 +47,7 @@ impl BasicId {
         Self(octets)
     }
 
-    /// What kind of identity it states.
+    /// Kind of identity.
     pub fn id_type(&self) -> IdType {
         match self.0[1] >> 4 {
             0 => IdType::None,
@@ -59,12 +59,12 @@ impl BasicId {
         }
     }
 
-    /// Number of the kind of aircraft, 0 (none is declared) to 15.
+    /// Number of the kind of aircraft, 0 (none declared) to 15.
     pub fn ua_type_number(&self) -> u8 {
         self.0[1] & 0xf
     }
 
-    /// What kind of aircraft it is.
+    /// Kind of aircraft.
     pub fn ua_type(&self) -> UaType {
         match self.ua_type_number() {
             0 => UaType::None,
@@ -75,8 +75,8 @@ impl BasicId {
         }
     }
 
-    /// The identity, any octets: of a text, at most 20 octets without the NULs and blanks behind it; of a UUID all 16 octets;
-    /// of a session all 20 octets.
+    /// The identity. Text has at most 20 octets, without trailing NULs and blanks; a UUID has 16 octets, a session 20. The octets
+    /// may have any value.
     pub fn id(&self) -> &[u8] {
         match self.id_type() {
             IdType::UtmAssigned => &self.0[2..18],
@@ -85,7 +85,7 @@ impl BasicId {
         }
     }
 
-    /// The octets of the identity as they are.
+    /// The 20 octets of the identity, unchanged.
     pub fn id_octets(&self) -> &[u8; 20] {
         self.0[2..].first_chunk().expect("25 octets")
     }

@@ -1,42 +1,42 @@
 //! The French electronic identification ("signalement électronique", decree of 27 December 2019, annex): an element of a Wi-Fi
-//! beacon with values of type, length and contents; numbers are big-endian.
+//! beacon that consists of values with type, length and contents. Numbers are big-endian.
 
 use super::{
     BasicId, HeightAbove, IdType, Location, LocationContent, Message, Status, System, SystemContent, UaType,
     pack,
 };
 
-/// Octets of a Basic ID's identity.
+/// Maximum length of the identity in a Basic ID, in octets.
 const ID_MOST: usize = 20;
-/// The serial number in a French identifier stands behind the codes of manufacturer and model, filled up with zeros in front.
+/// Length of the codes of manufacturer and model in a French identifier; a serial number with leading zeros follows.
 const CODES: usize = 6;
 const FRENCH_ID: usize = 30;
-/// Degrees of a count.
+/// Degrees per count.
 const DEGREES: f64 = 1e-5;
 
-/// What a French beacon says; `None`: it does not say, or not in the length that the decree gives.
+/// Contents of a French beacon; `None`: absent, or not of the length that the decree requires.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct French<'a> {
-    /// French identifier: codes of manufacturer and model, three characters each, and a serial number of 24.
+    /// French identifier: codes of manufacturer and model, three characters each, and a serial number of 24 characters.
     pub french_id: Option<&'a [u8]>,
-    /// Serial number after ANSI/CTA-2063-A.
+    /// Serial number (ANSI/CTA-2063-A).
     pub serial: Option<&'a [u8]>,
-    /// Latitude and longitude, degrees, WGS-84; steps of 1e-5.
+    /// Latitude and longitude, degrees, WGS-84, in steps of 1e-5.
     pub place_deg: Option<[f64; 2]>,
-    /// Metres above mean sea level; whole metres.
+    /// Altitude, whole metres above mean sea level.
     pub altitude_amsl_m: Option<f64>,
-    /// Metres above the place of take-off; whole metres.
+    /// Height, whole metres above the place of take-off.
     pub height_m: Option<f64>,
     /// Latitude and longitude of the place of take-off, degrees.
     pub take_off_deg: Option<[f64; 2]>,
-    /// Speed over ground, metres a second; whole ones.
+    /// Speed over ground, whole metres per second.
     pub speed_m_s: Option<f64>,
-    /// Course over ground, degrees clockwise from true north; whole ones.
+    /// Course over ground, whole degrees clockwise from true north.
     pub course_deg: Option<f64>,
 }
 
 impl<'a> French<'a> {
-    /// Reads the values behind vendor and type of the element; unknown types are passed over. `None`: there is none of these.
+    /// Reads the values after vendor and type of the element; unknown types are ignored. `None`: there are no known values.
     pub fn new(mut octets: &'a [u8]) -> Option<Self> {
         let mut read = Self::default();
         let (mut place, mut take_off) = ([None; 2], [None; 2]);
@@ -63,8 +63,8 @@ impl<'a> French<'a> {
         (read != Self::default()).then_some(read)
     }
 
-    /// The identity as a Basic ID, which holds 20 octets: the serial number, or the French identifier without the zeros that fill
-    /// up its serial number, as a registration. `None`: there is none, or it is longer.
+    /// The identity as a Basic ID: the serial number, or else the French identifier as a registration, without the leading zeros
+    /// of its serial number. `None`: absent, or longer than 20 octets.
     pub fn basic_id(&self) -> Option<BasicId> {
         let fits = |id: &Vec<u8>| id.len() <= ID_MOST;
         let serial = self.serial.map(<[u8]>::to_vec).filter(fits);
@@ -78,8 +78,8 @@ impl<'a> French<'a> {
         serial.or(french).map(|(id_type, id)| BasicId::new(id_type, UaType::None, &id))
     }
 
-    /// The same as a pack of messages: Basic ID, Location, and the place of take-off as that of the operator. `undulation_m` is
-    /// the height of the geoid above the ellipsoid there.
+    /// The contents as a pack of messages: Basic ID, Location, and the place of take-off as that of the operator. `undulation_m`
+    /// is the height of the geoid above the ellipsoid.
     pub fn pack(&self, undulation_m: f64) -> Option<Vec<u8>> {
         let location = Location::new(&LocationContent {
             status: Status::Undeclared,

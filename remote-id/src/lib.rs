@@ -1,15 +1,16 @@
-//! Direct Remote ID as drones broadcast it: messages of 25 octets (ASTM F3411-22a section 5.4, ASD-STAN EN 4709-002, Open
-//! Drone ID), packs of them, and the Wi-Fi and Bluetooth frames that carry them. French beacons ([`French`]) are made into packs.
+//! Direct Remote ID as broadcast by drones: messages of 25 octets (ASTM F3411-22a section 5.4, ASD-STAN EN 4709-002, Open
+//! Drone ID), packs of messages, and the Wi-Fi and Bluetooth frames that carry them. French beacons ([`French`]) are converted
+//! to packs.
 //!
-//! Messages are also made: [`BasicId::new`], [`Location::new`], [`System::new`], and [`pack`] of several.
+//! Messages can also be created: [`BasicId::new`], [`Location::new`], [`System::new`], and [`pack`] for several.
 //!
-//! A message keeps its octets; physical values are had by method, and `None` is what the standard calls unknown. Nothing here
-//! judges: a position at 0, 0 is a position here.
+//! A message keeps its octets. Methods return physical values; `None` is what the standard calls unknown. Values are not
+//! checked for plausibility: a position at 0, 0 is a position.
 //!
 //! ```
 //! use remote_id::{Message, messages};
 //!
-//! // A pack of one: a drone 20 m/s fast, course 92 degrees, at 45.5457468 N, 122.9681496 W.
+//! // A pack of one message: a drone at 45.5457468 N, 122.9681496 W with 20 m/s and course 92 degrees.
 //! let octets = [
 //!     0xf0, 25, 1, 0x10, 0, 92, 80, 0, 0x5c, 0x52, 0x7e, 0x1b, 0xe8, 0xa5, 0xb4, 0xb6, 0, 0, 0xaa, 9, 0x98, 8, 0x39, 0x41, 0,
 //!     0, 10, 0,

@@ -1,83 +1,83 @@
-//! Where it is, and how it moves: message type 1 (F3411-22a table 6).
+//! Location: position and motion of the aircraft, message type 1 (F3411-22a table 6).
 
 use super::count::nearest;
 use super::message::LENGTH;
 
-/// Where it is, and how it moves.
+/// Position and motion of the aircraft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Location(pub(crate) [u8; LENGTH]);
 
-/// What it is doing.
+/// Operational status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// It does not say.
+    /// Undeclared.
     Undeclared,
     /// On the ground.
     Ground,
     /// In the air.
     Airborne,
-    /// In distress.
+    /// Emergency.
     Emergency,
-    /// Its Remote ID does not work as it should.
+    /// Failure of the Remote ID system.
     SystemFailure,
-    /// A number without a meaning yet.
+    /// A reserved number.
     Reserved(u8),
 }
 
-/// What its height is counted from.
+/// Reference of a height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HeightAbove {
-    /// From where it took off.
+    /// Place of take-off.
     TakeOff,
-    /// From the ground below it.
+    /// Ground below the aircraft.
     Ground,
 }
 
-/// What a location says, field by field; `None`: unknown.
+/// The values of a location message; `None`: unknown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocationContent {
-    /// What it is doing.
+    /// Operational status.
     pub status: Status,
     /// Course over ground, degrees clockwise from true north; steps of 1.
     pub course_deg: Option<f64>,
-    /// Speed over ground, metres a second; steps of 0.25 up to 63.75 and of 0.75 above, up to 254.25.
+    /// Speed over ground, metres per second; steps of 0.25 up to 63.75 and of 0.75 above, up to 254.25.
     pub speed_m_s: Option<f64>,
-    /// Climb, metres a second; steps of 0.5, up to 62 either way.
+    /// Vertical speed, metres per second, from -62 to 62; steps of 0.5.
     pub climb_m_s: Option<f64>,
     /// Latitude and longitude, degrees, WGS-84; steps of 1e-7.
     pub place_deg: Option<[f64; 2]>,
     /// Pressure altitude, metres; steps of 0.5, from -999.5 to 31,767.5.
     pub pressure_altitude_m: Option<f64>,
-    /// Height above the WGS-84 ellipsoid, metres; the same steps.
+    /// Height above the WGS-84 ellipsoid, metres; steps of 0.5, from -999.5 to 31,767.5.
     pub geodetic_altitude_m: Option<f64>,
-    /// Height, metres, and what it is counted from; the same steps.
+    /// Height, metres, and its reference; steps of 0.5, from -999.5 to 31,767.5.
     pub height_m: Option<(f64, HeightAbove)>,
-    /// Radius, metres, that holds 95 % of the errors over ground: sent as the least of twelve that is no smaller.
+    /// Radius that contains 95 % of the horizontal errors, metres; sent as the smallest of twelve values that is not less.
     pub accuracy_h_m: Option<f64>,
-    /// The same of the geodetic altitude, of six.
+    /// Bound of 95 % of the errors of the geodetic altitude, metres; one of six values.
     pub accuracy_v_m: Option<f64>,
-    /// The same of the pressure altitude, of six.
+    /// Bound of 95 % of the errors of the pressure altitude, metres; one of six values.
     pub accuracy_pressure_m: Option<f64>,
-    /// The same of the speed, metres a second, of four.
+    /// Bound of 95 % of the errors of the speed, metres per second; one of four values.
     pub accuracy_speed_m_s: Option<f64>,
     /// Seconds since the full hour of UTC; steps of 0.1.
     pub seconds_of_hour: Option<f64>,
-    /// How much that may be wrong, seconds; steps of 0.1 up to 1.5.
+    /// Accuracy of the time, seconds; steps of 0.1 up to 1.5.
     pub accuracy_time_s: Option<f64>,
 }
 
-/// Degrees of a count.
+/// Degrees per count.
 const DEGREES: f64 = 1e-7;
-/// Radii, metres, that hold 95 % of the errors over ground, by their code less one.
+/// Radii that contain 95 % of the horizontal errors, metres, by code minus one.
 const HORIZONTAL_M: [f64; 12] =
     [18_520.0, 7_408.0, 3_704.0, 1_852.0, 926.0, 555.6, 185.2, 92.6, 30.0, 10.0, 3.0, 1.0];
-/// The same of heights.
+/// Bounds of 95 % of the errors of heights, metres, by code minus one.
 const VERTICAL_M: [f64; 6] = [150.0, 45.0, 25.0, 10.0, 3.0, 1.0];
-/// The same of speeds, metres a second.
+/// Bounds of 95 % of the errors of speeds, metres per second, by code minus one.
 const SPEED_M_S: [f64; 4] = [10.0, 3.0, 1.0, 0.3];
 
 impl Location {
-    /// Of what it says: each value as the nearest that the message holds.
+    /// A message with these values, each rounded to the nearest one that the message can hold.
     pub fn new(content: &LocationContent) -> Self {
         let mut octets = [0; LENGTH];
         octets[0] = 0x12;
@@ -92,7 +92,7 @@ impl Location {
             None => (octets[1], octets[2]) = (octets[1] | 0b10, 181),
         }
         match content.speed_m_s {
-            // As much as the fine steps hold.
+            // Within the range of the fine steps.
             Some(speed_m_s) if speed_m_s < 0.25 * 255.5 => {
                 octets[3] = nearest(speed_m_s, 0.25, 0.0, 255.0) as u8;
             }
@@ -124,7 +124,7 @@ impl Location {
         Self(octets)
     }
 
-    /// What it says.
+    /// The values of the message.
     pub fn content(&self) -> LocationContent {
         LocationContent {
             status: self.status(),
@@ -144,12 +144,12 @@ impl Location {
         }
     }
 
-    /// Number of what it is doing, 0 (undeclared) to 15.
+    /// Number of the operational status, 0 (undeclared) to 15.
     pub fn status_number(&self) -> u8 {
         self.0[1] >> 4
     }
 
-    /// What it is doing.
+    /// Operational status.
     pub fn status(&self) -> Status {
         match self.status_number() {
             0 => Status::Undeclared,
@@ -168,7 +168,7 @@ impl Location {
         (degrees < 360).then_some(f64::from(degrees))
     }
 
-    /// Speed over ground, metres a second, in steps of 0.25 up to 63.75 and of 0.75 above; `None`: unknown.
+    /// Speed over ground, metres per second, in steps of 0.25 up to 63.75 and of 0.75 above; `None`: unknown.
     pub fn speed_m_s(&self) -> Option<f64> {
         let count = f64::from(self.0[3]);
         match self.0[1] & 1 {
@@ -178,18 +178,18 @@ impl Location {
         }
     }
 
-    /// Climb, metres a second, in steps of 0.5; `None`: unknown.
+    /// Vertical speed, metres per second, in steps of 0.5; `None`: unknown.
     pub fn climb_m_s(&self) -> Option<f64> {
         let climb_m_s = 0.5 * f64::from(self.0[4].cast_signed());
         (climb_m_s != 63.0).then_some(climb_m_s)
     }
 
-    /// Latitude and longitude, degrees, WGS-84, whatever they are: both are 0 where it does not know its place.
+    /// Latitude and longitude, degrees, WGS-84, unchecked; both are 0 if the aircraft does not know its position.
     pub fn place_deg(&self) -> [f64; 2] {
         self.place_counts().map(|count| f64::from(count) * DEGREES)
     }
 
-    /// The same in 1e-7 degrees.
+    /// Latitude and longitude, in 1e-7 degrees.
     pub fn place_counts(&self) -> [i32; 2] {
         [5, 9].map(|at| i32::from_le_bytes(self.chunk(at)))
     }
@@ -204,39 +204,39 @@ impl Location {
         altitude_m(self.chunk(15))
     }
 
-    /// Height, metres, and what it is counted from; `None`: unknown.
+    /// Height, metres, and its reference; `None`: unknown.
     pub fn height_m(&self) -> Option<(f64, HeightAbove)> {
         let above = if self.0[1] & 0b100 == 0 { HeightAbove::TakeOff } else { HeightAbove::Ground };
         altitude_m(self.chunk(17)).map(|metres| (metres, above))
     }
 
-    /// Radius, metres, that holds 95 % of the errors over ground; `None`: unknown.
+    /// Radius that contains 95 % of the horizontal errors, metres; `None`: unknown.
     pub fn accuracy_h_m(&self) -> Option<f64> {
         coded(&HORIZONTAL_M, self.0[19] & 0xf)
     }
 
-    /// The same of the geodetic altitude, metres.
+    /// Bound of 95 % of the errors of the geodetic altitude, metres; `None`: unknown.
     pub fn accuracy_v_m(&self) -> Option<f64> {
         coded(&VERTICAL_M, self.0[19] >> 4)
     }
 
-    /// The same of the pressure altitude, metres.
+    /// Bound of 95 % of the errors of the pressure altitude, metres; `None`: unknown.
     pub fn accuracy_pressure_m(&self) -> Option<f64> {
         coded(&VERTICAL_M, self.0[20] >> 4)
     }
 
-    /// The same of the speed, metres a second.
+    /// Bound of 95 % of the errors of the speed, metres per second; `None`: unknown.
     pub fn accuracy_speed_m_s(&self) -> Option<f64> {
         coded(&SPEED_M_S, self.0[20] & 0xf)
     }
 
-    /// When it was there: seconds since the full hour of UTC, in steps of 0.1; `None`: unknown, or beyond the hour.
+    /// Time of the position, seconds since the full hour of UTC, in steps of 0.1; `None`: unknown, or beyond the hour.
     pub fn seconds_of_hour(&self) -> Option<f64> {
         let tenths = u16::from_le_bytes(self.chunk(21));
         (tenths <= 36_000).then_some(f64::from(tenths) * 0.1)
     }
 
-    /// How much that may be wrong, seconds; `None`: unknown.
+    /// Accuracy of the time, seconds; `None`: unknown.
     pub fn accuracy_time_s(&self) -> Option<f64> {
         let tenths = self.0[23] & 0xf;
         (tenths > 0).then_some(f64::from(tenths) * 0.1)
@@ -260,25 +260,25 @@ impl Status {
     }
 }
 
-/// The code of the least value that is no smaller; 0 where there is none, or nothing is known.
+/// Code of the smallest of `values` that is not less than `value`; 0 if there is none or the value is unknown.
 fn code(values: &[f64], value: Option<f64>) -> u8 {
-    // The values fall.
+    // The values are in descending order.
     value.map_or(0, |value| values.iter().take_while(|&&of| of >= value).count() as u8)
 }
 
-/// Steps of 0.5 m from 1000 m below zero on, from the first that is not the unknown one.
+/// An altitude in steps of 0.5 m above -1000 m; the lowest known altitude has the count 1, because 0 is unknown.
 pub(crate) fn altitude_octets(metres: Option<f64>) -> [u8; 2] {
     let count = metres.map_or(0, |metres| nearest(metres + 1000.0, 0.5, 1.0, f64::from(u16::MAX)) as u16);
     count.to_le_bytes()
 }
 
-/// Steps of 0.5 m from 1000 m below zero on; 0 is what is not known.
+/// The altitude of a count of steps of 0.5 m above -1000 m; 0 is unknown.
 pub(crate) fn altitude_m(octets: [u8; 2]) -> Option<f64> {
     let count = u16::from_le_bytes(octets);
     (count > 0).then_some(0.5 * f64::from(count) - 1000.0)
 }
 
-/// The value of a code; 0, and what has no meaning yet, is not known.
+/// The value of a code; 0 and reserved codes are unknown.
 fn coded(values: &[f64], code: u8) -> Option<f64> {
     values.get(usize::from(code).checked_sub(1)?).copied()
 }

@@ -2,33 +2,33 @@
 
 use super::{BasicId, Fault, Location, System};
 
-/// Octets of a message.
+/// Length of a message, in octets.
 pub const LENGTH: usize = 25;
-/// Most messages of a pack that is read (F3411-19: 10, F3411-22: 9), and of one that is made.
+/// Maximum number of messages in a pack that is read (F3411-19: 10, F3411-22: 9). Packs that are written have at most nine.
 pub const PACK_MOST: u8 = 10;
 const PACK_MADE: u8 = 9;
-/// Versions that have been published: F3411-19 (0), F3411-22 (1, 2).
+/// Number of published protocol versions: F3411-19 (0), F3411-22 (1, 2).
 const VERSIONS: u8 = 3;
 
-/// One message.
+/// A message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message {
-    /// Who it is.
+    /// Identity of the aircraft.
     BasicId(BasicId),
-    /// Where it is, and how it moves.
+    /// Position and motion of the aircraft.
     Location(Location),
-    /// Signatures: kept as they are, a page of several.
+    /// Authentication data, undecoded: one page of several.
     Authentication([u8; LENGTH]),
-    /// Why it flies.
+    /// Purpose of the flight.
     SelfId(SelfId),
-    /// Where its operator is.
+    /// Position of the operator.
     System(System),
-    /// Who its operator is.
+    /// Registration of the operator.
     OperatorId(OperatorId),
 }
 
 impl Message {
-    /// Of its octets.
+    /// Decodes a message.
     ///
     /// # Errors
     /// The version or the type does not exist.
@@ -49,7 +49,7 @@ impl Message {
         }
     }
 
-    /// Its octets.
+    /// The octets of the message.
     pub fn octets(&self) -> &[u8; LENGTH] {
         match self {
             Self::BasicId(BasicId(octets))
@@ -61,47 +61,47 @@ impl Message {
         }
     }
 
-    /// Version of the protocol: 0 (F3411-19), 1 or 2 (F3411-22).
+    /// Protocol version: 0 (F3411-19), 1 or 2 (F3411-22).
     pub fn version(&self) -> u8 {
         self.octets()[0] & 0xf
     }
 }
 
-/// Why it flies, in the operator's words.
+/// Purpose of the flight, in the operator's words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SelfId(pub(crate) [u8; LENGTH]);
 
 impl SelfId {
-    /// The words, without what fills them up; any octets.
+    /// The text without its padding; octets may have any value.
     pub fn words(&self) -> &[u8] {
         trimmed(&self.0[2..])
     }
 }
 
-/// Who the operator is.
+/// Identity of the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OperatorId(pub(crate) [u8; LENGTH]);
 
 impl OperatorId {
-    /// The operator's registration, without what fills it up; any octets. Nobody's business without a right to it.
+    /// The operator's registration without its padding; octets may have any value. This is personal data.
     pub fn id(&self) -> &[u8] {
         trimmed(&self.0[2..22])
     }
 }
 
-/// Without the NULs and blanks behind.
+/// The octets without trailing NULs and blanks.
 pub(crate) fn trimmed(octets: &[u8]) -> &[u8] {
     let length = octets.iter().rposition(|octet| !matches!(octet, 0 | b' ')).map_or(0, |last| last + 1);
     &octets[..length]
 }
 
-/// The type of a pack.
+/// Message type of a pack.
 const PACK: u8 = 0xf;
-/// Octets in front of the messages of a pack.
+/// Length of the header of a pack, in octets.
 const PACK_HEADER: usize = 3;
 
-/// The messages of what stands behind the counter of an advertisement: a message, or a pack. A fault of a message leaves those
-/// behind it as they are; a fault of the pack is the last item.
+/// The messages of an advertisement, whose octets after the counter are a message or a pack. A faulty message does not affect
+/// those after it; a fault of the pack is the last item.
 pub fn messages(octets: &[u8]) -> Messages<'_> {
     match *octets {
         [first, length, count, ref rest @ ..] if first >> 4 == PACK => {
@@ -124,20 +124,20 @@ pub fn messages(octets: &[u8]) -> Messages<'_> {
     }
 }
 
-/// Whether octets begin as a pack of messages does.
+/// Whether the octets begin with the header of a pack.
 pub(crate) fn is_pack_header(octets: &[u8]) -> bool {
     let [first, length, count, ..] = *octets else { return false };
     first >> 4 == PACK && usize::from(length) == LENGTH && (1..=PACK_MOST).contains(&count)
 }
 
-/// How many octets of a pack are missing; `None`: it is whole, or no pack.
+/// Number of octets missing from a pack; `None`: the pack is complete, or this is no pack.
 pub(crate) fn missing(octets: &[u8]) -> Option<usize> {
     let whole = PACK_HEADER + LENGTH * usize::from(*octets.get(2)?);
     let missing = whole.checked_sub(octets.len()).filter(|missing| *missing > 0);
     missing.filter(|_| is_pack_header(octets))
 }
 
-/// A pack of these messages; `None` for none and for more than nine.
+/// A pack of these messages; `None` if there are none or more than nine.
 pub fn pack(messages: &[Message]) -> Option<Vec<u8>> {
     let count = u8::try_from(messages.len()).ok().filter(|count| (1..=PACK_MADE).contains(count))?;
     let mut octets = vec![PACK << 4 | 2, LENGTH as u8, count];
@@ -145,13 +145,13 @@ pub fn pack(messages: &[Message]) -> Option<Vec<u8>> {
     Some(octets)
 }
 
-/// The messages of a pack, or the one that is there.
+/// The messages of a pack, or a single message.
 #[derive(Clone, Debug)]
 pub struct Messages<'a> {
     rest: &'a [u8],
     count: u8,
     done: u8,
-    /// Of the pack.
+    /// Fault of the pack.
     fault: Option<Fault>,
 }
 

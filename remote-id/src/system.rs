@@ -1,40 +1,40 @@
-//! Where the operator is: message type 4 (F3411-22a table 9). Nobody's business without a right to it.
+//! System: position of the operator, message type 4 (F3411-22a table 9). This is personal data.
 
 use super::count::nearest;
 use super::location::{altitude_m, altitude_octets};
 use super::message::LENGTH;
 
-/// Where the operator is.
+/// Position of the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct System(pub(crate) [u8; LENGTH]);
 
-/// What a system message says, field by field.
+/// The values of a system message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SystemContent {
-    /// How the operator's place is known, 0 to 3: 0 take-off, 1 measured, 2 fixed.
+    /// Source of the operator's position, 0 to 3: 0 take-off, 1 measured, 2 fixed.
     pub location_type: u8,
-    /// By whose rules it is classified, 0 to 7: 0 nobody's, 1 those of the European Union.
+    /// Region of the classification, 0 to 7: 0 undeclared, 1 European Union.
     pub classification: u8,
     /// Latitude and longitude of the operator, degrees, WGS-84; steps of 1e-7. `None`: unknown.
     pub operator_deg: Option<[f64; 2]>,
-    /// How many aircraft it speaks for.
+    /// Number of aircraft that the message represents.
     pub area_count: u16,
-    /// Radius, metres, around its place within which they fly; steps of 10, up to 2,550.
+    /// Radius of their area around this aircraft's position, metres; steps of 10, up to 2,550.
     pub area_radius_m: f64,
-    /// Top of where they fly above the WGS-84 ellipsoid, metres; steps of 0.5. `None`: unknown.
+    /// Ceiling of their area above the WGS-84 ellipsoid, metres; steps of 0.5. `None`: unknown.
     pub area_ceiling_m: Option<f64>,
-    /// The same of the bottom.
+    /// Floor of their area above the WGS-84 ellipsoid, metres; steps of 0.5. `None`: unknown.
     pub area_floor_m: Option<f64>,
-    /// Category and class of the European Union, 0 to 15 each; 0: undeclared.
+    /// Category and class in the European Union, 0 to 15 each; 0: undeclared.
     pub category_and_class: [u8; 2],
     /// Height of the operator above the WGS-84 ellipsoid, metres; steps of 0.5. `None`: unknown.
     pub operator_altitude_m: Option<f64>,
-    /// When that was, whole seconds since the beginning of 2019, UTC.
+    /// Time, whole seconds since the beginning of 2019, UTC.
     pub time_s: u32,
 }
 
 impl System {
-    /// Of what it says: each value as the nearest that the message holds.
+    /// A message with these values, each rounded to the nearest one that the message can hold.
     pub fn new(content: &SystemContent) -> Self {
         let mut octets = [0; LENGTH];
         octets[0] = 0x42;
@@ -54,7 +54,7 @@ impl System {
         Self(octets)
     }
 
-    /// What it says.
+    /// The values of the message.
     pub fn content(&self) -> SystemContent {
         SystemContent {
             location_type: self.0[1] & 0b11,
@@ -70,17 +70,17 @@ impl System {
         }
     }
 
-    /// Latitude and longitude of the operator, degrees, WGS-84; both are 0 where they are not known.
+    /// Latitude and longitude of the operator, degrees, WGS-84; both are 0 if unknown.
     pub fn operator_deg(&self) -> [f64; 2] {
         [2, 6].map(|at| f64::from(i32::from_le_bytes(*self.0[at..].first_chunk().expect("25 octets"))) * 1e-7)
     }
 
-    /// How many aircraft it speaks for.
+    /// Number of aircraft that the message represents.
     pub fn area_count(&self) -> u16 {
         u16::from_le_bytes([self.0[10], self.0[11]])
     }
 
-    /// Radius, metres, around its place within which they fly.
+    /// Radius of their area around this aircraft's position, metres.
     pub fn area_radius_m(&self) -> f64 {
         10.0 * f64::from(self.0[12])
     }

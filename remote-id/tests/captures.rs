@@ -1,6 +1,6 @@
-//! Real transmissions, message by message, against the reference decoder's reading (opendroneid-core-c).
+//! Recorded transmissions, message by message, compared with the reference decoder (opendroneid-core-c).
 //!
-//! Switched on by `UTM_FUSION_SHARED_DATA`, the folder of the recordings.
+//! Enabled by `UTM_FUSION_SHARED_DATA`, the folder of the recordings.
 
 #![expect(
     clippy::unwrap_used,
@@ -49,14 +49,14 @@ fn frames(path: &Path) -> Vec<Vec<u8>> {
     .collect()
 }
 
-/// The reference decoder's reading, an advertisement a line.
+/// The output of the reference decoder, one advertisement per line.
 fn lines(path: &Path) -> Vec<Value> {
     let mut text = String::new();
     flate2::read::GzDecoder::new(fs::File::open(path).unwrap()).read_to_string(&mut text).unwrap();
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// A message as that decoder's fields have it.
+/// A message with the fields of the reference decoder.
 fn as_decoded(message: &Message) -> Value {
     let id_hex = |octets: &[u8]| octets.iter().map(|octet| format!("{octet:02x}")).collect::<String>();
     match message {
@@ -97,7 +97,7 @@ fn location_as_decoded(location: &Location) -> Value {
     })
 }
 
-/// Whether every field of `ours` is `theirs`.
+/// Whether all fields of `ours` are equal in `theirs`.
 fn agree(ours: &Value, theirs: &Value) -> bool {
     ours.as_object().unwrap().iter().all(|(name, ours)| match (ours.as_f64(), theirs[name].as_f64()) {
         (Some(ours), Some(theirs)) => (ours - theirs).abs() < 1e-6,
@@ -130,7 +130,7 @@ fn every_message_is_read_as_the_reference_decoder_reads_it() {
             };
             let transmitter: Vec<String> =
                 said_by.transmitter.iter().map(|octet| format!("{octet:02x}")).collect();
-            // The other decoder read what the radio had garbled, too.
+            // The reference decoder also reads frames with a wrong checksum.
             let hex: String = said_by.octets.iter().map(|octet| format!("{octet:02x}")).collect();
             let line = lines
                 .find(|line| {

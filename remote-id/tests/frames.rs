@@ -1,21 +1,21 @@
-//! Frames made by hand: flags of 802.11, elements in parts, Bluetooth of every link type, French beacons.
+//! Hand-made frames: flags of 802.11, fragmented elements, Bluetooth with every link type, French beacons.
 
 use remote_id::{
     Advertisement, Fault, French, HeightAbove, IdType, LENGTH, Link, Listener, Message, NotHeard, Transport,
     advertisements, messages,
 };
 
-/// A self ID.
+/// A Self-ID message.
 const MESSAGE: [u8; LENGTH] = *b"\x32\0a flight for testing...";
 const ADDRESS: [u8; 6] = [1, 2, 3, 4, 5, 6];
 const VENDOR: [u8; 4] = [0xfa, 0x0b, 0xbc, 0x0d];
 
-/// A management frame; `header` is frame control, `body` what stands behind the header of 24 octets.
+/// A management frame; `header` is its frame control, `body` follows the header of 24 octets.
 fn management(header: [u8; 2], body: &[u8]) -> Vec<u8> {
     [&header[..], &[0; 2], &[0xff; 6], &ADDRESS, &[9; 6], &[0; 2], body].concat()
 }
 
-/// Elements behind time stamp, interval, capabilities and a network's name.
+/// The body of a beacon: time stamp, interval, capabilities, the name of a network, and these elements.
 fn beacon_body(elements: &[u8]) -> Vec<u8> {
     [&[0; 12][..], &[0, 3, b'n', b'e', b't'], elements].concat()
 }
@@ -41,7 +41,7 @@ fn heard(link: Link, frame: &[u8]) -> Vec<Advertisement<'_>> {
     advertisements(link, frame).expect("an advertisement")
 }
 
-/// The only advertisement of a frame.
+/// The octets of the only advertisement in a frame.
 fn octets_of(link: Link, frame: &[u8]) -> Vec<u8> {
     let mut all = heard(link, frame);
     assert_eq!((all.len(), all[0].transmitter), (1, ADDRESS));
@@ -51,7 +51,7 @@ fn octets_of(link: Link, frame: &[u8]) -> Vec<u8> {
 #[test]
 fn frame_control_flags_do_not_hide_a_beacon() {
     let body = beacon_body(&vendor(&[&[7][..], &MESSAGE].concat()));
-    // Retry, power management, more data, and order without the field that it announces today.
+    // Retry, power management, more data, and the order bit without the field that it indicates today.
     for flags in [0, 0x08, 0x10, 0x20, 0x38, 0x80] {
         assert_eq!(octets_of(Link::Ieee80211, &management([0x80, flags], &body)), MESSAGE, "{flags:02x}");
     }
@@ -64,7 +64,7 @@ fn frame_control_flags_do_not_hide_a_beacon() {
 
 #[test]
 fn short_control_frame_is_not_cut() {
-    // An acknowledgement.
+    // An acknowledgement frame.
     let ack = [&[0xd4, 0, 0, 0][..], &ADDRESS].concat();
     assert_eq!(advertisements(Link::Ieee80211, &ack), Err(NotHeard::Other));
 }
@@ -83,7 +83,7 @@ fn pack_of_ten_over_two_elements_is_joined() {
 }
 
 #[test]
-fn two_elements_of_one_beacon_are_both_heard() {
+fn two_elements_of_one_beacon_are_both_decoded() {
     for (first, second) in [(MESSAGE.to_vec(), pack(2)), (pack(3), MESSAGE.to_vec()), (pack(1), pack(2))] {
         let elements = [vendor(&[&[7][..], &first].concat()), vendor(&[&[8][..], &second].concat())].concat();
         let frame = management([0x80, 0], &beacon_body(&elements));
@@ -91,7 +91,7 @@ fn two_elements_of_one_beacon_are_both_heard() {
         let octets: Vec<&[u8]> = all.iter().map(|heard| &*heard.octets).collect();
         assert_eq!(octets, [&first[..], &second[..]]);
     }
-    // A pack that is cut does not swallow the pack behind it.
+    // A truncated pack does not swallow the pack after it.
     let elements =
         [vendor(&[&[7][..], &pack(4)[..60]].concat()), vendor(&[&[8][..], &pack(2)].concat())].concat();
     let frame = management([0x80, 0], &beacon_body(&elements));
@@ -114,7 +114,7 @@ fn pack_of_ten_is_read_and_eleven_refused() {
     assert_eq!(fault.to_string(), "the pack says that it has 3 messages, and ends in message 3");
 }
 
-/// Advertising data of flags and Remote ID.
+/// Advertising data with flags and Remote ID.
 fn data(octets: &[u8]) -> Vec<u8> {
     [&[2, 1, 6][..], &[5 + octets.len() as u8, 0x16, 0xfa, 0xff, 0x0d, 7], octets].concat()
 }
@@ -123,7 +123,7 @@ fn backwards() -> Vec<u8> {
     ADDRESS.into_iter().rev().collect()
 }
 
-/// Access address and a packet of that kind, without its checksum.
+/// The access address and a packet of that type, without its checksum.
 fn packet(kind: u8, body: &[u8]) -> Vec<u8> {
     [&[0xd6, 0xbe, 0x89, 0x8e, 0x40 | kind, body.len() as u8], body].concat()
 }
@@ -135,7 +135,7 @@ fn nordic(packet: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn bluetooth_legacy_advertising_is_heard() {
+fn bluetooth_legacy_advertising_is_decoded() {
     let body = [backwards(), data(&MESSAGE)].concat();
     for kind in 0..16 {
         let frame = nordic(&packet(kind, &body));
@@ -153,7 +153,7 @@ fn bluetooth_legacy_advertising_is_heard() {
 
 #[test]
 fn bluetooth_link_layer_checksum_is_compared() {
-    // As a sniffer captured it, but for the names in it (an empty advertisement, checksum worked out by hand).
+    // A packet from a sniffer with changed names (an empty advertisement, checksum calculated by hand).
     let sent = [
         0xd6, 0xbe, 0x89, 0x8e, 0x42, 0x25, 2, 1, 0, 0xe1, 0xa5, 0xc4, 0x1e, 0x16, 0xfa, 0xff, 0x0d, 0, 0, 0,
         0x4d, 0x46, 0x47, 0x31, 0x41, 0x30, 0x31, 0x32, 0x33, 0x34, 0x35, 0x36, 0x37, 0x38, 0x39, 0, 0, 0, 0,
@@ -169,15 +169,15 @@ fn bluetooth_link_layer_checksum_is_compared() {
     {
         assert_eq!(advertisements(Link::LeRadio, &radio(flags, packet)).is_ok(), is_heard, "{flags:04x}");
     }
-    // The coded radio has an octet of its coding behind the access address.
+    // On the coded PHY an octet with the coding indicator follows the access address.
     let coded = [&sent[..4], &[0], &sent[4..]].concat();
     assert!(advertisements(Link::LeRadio, &radio(0x8c01, &coded)).is_ok());
-    // A checksum that the capture left out.
+    // A capture without checksums.
     assert_eq!(advertisements(Link::LeLinkLayer, &sent[..43]), Err(NotHeard::Cut));
 }
 
 #[test]
-fn bluetooth_reports_of_a_controller_are_heard() {
+fn bluetooth_controller_reports_are_decoded() {
     let legacy = |octets: &[u8]| {
         let data = data(octets);
         [vec![3, 1], backwards(), vec![data.len() as u8], data, vec![0xc4]].concat()
@@ -207,7 +207,7 @@ fn bluetooth_reports_of_a_controller_are_heard() {
             assert!(all.iter().all(|heard| heard.transmitter == ADDRESS));
         }
     }
-    // The first part of a pack that the controller reported in two.
+    // The first part of a pack that the controller reported in two parts.
     let mut report = extended(&pack(9));
     report.truncate(report.len() - 40);
     report[23] -= 40;
@@ -216,7 +216,7 @@ fn bluetooth_reports_of_a_controller_are_heard() {
     assert_eq!(advertisements(Link::Hci, &[1, 3, 0x0c, 0]), Err(NotHeard::Other), "a command");
 }
 
-/// A French element of these values.
+/// A French element with these values.
 fn french(values: &[(u8, &[u8])]) -> Vec<u8> {
     let values = values.iter().flat_map(|(kind, value)| element(*kind, value));
     let contents: Vec<u8> = [0x6a, 0x5c, 0x35, 0x01].into_iter().chain(values).collect();
@@ -286,13 +286,13 @@ fn french_identity_too_long_is_left_out() {
     assert_eq!(French::new(&[4, 4, 0, 0]), None, "a value that is cut");
 }
 
-/// A packet of extended advertising with these flags and fields of its header.
+/// A packet of extended advertising with these flags and header fields.
 fn extended(flags: u8, fields: &[u8], data: &[u8]) -> Vec<u8> {
     let header = [&[1 + fields.len() as u8, flags], fields].concat();
     nordic(&packet(7, &[&header, data].concat()))
 }
 
-/// AUX_ADV_IND with an address, and AUX_CHAIN_IND without one, of advertising data `adi`; whether another packet follows.
+/// Packets with the parts of advertising data `adi`: AUX_ADV_IND with an address, then AUX_CHAIN_IND without one.
 fn in_packets(parts: &[&[u8]], adi: [u8; 2]) -> Vec<Vec<u8>> {
     let last = parts.len() - 1;
     let frame = |(at, data): (usize, &&[u8])| {
@@ -304,7 +304,7 @@ fn in_packets(parts: &[&[u8]], adi: [u8; 2]) -> Vec<Vec<u8>> {
     parts.iter().enumerate().map(frame).collect()
 }
 
-/// Messages and faults that a listener hears in each of the frames.
+/// Number of messages and of faults that a listener returns for each frame.
 fn listened(frames: &[Vec<u8>]) -> Vec<(usize, usize)> {
     let mut listener = Listener::default();
     let counts = |frame: &Vec<u8>| {
@@ -323,17 +323,17 @@ fn listened(frames: &[Vec<u8>]) -> Vec<(usize, usize)> {
 #[test]
 fn bluetooth_pack_over_chained_packets_is_whole() {
     let data = data(&pack(9));
-    // 9 octets in front of the pack and 3 of its header: 4 whole messages, then 5; in three packets 1, 4 and 4.
+    // The pack follows 9 octets and its header of 3: two packets hold 4 and 5 complete messages, three packets 1, 4 and 4.
     let two = in_packets(&[&data[..130], &data[130..]], [5, 0x10]);
     assert_eq!(listened(&two), [(4, 0), (5, 0)]);
     let three = in_packets(&[&data[..40], &data[40..150], &data[150..]], [5, 0x10]);
     assert_eq!(listened(&three), [(1, 0), (4, 0), (4, 0)]);
     let message = self::data(&MESSAGE);
     assert_eq!(listened(&in_packets(&[&message[..20], &message[20..]], [5, 0x10])), [(0, 0), (1, 0)]);
-    // A frame alone is read as far as it goes, and a chained one alone has nothing.
+    // A single frame is read as far as it goes; a single chained one yields nothing.
     assert_eq!(messages(&octets_of(Link::NordicBle, &two[0])).filter(Result::is_ok).count(), 4);
     assert_eq!(advertisements(Link::NordicBle, &two[1]), Err(NotHeard::Other));
-    // Whole data in front of others that go on.
+    // Complete data precede data that are continued.
     let more = in_packets(&[&data, &[3, 9, 65, 66]], [5, 0x10]);
     assert_eq!(listened(&more), [(9, 0), (0, 0)]);
 }
@@ -343,7 +343,7 @@ fn bluetooth_pack_whose_rest_is_lost_is_a_fault() {
     let data = data(&pack(9));
     let first = in_packets(&[&data[..130], &data[130..]], [5, 0x10]);
     let second = in_packets(&[&data[..130], &data[130..]], [6, 0x10]);
-    // The chained packet of the first is lost, and a stray one belongs to nothing.
+    // The first chained packet is lost, and a stray one belongs to no advertiser.
     let stray = in_packets(&[&data[..130], &data[130..]], [9, 0x10]).remove(1);
     let frames = [first[0].clone(), stray, second[0].clone(), second[1].clone()];
     assert_eq!(listened(&frames), [(4, 0), (0, 0), (4, 1), (5, 0)]);

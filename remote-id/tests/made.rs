@@ -1,4 +1,4 @@
-//! Messages that are made: what is said is read again, and any octets say what can be said again.
+//! Created messages: values are read back, and the values of any octets can be written again.
 
 use proptest::option::of;
 use proptest::prelude::*;
@@ -99,14 +99,14 @@ proptest! {
         prop_assert_eq!(read.content(), content);
     }
 
-    /// Whatever the octets, what they say can be said again, and says the same.
+    /// The values of any octets can be encoded again and remain the same.
     #[test]
-    fn what_any_octets_say_is_said_again(octets in prop::array::uniform25(any::<u8>())) {
+    fn decoded_octets_are_encoded_identically(octets in prop::array::uniform25(any::<u8>())) {
         let mut octets = octets;
         octets[0] = 0x12;
         let Ok(Message::Location(location)) = Message::new(octets) else { panic!() };
         let content = location.content();
-        // -63.5 and -64 m/s are beyond what a climb may be; the fine steps end where the coarse ones begin.
+        // Vertical speeds of -63.5 and -64 m/s are out of range; the fine steps end where the coarse ones begin.
         if content.climb_m_s.is_none_or(|climb| climb.abs() <= 62.0) {
             prop_assert_eq!(Location::new(&content).content(), content);
         }

@@ -1,4 +1,4 @@
-//! Messages worked out by hand, and octets of any kind.
+//! Hand-made messages, and random octets.
 
 use proptest::prelude::*;
 use remote_id::{
@@ -17,7 +17,7 @@ fn location(octets: [u8; LENGTH]) -> Location {
     location
 }
 
-/// The same with another octet.
+/// The location message with one octet changed.
 fn with(index: usize, octet: u8) -> Location {
     let mut octets = LOCATION;
     octets[index] = octet;
@@ -29,7 +29,7 @@ fn pack(count: u8, messages: &[[u8; LENGTH]]) -> Vec<u8> {
 }
 
 #[test]
-fn a_location_is_what_its_octets_say() {
+fn location_octets_are_decoded() {
     let location = location(LOCATION);
     let [latitude, longitude] = location.place_deg();
     assert!((latitude - 52.1).abs() < 1e-9 && (longitude + 0.25).abs() < 1e-9, "{latitude} {longitude}");
@@ -48,8 +48,8 @@ fn a_location_is_what_its_octets_say() {
 }
 
 #[test]
-fn what_is_unknown_has_no_value() {
-    // Course 361; speed 255; climb 63; no accuracy; the hour is over.
+fn unknown_values_are_none() {
+    // Course 361; speed 255; vertical speed 63; no accuracy; beyond the hour.
     assert_eq!(with(2, 181).course_deg(), None);
     assert_eq!(with(3, 255).speed_m_s(), None);
     assert_eq!(with(4, 126).climb_m_s(), None);
@@ -76,7 +76,7 @@ fn an_identity_is_written_and_read() {
 }
 
 #[test]
-fn a_pack_yields_what_is_sound_and_says_what_is_not() {
+fn pack_yields_valid_messages_and_reports_faults() {
     let noise = [0x97; LENGTH];
     let mut nobodys = LOCATION;
     nobodys[0] = 0x92;
@@ -100,14 +100,14 @@ fn a_pack_yields_what_is_sound_and_says_what_is_not() {
     assert_eq!(messages(&LOCATION).collect::<Vec<_>>(), [sound], "alone");
 }
 
-/// A beacon of nobody in particular.
+/// A beacon from an arbitrary address.
 fn beacon(radiotap: &[u8], element: &[u8]) -> Vec<u8> {
     let mut frame = radiotap.to_vec();
     frame.extend([0x80, 0, 0, 0]);
     frame.extend([0xff; 6]);
     frame.extend([1, 2, 3, 4, 5, 6]);
     frame.extend([0; 8 + 12]);
-    // A name of the network, then the element.
+    // The name of the network precedes the element.
     frame.extend([0, 3, b'n', b'e', b't']);
     frame.extend(element);
     frame
@@ -120,7 +120,7 @@ fn a_frame_that_the_radio_garbled_is_no_frame() {
     let said = advertisements(Link::Ieee80211, &plain).unwrap();
     assert_eq!((said[0].transmitter, said[0].counter), ([1, 2, 3, 4, 5, 6], 77));
     assert_eq!(said[0].octets, LOCATION.as_slice());
-    // Flags alone; a time stamp, aligned to eight, in front of them.
+    // Flags only; flags preceded by a time stamp aligned to eight octets.
     for (flags_at, header) in
         [(8, vec![0, 0, 9, 0, 2, 0, 0, 0, 0]), (16, [&[0, 0, 17, 0, 3, 0, 0, 0][..], &[0; 9]].concat())]
     {
@@ -140,7 +140,7 @@ fn a_frame_that_the_radio_garbled_is_no_frame() {
 }
 
 proptest! {
-    /// Nothing that comes in stops it, and a pack never gives more than it may.
+    /// No input causes a panic, and a pack never yields more than its maximum number of messages.
     #[test]
     fn any_octets(octets in prop::collection::vec(any::<u8>(), 0..300)) {
         for link in Link::ALL {
@@ -149,7 +149,7 @@ proptest! {
         prop_assert!(messages(&octets).count() <= 10);
     }
 
-    /// Every cut of a pack gives the messages in front of it.
+    /// A truncated pack yields the messages before the cut.
     #[test]
     fn any_cut(count in 1_u8..10, length in 0_usize..240) {
         let octets = pack(count, &vec![LOCATION; count.into()]);

@@ -1,4 +1,4 @@
-//! The live service, room by room.
+//! The live service: driver, outputs, API, history and recorder, assembled and stopped in order.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -10,86 +10,85 @@ use tokio::net::TcpListener;
 use tokio::sync::mpsc::Sender;
 use tracing::{error, info, warn};
 
-use super::{Failure, Served, Signals, open_sinks};
-use crate::api;
-use crate::areas::Areas;
-use crate::config::Config;
-use crate::current::Current;
-use crate::formats::Encoders;
-use crate::history::{Historian, Limits, Store};
-use crate::integrity::Lookout;
-use crate::live::{
-    AlertSettings, Alerts, Archive, Clock, Decision, Driver, Followers, Hub, KeeperQueues, Outlets, Seen,
-    Service, Viewer, now,
-};
-use crate::net::listen::lines;
-use crate::net::send::Sinks;
-use crate::notices::{Deliveries, Receivers};
-use crate::pipeline::Tally;
-use crate::record::{Recorded, Recorder, RecorderQueue};
-use crate::sinks::PictureSinks;
-use crate::state::{
-    AlertDecision, CorrelationPlan, Keeper, Registrations, StateFile, StateHealth, Warm, WarmKeeper,
-    alert_line, kept_lines, read_correlations, read_numbers, read_registration, registration_text,
-};
-use fusion::integrity::HeldWord;
+use super::{AppError, Served, Signals, open_sinks};
+use fusion::integrity::ActiveOverride;
 use fusion::numbering::Given;
-use fusion::operational::SavedCorrelation;
+use fusion::operational::SavedAssociation;
 use fusion::time::Time;
+use input::pipeline::Tally;
+use picture::UncooperativeDetector;
+use picture::formats::Encoders;
+use service::current::Current;
+use service::history::{Historian, HistoryLimits, HistoryStore};
+use service::live::{
+    AlertMonitor, AlertSettings, Archive, Driver, Followers, Hub, KeeperQueues, LiveService,
+    OperatorDecision, Outlets, Viewer, ViewerInput, WallClock, now,
+};
+use service::net::listen::lines;
+use service::net::send::UdpDestinations;
+use service::notices::{Deliveries, NoticeReceivers};
+use service::record::{Recorder, RecorderQueue, RecordingItem};
+use service::sinks::PictureSinks;
+use service::state::{
+    AlertDecision, CorrelationPlan, SavedRegistrations, StateFile, StateHealth, StateKeeper, WarmKeeper,
+    WarmState, alert_line, kept_lines, read_correlations, read_numbers, read_registration, registration_text,
+};
+use site::areas::Areas;
+use site::config::Config;
 
-/// A live service that is being put together. It keeps nothing unless it is told to.
+/// Builder of a live service. By default nothing is kept or recorded.
 pub struct LiveBuilder {
     config: Arc<Config>,
     areas: Areas,
     listener: TcpListener,
     started: Time,
     driver: Driver,
-    /// Transponder numbers of before.
+    /// Transponder numbers restored from the state directory.
     numbers: Vec<Given>,
-    /// The rest of what was before, as the recording begins with it.
-    before: Vec<Recorded>,
-    /// The alerts that were shelved.
+    /// Further restored state, written to the start of a recording.
+    before: Vec<RecordingItem>,
+    /// Alerts that are shelved.
     shelved: Vec<AlertDecision>,
     encoders: Encoders,
     keepers: Option<KeeperQueues>,
-    kept_by: Option<(Vec<Keeper>, Option<WarmKeeper>)>,
-    /// Where the picture comes from that is made elsewhere, and who keeps the alerts that are shelved.
-    seen: Option<(Receiver<Seen>, Sender<Decision>)>,
+    kept_by: Option<(Vec<StateKeeper>, Option<WarmKeeper>)>,
+    /// Source of pictures from other nodes, and destination of operator decisions.
+    seen: Option<(Receiver<ViewerInput>, Sender<OperatorDecision>)>,
     shelves: Option<SyncSender<Arc<str>>>,
     recorder: Option<(RecorderQueue, Recorder)>,
-    history: Option<Store>,
-    /// Health of the files of the state.
+    history: Option<HistoryStore>,
+    /// Health of the state files.
     health: StateHealth,
 }
 
-/// What outlives a restart: numbers, correlations and words.
-type Outlived = (Vec<Given>, Vec<SavedCorrelation>, Vec<HeldWord>);
+/// State kept across a restart: transponder numbers, correlations, and operator decisions on transponders.
+type LiveRemains = (Vec<Given>, Vec<SavedAssociation>, Vec<ActiveOverride>);
 
 /// The running service.
 pub struct Live {
-    /// Its readers.
+    /// API and observer.
     pub served: Served,
-    /// Its outputs.
-    pub sinks: Sinks,
-    /// What alerts are raised by.
+    /// Outputs.
+    pub sinks: UdpDestinations,
+    /// Settings of the alerts, reloadable.
     pub alert_settings: Current<AlertSettings>,
-    /// Its history, where one is kept.
-    pub history: Option<Store>,
-    source: Source,
-    keepers: Vec<Keeper>,
+    /// History, if one is kept.
+    pub history: Option<HistoryStore>,
+    source: PictureThread,
+    keepers: Vec<StateKeeper>,
     warm: Option<WarmKeeper>,
     recorder: Option<Recorder>,
-    /// Of alerts, and of the picture.
+    /// Deliveries of alerts, and of the picture.
     deliveries: [Deliveries; 2],
 }
 
-/// Who makes the picture, or shows that of others.
-enum Source {
-    Engine(Service),
+/// Source of the picture: an own engine, or other nodes.
+enum PictureThread {
+    Engine(LiveService),
     Viewer(Viewer),
 }
 
-impl Source {
+impl PictureThread {
     fn has_ended(&self) -> bool {
         match self {
             Self::Engine(service) => service.has_ended(),
@@ -106,12 +105,12 @@ impl Source {
 }
 
 impl LiveBuilder {
-    /// Of a site whose API listens already: an address that is taken is told before anything is sent.
+    /// Starts from a listener that is already bound, so that an address in use is reported before anything is sent.
     pub fn new(config: Arc<Config>, areas: Areas, listener: TcpListener) -> Self {
         let started = now();
         Self {
             driver: Driver::new(&config, areas.masks(), started, lines(&config).len())
-                .with_lookout(Lookout::new(&config, &areas)),
+                .with_detector(UncooperativeDetector::new(&config, &areas)),
             encoders: Encoders::new(&config),
             config,
             areas,
@@ -130,11 +129,15 @@ impl LiveBuilder {
         }
     }
 
-    /// Shows what comes from elsewhere, and has no engine of its own: what operators decide goes to those who have. Of the state it keeps the alerts that are shelved.
+    /// Shows pictures of other nodes, without an engine. Operator decisions are forwarded to those nodes. Only shelved alerts are
+    /// kept in the state directory.
     ///
     /// # Errors
     /// No thread could be started.
-    pub fn view(mut self, (seen, decided): (Receiver<Seen>, Sender<Decision>)) -> io::Result<Self> {
+    pub fn view(
+        mut self,
+        (seen, decided): (Receiver<ViewerInput>, Sender<OperatorDecision>),
+    ) -> io::Result<Self> {
         let (directory, health) = (&self.config.state.dir, &self.health);
         let shelved = StateFile::SHELVED.load(directory, self.started, health, read_correlations);
         self.shelved = shelved.plan(&self.config).alerts;
@@ -144,23 +147,23 @@ impl LiveBuilder {
         Ok(self)
     }
 
-    /// Goes on with what the state directory holds, and keeps it up to date.
+    /// Restores the state directory, and keeps it up to date.
     ///
     /// # Errors
     /// No thread could be started.
     pub fn keep_state(mut self) -> io::Result<Self> {
-        // Also where it is damaged, and set aside by then.
-        let was_here = Warm::is_there(&self.config.state.dir);
-        let is_warm = self.go_on();
+        // True even for a damaged file, which is set aside while it is read.
+        let was_here = WarmState::is_there(&self.config.state.dir);
+        let is_warm = self.resume();
         let (numbers, kept, words) = if is_warm { self.known() } else { self.recalled() };
         let Self { config, driver, started, health, .. } = &mut self;
         let (directory, now) = (&config.state.dir, *started);
         if !is_warm && (was_here || !numbers.is_empty() || !health.all().is_empty()) {
-            // What an earlier service has published, ahead perhaps when it was stopped, is not known.
+            // An earlier service may have published slots ahead when it was stopped; which ones is unknown.
             driver.publish_after(now);
             info!("an earlier service was here: slots of before this start are not published");
         }
-        let registrations = Registrations::of(config, driver.pipeline().engine());
+        let registrations = SavedRegistrations::of(config, driver.pipeline().engine());
         if !registrations.is_empty() {
             info!(radars = registrations.len(), "registration goes on");
         }
@@ -195,49 +198,49 @@ impl LiveBuilder {
         self.shelved = shelved;
         self.numbers = numbers;
         self.before = vec![
-            Recorded::Registered(registration_text(&registrations).into()),
-            Recorded::Correlations(decisions),
+            RecordingItem::Registered(registration_text(&registrations).into()),
+            RecordingItem::Correlations(decisions),
         ];
-        self.before.extend(self.driver.published().map(Recorded::Published));
+        self.before.extend(self.driver.published().map(RecordingItem::Published));
         if is_warm {
-            // What is recorded begins where the engine is.
-            self.before.push(Recorded::Checkpoint(self.driver.checkpoint(&self.config)));
+            // The recording starts at the state of the engine.
+            self.before.push(RecordingItem::Checkpoint(self.driver.checkpoint(&self.config)));
         }
         Ok(self)
     }
 
-    /// Goes on where a service has stopped just now, if there was one; whether it does.
-    fn go_on(&mut self) -> bool {
+    /// Continues from the state of a service that stopped within the window. Returns whether it does.
+    fn resume(&mut self) -> bool {
         let Self { config, areas, driver, started, encoders, health, .. } = self;
         let oldest = config.fusion.window();
         let is_wanted = config.state.checkpoint_s > 0.0;
         let Some(warm) =
-            is_wanted.then(|| Warm::restore(&config.state.dir, *started, oldest, health)).flatten()
+            is_wanted.then(|| WarmState::restore(&config.state.dir, *started, oldest, health)).flatten()
         else {
             return false;
         };
-        if let Err(error) = driver.go_on(config, areas.masks(), &warm, *started) {
+        if let Err(error) = driver.resume(config, areas.masks(), &warm, *started) {
             info!(%error, "state of the engine does not fit: begun anew");
             return false;
         }
-        encoders.go_on(&warm.encoders);
+        encoders.resume(&warm.encoders);
         let pause_s = (*started - warm.until).as_secs_f64();
-        info!(datagrams = warm.inputs.len(), pause_s, "the engine goes on where it stopped");
+        info!(datagrams = warm.inputs.len(), pause_s, "engine state restored");
         true
     }
 
-    /// What the engine that goes on knows.
-    fn known(&self) -> Outlived {
+    /// State of an engine that continues.
+    fn known(&self) -> LiveRemains {
         let engine = self.driver.pipeline().engine();
-        (engine.numbers().given().collect(), engine.kept(), engine.words())
+        (engine.numbers().given().collect(), engine.saved_associations(), engine.trust_overrides())
     }
 
-    /// What the files of the state hold, given to the engine.
-    fn recalled(&mut self) -> Outlived {
+    /// Restores the state files into a new engine, and returns their contents.
+    fn recalled(&mut self) -> LiveRemains {
         let Self { config, driver, started, health, .. } = self;
         let (directory, now) = (&config.state.dir, *started);
         let mut numbers = StateFile::NUMBERS.load(directory, now, health, read_numbers);
-        // A file of an earlier version has no times.
+        // Files of an earlier version have no times.
         numbers.iter_mut().for_each(|given| _ = given.heard.get_or_insert(now));
         let loaded = numbers.len();
         let refused = driver.remember(&mut numbers);
@@ -257,13 +260,13 @@ impl LiveBuilder {
         if !words.is_empty() {
             info!(words = words.len(), "what operators said of transponders holds again");
         }
-        let held = words.iter().map(|&(since, word)| HeldWord { word, since }).collect();
+        let held = words.iter().map(|&(since, word)| ActiveOverride { word, since }).collect();
         driver.engine_mut().resume(kept.clone());
-        driver.engine_mut().plan_words(words);
+        driver.engine_mut().plan_trust_overrides(words);
         (numbers, kept, held)
     }
 
-    /// Records, where the configuration asks for it; what was before is known by then.
+    /// Starts recording if it is configured. Call after the state is restored, because the recording starts with it.
     ///
     /// # Errors
     /// No thread could be started.
@@ -271,38 +274,39 @@ impl LiveBuilder {
         if let Some(record) = &self.config.output.record {
             let numbers = std::mem::take(&mut self.numbers);
             let (queue, recorder) = Recorder::start(&self.config, record, numbers, true)?;
-            self.before.drain(..).for_each(|before| _ = queue.wait(before));
+            self.before.drain(..).for_each(|before| _ = queue.add(before));
             self.recorder = Some((queue, recorder));
         }
         Ok(self)
     }
 
-    /// Keeps the history, where the configuration asks for it. Its own thread opens it: a large file, or one that was not
-    /// closed, does not delay the start.
+    /// Keeps the history if it is configured. It is opened in a thread of its own: a large file, or one that was not closed, does
+    /// not delay the start.
     pub fn keep_history(mut self) -> Self {
         let state = &self.config.state;
-        self.history = Limits::of(state).map(|limits| Store::closed(&state.dir, limits, self.health.clone()));
+        self.history = HistoryLimits::of(state)
+            .map(|limits| HistoryStore::closed(&state.dir, limits, self.health.clone()));
         self
     }
 
-    /// Opens the outputs and the inputs, and starts; within a runtime.
+    /// Opens outputs and inputs, and starts the service. Needs a runtime.
     ///
     /// # Errors
-    /// An output, or what the configuration of the API names, cannot be used; or no thread could be started.
-    pub fn start(self) -> Result<Live, Failure> {
+    /// An output, or a file that the API needs, cannot be used; or no thread could be started.
+    pub fn start(self) -> Result<Live, AppError> {
         let Self { config, areas, listener, started, driver, encoders, shelved, recorder, history, .. } =
             self;
         let state = (self.kept_by.is_some() || history.is_some()).then_some(self.health);
         let shelves = self.shelves;
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
         let alert_settings = Current::from(AlertSettings::new(&config.alerts, &areas)?);
-        let mut alerts = Alerts::new(alert_settings.clone(), started);
+        let mut alerts = AlertMonitor::new(alert_settings.clone(), started);
         alerts.resume(&shelved, started);
         let historian = history.clone().and_then(|store| {
             Historian::start(store).map_err(|error| error!(%error, "no history is kept")).ok()
         });
         let archive = historian.map(|historian| Box::new(historian) as Box<dyn Archive>);
-        let receivers = Receivers::open(&config)?;
+        let receivers = NoticeReceivers::open(&config)?;
         receivers.warnings().iter().for_each(|warning| warn!("{warning}"));
         let (notices, deliveries) = receivers.start();
         let picture_sinks = PictureSinks::open(&config)?;
@@ -330,12 +334,18 @@ impl LiveBuilder {
         };
         let source = match self.seen {
             Some((seen, decided)) => {
-                let (clock, seen) = (Clock::default(), (seen, Some(decided)));
-                Source::Viewer(Viewer::start(&config, &driver, outlets, &clock, seen, shelves)?)
+                let (clock, seen) = (WallClock::default(), (seen, Some(decided)));
+                PictureThread::Viewer(Viewer::start(&config, &driver, outlets, &clock, seen, shelves)?)
             }
             None => {
                 let runtime = tokio::runtime::Handle::current();
-                Source::Engine(Service::start(config, driver, outlets, Clock::default(), &runtime)?)
+                PictureThread::Engine(LiveService::start(
+                    config,
+                    driver,
+                    outlets,
+                    WallClock::default(),
+                    &runtime,
+                )?)
             }
         };
         let keepers = keepers.unwrap_or_default();
@@ -346,21 +356,21 @@ impl LiveBuilder {
 }
 
 impl Live {
-    /// Whether the engine's thread has ended, which it does by itself only when it panics.
+    /// Whether the engine's thread has ended. It ends before [`Self::stop`] only by a panic.
     pub fn has_ended(&self) -> bool {
         self.source.has_ended()
     }
 
-    /// Stops the inputs, publishes what is owed, writes what waits, and ends the API; what was counted.
+    /// Stops the inputs, publishes the slots that are due, writes queued data, and ends the API. Returns the counters.
     ///
     /// # Errors
-    /// A thread panicked, or a further signal came: it does not wait for what is owed.
-    pub async fn stop(self, signals: &mut Signals) -> Result<Tally, Failure> {
+    /// A thread panicked, or another signal arrived; then the service does not wait for due slots.
+    pub async fn stop(self, signals: &mut Signals) -> Result<Tally, AppError> {
         let Self { mut served, source, keepers, warm, recorder, deliveries, .. } = self;
         let stopped = tokio::task::spawn_blocking(move || {
             let tally = source.stop();
-            // The engine is gone, and with it what fed these.
-            keepers.into_iter().for_each(Keeper::join);
+            // The engine has ended, and with it the senders of these queues.
+            keepers.into_iter().for_each(StateKeeper::join);
             warm.into_iter().for_each(WarmKeeper::join);
             recorder.map(Recorder::join);
             tally

@@ -1,4 +1,4 @@
-//! What a process of a cluster does: gateway, node, picture, as its roles say.
+//! Parts of a cluster process: gateway, node and picture, by its roles.
 
 use std::io;
 use std::sync::Arc;
@@ -9,40 +9,40 @@ use tokio::runtime::Handle;
 use tokio::sync::mpsc::Sender;
 use tracing::{info, warn};
 
-use super::{Failure, Signals};
-use crate::areas::Areas;
-use crate::cluster::{
-    Cells, Different, Gateway, GatewayReport, Holder, Log, LogError, Node, NodeReport, SharedConfiguration,
-    Window, run_number,
+use super::{AppError, Signals};
+use cluster::{
+    Cells, ClusterNode, ConfigurationDifference, Gateway, GatewayReport, Holder, Log, LogError, NodeReport,
+    PictureReader, SharedConfiguration, run_number,
 };
-use crate::config::{Cluster, Config, Role};
-use crate::live::{Decision, Seen, decisions};
-use crate::territory::CellName;
 use fusion::slots::SlotGrid;
+use service::live::{OperatorDecision, ViewerInput, decisions};
+use site::areas::Areas;
+use site::config::{Cluster, Config, Role};
+use site::territory::CellName;
 
-/// Pause before the log is asked again.
-const AGAIN: Duration = Duration::from_millis(250);
+/// Pause before the log is tried again.
+const RETRY_PAUSE: Duration = Duration::from_millis(250);
 
 /// The running parts.
 pub struct Parts {
     gateway: Option<Gateway>,
-    node: Option<Node>,
-    window: Option<Window>,
-    /// What the window shows, and where decisions go, until somebody takes them.
-    pub seen: Option<(Receiver<Seen>, Sender<Decision>)>,
+    node: Option<ClusterNode>,
+    picture: Option<PictureReader>,
+    /// Pictures received from the nodes, and the sender of operator decisions, until the service takes them.
+    pub seen: Option<(Receiver<ViewerInput>, Sender<OperatorDecision>)>,
 }
 
 impl Parts {
-    /// Joins the cluster, as soon as its log answers. `None`: a signal came first.
+    /// Joins the cluster as soon as the log answers. `None` if a signal arrived first.
     ///
     /// # Errors
-    /// The log cannot be used as it is, or the system gives no thread.
+    /// The log cannot be used, or the system cannot start a thread.
     pub async fn join(
         config: &Arc<Config>,
         cluster: &Cluster,
         areas: &Areas,
         signals: &mut Signals,
-    ) -> Result<Option<Self>, Failure> {
+    ) -> Result<Option<Self>, AppError> {
         let cells = Arc::new(Cells::of(config)?);
         if let Some(none) = unknown(&cells, cluster) {
             return Err(none.into());
@@ -53,20 +53,20 @@ impl Parts {
         };
         let shared = SharedConfiguration::of(config, areas)?;
         (log.config, log.grid) = (shared.hash(), SlotGrid::new(config.fusion.slot));
-        let mut is_told = false;
+        let mut is_logged = false;
         let different = loop {
-            let joined = tokio::select! {
-                joined = joined(&log, &shared) => joined,
+            let members = tokio::select! {
+                members = compare_with_members(&log, &shared) => members,
                 () = signals.stop() => return Ok(None),
             };
-            match joined {
+            match members {
                 Ok(different) => break different,
-                Err(error) if !std::mem::replace(&mut is_told, true) => warn!(%error, "waits for the log"),
-                Err(_) => tokio::time::sleep(AGAIN).await,
+                Err(error) if !std::mem::replace(&mut is_logged, true) => warn!(%error, "waits for the log"),
+                Err(_) => tokio::time::sleep(RETRY_PAUSE).await,
             }
         };
         if let Some(different) = different {
-            return Err(Box::new(Refused(different)));
+            return Err(Box::new(JoinRefused(different)));
         }
         info!(region = cluster.region, cells = cells.names().len(), "joined the log");
         let gateway =
@@ -78,14 +78,14 @@ impl Parts {
                 run: run_number(),
                 config: shared.hash(),
             };
-            Node::start(config, cluster, areas, &cells, &me, &log)
+            ClusterNode::start(config, cluster, areas, &cells, &me, &log)
         };
-        let (window, seen) = cluster
+        let (picture, seen) = cluster
             .does(Role::Picture)
             .then(|| {
                 let ((sender, seen), (decided, decisions)) = (channel(), decisions());
                 (
-                    Window::open(&log, config, cluster, &cells, shared.clone(), (sender, decisions)),
+                    PictureReader::open(&log, config, cluster, &cells, shared.clone(), (sender, decisions)),
                     (seen, decided),
                 )
             })
@@ -93,46 +93,47 @@ impl Parts {
         Ok(Some(Self {
             gateway: cluster.does(Role::Gateway).then(gateway).transpose()?,
             node: cluster.does(Role::Node).then(node),
-            window,
+            picture,
             seen,
         }))
     }
 
-    /// Whether one of them has ended by itself, which is a bug.
+    /// Whether a part has ended by itself, which is a bug.
     pub fn has_ended(&self) -> bool {
         self.gateway.as_ref().is_some_and(Gateway::has_ended)
-            || self.node.as_ref().is_some_and(Node::has_ended)
+            || self.node.as_ref().is_some_and(ClusterNode::has_ended)
     }
 
-    /// Ends them: cells are given up first, so that whoever stands by goes on at once.
+    /// Stops the parts. Cells are given up first, so that their standby takes over at once.
     pub async fn leave(self) {
-        let Self { gateway, node, window, .. } = self;
+        let Self { gateway, node, picture, .. } = self;
         if let Some(node) = node {
             node.stop().await;
         }
         if let Some(gateway) = gateway {
             gateway.stop().await;
         }
-        drop(window);
+        drop(picture);
     }
 }
 
-/// The members that have another configuration; `None`: there are none, and this one is kept for others to compare.
-async fn joined(log: &Log, shared: &SharedConfiguration) -> Result<Option<String>, LogError> {
+/// Differences from the configuration of the other members. `None` if there are none; then this configuration is stored for
+/// comparison.
+async fn compare_with_members(log: &Log, shared: &SharedConfiguration) -> Result<Option<String>, LogError> {
     let (nodes, gateways) = (NodeReport::all(log).await?, GatewayReport::all(log).await?);
-    let different = shared.different(log, &nodes, &gateways).await?;
-    if let Some(Different { member, text }) = different.first() {
+    let different = shared.differing_members(log, &nodes, &gateways).await?;
+    if let Some(ConfigurationDifference { member, text }) = different.first() {
         return Ok(Some(format!("{member} has another configuration: {text}")));
     }
-    log.keep_configuration(shared).await.map(|()| None)
+    log.put_configuration(shared).await.map(|()| None)
 }
 
-/// This process differs from those that are there, and does not join them.
+/// The configuration differs from that of the members, so this process does not join them.
 #[derive(Debug, thiserror::Error)]
 #[error("this region's members need the same site, sensors, fusion settings and cells, and {0}")]
-pub struct Refused(String);
+pub struct JoinRefused(String);
 
-/// What is wrong with the names of the cells that a node may have.
+/// Reports names in `owns` that are not cells of the region.
 fn unknown(cells: &Cells, cluster: &Cluster) -> Option<String> {
     let is_known =
         |own: &&String| *own == "*" || cells.names().iter().any(|cell| cell.as_str() == own.as_str());

@@ -1,4 +1,4 @@
-//! A hub with its readers: the API, and the observer that raises alerts.
+//! A hub with its API and the observer that raises alerts.
 
 use std::time::Duration;
 
@@ -6,18 +6,18 @@ use tokio::net::TcpListener;
 use tokio::runtime::Runtime;
 use tokio::task::JoinHandle;
 
-use super::{Failure, readers_runtime};
-use crate::api::{self, ApiState};
-use crate::live::{Alerts, Followers, Hub, observe};
+use super::{AppError, readers_runtime};
+use api::{self, ApiState};
+use service::live::{AlertMonitor, Followers, Hub, observe};
 
-/// The last slots are on their way to the archive for at most this long.
+/// Maximum time to wait for the last slots to reach the archive.
 const SETTLE: Duration = Duration::from_secs(2);
 
-/// Threads that read requests and write answers to sockets. Inputs, outputs and alerts have others: readers, however many
-/// they are and whatever they ask for, take nothing from them but their share of the processor.
+/// Number of threads that read requests and write responses to sockets. Inputs, outputs and alerts have other threads, so the
+/// number of clients and requests takes only a share of the processor from them.
 const HTTP_THREADS: usize = 2;
 
-/// The runtime of HTTP. Dropping it does not wait for its threads.
+/// Runtime of HTTP. Dropping it does not wait for its threads.
 #[derive(Debug)]
 struct HttpThreads(Option<Runtime>);
 
@@ -27,33 +27,33 @@ impl Drop for HttpThreads {
     }
 }
 
-/// A hub that is served.
+/// A hub that is served over HTTP.
 #[derive(Debug)]
 pub struct Served {
-    /// What the readers see.
+    /// Source of pictures and events for the clients.
     pub hub: Hub,
-    /// Who answers requests.
+    /// State of the API's request handlers.
     pub api: ApiState,
-    /// The root of the API and the map.
+    /// Root URL of the API and the map.
     pub url: String,
     http: JoinHandle<()>,
-    /// The threads that serve HTTP.
+    /// Threads that serve HTTP.
     _threads: HttpThreads,
     observer: JoinHandle<()>,
 }
 
 impl Served {
-    /// Begins to serve; within a runtime.
+    /// Starts to serve. Needs a runtime.
     ///
     /// # Errors
-    /// What the configuration of the API names cannot be used.
+    /// A file that the API needs cannot be used.
     pub fn start(
         listener: TcpListener,
         hub: Hub,
         options: api::Options,
-        alerts: Alerts,
+        alerts: AlertMonitor,
         followers: Followers,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, AppError> {
         let url = format!("{}://{}/", hub.config.http.scheme(), listener.local_addr()?);
         let threads = HttpThreads(Some(readers_runtime("http", HTTP_THREADS)?));
         let observer = tokio::spawn(observe(hub.clone(), alerts, followers));
@@ -71,11 +71,11 @@ impl Served {
         drop(tokio::time::timeout(SETTLE, &mut self.observer).await);
     }
 
-    /// Ends the streams when they have shown what was published.
+    /// Closes the streams after they have sent what was published.
     ///
     /// # Errors
     /// The server's task panicked.
-    pub async fn close(self) -> Result<(), Failure> {
+    pub async fn close(self) -> Result<(), AppError> {
         self.api.close();
         Ok(self.http.await?)
     }
@@ -88,25 +88,25 @@ mod tests {
     use std::sync::mpsc::channel;
 
     use super::*;
-    use crate::areas::Masks;
-    use crate::config::Config;
-    use crate::live::AlertSettings;
-    use crate::normalise::Normaliser;
-    use crate::picture::PictureMaker;
     use fusion::time::Time;
+    use input::normalise::Normaliser;
+    use picture::PictureMaker;
+    use service::live::AlertSettings;
+    use site::areas::Masks;
+    use site::config::Config;
     use std::sync::Arc;
 
-    /// Datagrams are read, and timers go off, while every thread of HTTP is busy.
+    /// Datagrams are read and timers fire while every HTTP thread is busy.
     #[test]
     #[expect(clippy::disallowed_methods, reason = "sockets, as a sensor has them")]
-    fn busy_http_threads_leave_inputs_alone() {
+    fn busy_http_threads_delay_no_input() {
         let runtime = super::super::runtime(1).unwrap();
         let site = include_str!("../../config/demo.toml");
         let config = Arc::new(Config::parse(site, "site.toml", std::iter::empty()).unwrap());
         let maker = PictureMaker::new(&config, &Normaliser::new(&config, Masks::default()));
         let (_writer, hub) = Hub::new(config, maker.into(), Time::default());
         let (served, received) = runtime.block_on(async {
-            let alerts = Alerts::new(AlertSettings::default(), Time::default());
+            let alerts = AlertMonitor::new(AlertSettings::default(), Time::default());
             let listener = api::listen("127.0.0.1:0".parse().unwrap()).unwrap();
             let options = api::Options::default();
             let served = Served::start(listener, hub, options, alerts, Followers::default()).unwrap();

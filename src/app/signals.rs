@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
-/// The signals that ask the process to end.
+/// Signals that ask the process to end.
 #[derive(Debug)]
 pub struct Signals {
     interrupt: Signal,
@@ -14,15 +14,15 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// From now on they are heard here; within a runtime.
+    /// Starts to listen for the signals. Needs a runtime.
     ///
     /// # Errors
-    /// The system gives no signals.
+    /// The system cannot deliver the signals.
     pub fn listen() -> io::Result<Self> {
         Ok(Self { interrupt: signal(SignalKind::interrupt())?, terminate: signal(SignalKind::terminate())? })
     }
 
-    /// Waits for the next one.
+    /// Waits for the next signal.
     pub async fn stop(&mut self) {
         tokio::select! {
             _ = self.interrupt.recv() => {}
@@ -31,15 +31,15 @@ impl Signals {
     }
 }
 
-/// The same without a runtime; a second signal ends the process at once.
+/// Signals without a runtime. A second signal ends the process at once.
 #[derive(Debug)]
 pub struct Stop(Receiver<()>);
 
 impl Stop {
-    /// From now on they are heard here.
+    /// Starts to listen for the signals.
     ///
     /// # Errors
-    /// No thread could be started, or the system gives no signals.
+    /// No thread could be started, or the system cannot deliver the signals.
     pub fn listen() -> io::Result<Self> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let mut signals = runtime.block_on(async { Signals::listen() })?;
@@ -47,7 +47,7 @@ impl Stop {
         let listen = move || {
             for _ in 0..2 {
                 runtime.block_on(signals.stop());
-                // Whoever waited may have ended by itself.
+                // The receiver may have ended by itself.
                 let _ = asked.send(());
             }
             std::process::exit(1);
@@ -56,7 +56,7 @@ impl Stop {
         Ok(Self(stop))
     }
 
-    /// Waits for `time`, or until a signal has come; whether it has.
+    /// Waits for `time`, or until a signal arrives. Returns whether one did.
     pub fn comes_within(&self, time: Duration) -> bool {
         self.0.recv_timeout(time) != Err(RecvTimeoutError::Timeout)
     }

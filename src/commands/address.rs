@@ -1,11 +1,11 @@
-//! Addresses to listen on, as people write them.
+//! Parsing of addresses to listen on.
 
 use std::net::{Ipv4Addr, SocketAddr};
 
-/// `127.0.0.1:8080` or `[::1]:8080`; `8080` and `localhost:8080` are the port of 127.0.0.1.
+/// Parses `127.0.0.1:8080` or `[::1]:8080`; `8080` and `localhost:8080` mean this port on 127.0.0.1.
 ///
 /// # Errors
-/// It is none of these: what to write.
+/// The text has another form. The error says what to write.
 pub fn listen_address(text: &str) -> Result<SocketAddr, String> {
     let port = text.strip_prefix("localhost:").unwrap_or(text);
     let local = || Some(SocketAddr::from((Ipv4Addr::LOCALHOST, port.parse().ok()?)));
@@ -20,7 +20,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_port_alone_is_one_of_this_machine_only() {
+    fn port_alone_listens_on_loopback() {
         for (text, address) in [
             ("8080", "127.0.0.1:8080"),
             ("localhost:8080", "127.0.0.1:8080"),
@@ -30,7 +30,7 @@ mod tests {
         ] {
             assert_eq!(listen_address(text).map(|address| address.to_string()).as_deref(), Ok(address));
         }
-        // `:8080` is every address of the machine for some programs, and only this machine for others.
+        // `:8080` means every address of the machine for some programs, and only this machine for others.
         for text in ["", ":8080", "localhost", "127.0.0.1", "65536", "host:8080", "http://localhost:8080/"] {
             assert!(listen_address(text).unwrap_err().contains("127.0.0.1:8080"), "{text}");
         }

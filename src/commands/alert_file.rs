@@ -1,43 +1,43 @@
-//! `replay --alerts`: a line for each alert as it is raised, changes and ends.
+//! `replay --alerts`: writes a line when an alert is raised, changes or ends.
 
 use std::io;
 use std::path::Path;
 
 use super::line_file::LineFile;
-use crate::app::Failure;
-use crate::areas::Areas;
-use crate::config::Config;
-use crate::conflicts::Outlook;
-use crate::live::{Ahead, AlertJson, AlertSettings, Alerts};
-use crate::picture::{Picture, PictureMaker};
-use crate::state::AlertDecision;
+use crate::app::AppError;
 use fusion::time::Time;
+use picture::conflicts::Outlook;
+use picture::{Picture, PictureMaker};
+use service::live::{AlertJson, AlertMonitor, AlertSettings, PredictionPicture};
+use service::state::AlertDecision;
+use site::areas::Areas;
+use site::config::Config;
 
-/// The file, and the alerts that are written into it.
+/// File of alerts, and the state from which they are raised.
 pub(super) struct AlertFile {
-    alerts: Alerts,
+    alerts: AlertMonitor,
     file: LineFile,
 }
 
 impl AlertFile {
-    /// Creates it; the decisions are those that were made while it was recorded.
+    /// Creates the file. `decisions` are the operator actions made during the recording.
     pub(super) fn create(
         path: &Path,
         config: &Config,
         decisions: Vec<AlertDecision>,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, AppError> {
         let settings = AlertSettings::new(&config.alerts, &Areas::load(&config.areas)?)?;
-        // A recording has times of its own: it is looked at from its start.
-        let mut alerts = Alerts::new(settings, Time::default());
+        // Alerts are evaluated from the start of the recording, in its own times.
+        let mut alerts = AlertMonitor::new(settings, Time::default());
         alerts.plan(decisions);
         Ok(Self { alerts, file: LineFile::create(path)? })
     }
 
-    /// Looks at a slot's picture, and at what is ahead; what changes is written where that slot `is_wanted`.
+    /// Updates the alerts from the picture of a slot and from predicted entries. Changes are written if the slot `is_wanted`.
     pub(super) fn note(
         &mut self,
         picture: &Picture,
-        ahead: Option<Ahead<'_>>,
+        ahead: Option<PredictionPicture<'_>>,
         maker: &PictureMaker,
         is_wanted: bool,
     ) -> io::Result<()> {
@@ -48,7 +48,7 @@ impl AlertFile {
         self.write(is_wanted)
     }
 
-    /// The same of the conflicts of a second.
+    /// Updates the alerts from the conflicts of a second. Changes are written if `is_wanted`.
     pub(super) fn note_outlook(&mut self, outlook: &Outlook, is_wanted: bool) -> io::Result<()> {
         self.alerts.note_outlook(outlook);
         self.write(is_wanted)
@@ -60,7 +60,7 @@ impl AlertFile {
         written.try_for_each(|(_, alert)| self.file.write(&AlertJson::from(alert)))
     }
 
-    /// Completes it.
+    /// Flushes the file.
     pub(super) fn finish(self) -> io::Result<()> {
         self.file.finish()
     }

@@ -1,36 +1,36 @@
-//! `replay --udp`: what the service would send.
+//! `replay --udp`: sends what the live service would send.
 
 use jiff::SignedDuration;
 use tracing::warn;
 
 use super::Usage;
-use crate::app::{Failure, open_sinks};
-use crate::config::{Config, Feed, PictureKind};
-use crate::formats::Encoders;
-use crate::live::{Health, SensorState, SensorStatus};
-use crate::net::send::Sinks;
-use crate::picture::Picture;
-use crate::pipeline::Event;
+use crate::app::{AppError, open_sinks};
 use fusion::time::{SECOND, Time};
+use input::pipeline::Event;
+use picture::Picture;
+use picture::formats::Encoders;
+use service::live::{SensorMonitor, SensorState, SensorStatus};
+use service::net::send::UdpDestinations;
+use site::config::{Config, Feed, PictureKind};
 
-/// The outputs, and the health of the sensors, of which CAT065 and CAT063 are. Every time is one of the recording.
+/// The outputs, and the health of the sensors for CAT065 and CAT063. All times are times of the recording.
 pub struct Broadcast {
-    sinks: Sinks,
+    sinks: UdpDestinations,
     encoders: Encoders,
-    /// Where a status is sent.
-    health: Option<Health>,
-    /// From a slot's centre until it is sent.
+    /// Health of the sensors, if a status is sent.
+    health: Option<SensorMonitor>,
+    /// Time from a slot's centre to its transmission.
     due_after: SignedDuration,
     next_status: Option<Time>,
     failed: u64,
 }
 
 impl Broadcast {
-    /// To the outputs of the configuration.
+    /// Opens the outputs of the configuration.
     ///
     /// # Errors
-    /// It names none, or one cannot be opened.
-    pub fn open(config: &Config) -> Result<Self, Failure> {
+    /// The configuration has no output, or one cannot be opened.
+    pub fn open(config: &Config) -> Result<Self, AppError> {
         if config.output.asterix.is_empty() {
             return Err(
                 Usage("--udp: the configuration names no output.asterix to send to".to_owned()).into()
@@ -46,21 +46,21 @@ impl Broadcast {
         })
     }
 
-    /// The recording begins, perhaps again.
+    /// Starts the recording, or restarts it.
     pub fn begin(&mut self, config: &Config, first: Time) {
-        self.health = config.output.status.then(|| Health::new(config, first));
+        self.health = config.output.status.then(|| SensorMonitor::new(config, first));
         self.next_status = None;
         self.encoders = Encoders::new(config);
     }
 
-    /// Something happened to what was received.
+    /// Records an event of the received data.
     pub fn note(&mut self, event: &Event, received: Time) {
         if let Some(health) = &mut self.health {
             health.note(event, received);
         }
     }
 
-    /// Sends the pictures of a deadline, and before the first one of each second the status.
+    /// Sends the pictures of a slot. The status is sent before the first one of each second.
     pub fn send(&mut self, picture: &Picture, now: Option<&Picture>) {
         let before = self.failed;
         let due = picture.time + self.due_after;
@@ -94,7 +94,7 @@ impl Broadcast {
         }
     }
 
-    /// Datagrams that could not be sent.
+    /// Number of datagrams that could not be sent.
     pub fn failed(&self) -> u64 {
         self.failed
     }

@@ -1,4 +1,4 @@
-//! `check`: is the configuration valid, and what is in force.
+//! `check`: validates the configuration and prints the effective one.
 
 use std::io::{self, Write};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
@@ -9,34 +9,34 @@ use tracing::warn;
 
 use super::zones::lines;
 use super::{CommandResult, Outcome, Usage};
-use crate::api::Terms;
 use crate::app::runtime;
-use crate::areas::Areas;
-use crate::basemap::Basemap;
-use crate::config::{Address, Config, ConfigError, ConfigErrors, Connection, Place};
-use crate::live::{AlertSettings, now};
-use crate::net::listen as udp;
-use crate::net::send::Sinks;
-use crate::normalise::Normaliser;
-use crate::notices::Receivers;
-use crate::simulate::Scenario;
-use crate::sinks::PictureSinks;
+use api::AccessSettings;
+use api::pmtiles::Basemap;
+use input::normalise::Normaliser;
+use lab::simulate::Scenario;
+use service::live::{AlertSettings, now};
+use service::net::listen as udp;
+use service::net::send::UdpDestinations;
+use service::notices::NoticeReceivers;
+use service::sinks::PictureSinks;
+use site::areas::Areas;
+use site::config::{Address, Config, ConfigError, ConfigErrors, Connection, Place};
 
-/// Validates a configuration, its areas, its tokens and its certificate, and prints the one in force, every default filled in.
+/// Validates a configuration with its areas, tokens and certificate, and prints it with all defaults filled in.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// The configuration.
+    /// Configuration file.
     #[arg(value_name = "FILE", required_unless_present = "config")]
     pub file: Option<PathBuf>,
-    /// The configuration, named as for all other commands.
+    /// Configuration file, as for the other commands.
     #[arg(long, value_name = "FILE", conflicts_with = "file")]
     pub config: Option<PathBuf>,
-    /// Tries to open and join every input and to open every output on this machine, to connect to receivers of the picture
-    /// included, and says what happened instead of printing the configuration. Nothing is sent. Exit code 1 if any fails.
+    /// Opens all inputs and outputs on this machine, joins their groups, and connects to the receivers of the picture. Prints the
+    /// results instead of the configuration. Sends nothing. Exit code 1 if any fails.
     #[arg(long)]
     pub network: bool,
-    /// Sends a test to everybody who hears of alerts (`alerts.webhooks`, `alerts.mqtt`), and says what came of it instead of
-    /// printing the configuration. Exit code 1 if any fails.
+    /// Sends a test notice to each receiver of alerts (`alerts.webhooks`, `alerts.mqtt`), and prints the results instead of the
+    /// configuration. Exit code 1 if any fails.
     #[arg(long, conflicts_with = "network")]
     pub notify: bool,
 }
@@ -49,12 +49,13 @@ pub fn run(args: &Args) -> CommandResult {
     let config = Config::load(file).map_err(|errors| scenario(file).unwrap_or(errors))?;
     let areas = Areas::load(&config.areas)?;
     AlertSettings::new(&config.alerts, &areas)?;
-    let warnings = Terms::load(&config, &areas)?.warnings(now()).into_iter().chain(areas.warnings(now()));
+    let warnings =
+        AccessSettings::load(&config, &areas)?.warnings(now()).into_iter().chain(areas.warnings(now()));
     warnings.for_each(|warning| warn!("{warning}"));
     if let Some(path) = &config.map.pmtiles {
         Basemap::open(path).map_err(|error| format!("map.pmtiles: {}: {error}", path.display()))?;
     }
-    let receivers = Receivers::open(&config)?;
+    let receivers = NoticeReceivers::open(&config)?;
     receivers.warnings().iter().for_each(|warning| warn!("{warning}"));
     let sinks = PictureSinks::open(&config)?;
     sinks.warnings().iter().for_each(|warning| warn!("{warning}"));
@@ -78,7 +79,7 @@ pub fn run(args: &Args) -> CommandResult {
     Ok(Outcome::Done)
 }
 
-/// The error about a file that is a scenario; `None`: it is none.
+/// Error about a file that is a scenario; `None` for other files.
 fn scenario(file: &Path) -> Option<ConfigErrors> {
     let name = file.display().to_string();
     #[expect(clippy::disallowed_methods, reason = "a file that is no configuration is looked at")]
@@ -95,8 +96,8 @@ fn scenario(file: &Path) -> Option<ConfigErrors> {
     }))
 }
 
-/// A line for each receiver of alerts.
-fn notify(receivers: &Receivers, out: &mut impl Write) -> CommandResult {
+/// Prints a line for each receiver of alerts.
+fn notify(receivers: &NoticeReceivers, out: &mut impl Write) -> CommandResult {
     let answers = runtime(1)?.block_on(receivers.test());
     if answers.is_empty() {
         writeln!(out, "nobody hears of alerts: there are neither alerts.webhooks nor alerts.mqtt")?;
@@ -112,8 +113,8 @@ fn notify(receivers: &Receivers, out: &mut impl Write) -> CommandResult {
     Ok(if failed { Outcome::Incomplete } else { Outcome::Done })
 }
 
-/// Whether a receiver or a broker takes a connection.
-fn reach(line: &udp::Line) -> io::Result<()> {
+/// Connects to a receiver or a broker.
+fn reach(line: &udp::ConfiguredLine) -> io::Result<()> {
     const PATIENCE: Duration = Duration::from_secs(2);
     let broker = line.connection.as_ref().and_then(Connection::broker);
     let mut addresses = match &broker {
@@ -131,7 +132,7 @@ fn reach(line: &udp::Line) -> io::Result<()> {
     }
 }
 
-/// A line for each input and output.
+/// Prints a line for each input and output.
 fn network(config: &Config, sinks: &PictureSinks, out: &mut impl Write) -> CommandResult {
     let mut failed = false;
     for line in udp::lines(config) {
@@ -169,7 +170,7 @@ fn network(config: &Config, sinks: &PictureSinks, out: &mut impl Write) -> Comma
     }
     for sink in &config.output.asterix {
         let to = sink.name();
-        match Sinks::open(std::slice::from_ref(sink)) {
+        match UdpDestinations::open(std::slice::from_ref(sink)) {
             Ok(_) => writeln!(out, "output  {to}: ok")?,
             Err(error) => {
                 failed = true;
@@ -195,9 +196,9 @@ fn network(config: &Config, sinks: &PictureSinks, out: &mut impl Write) -> Comma
     Ok(if failed { Outcome::Incomplete } else { Outcome::Done })
 }
 
-/// What to do about it, where that is known.
+/// Remedy for the error, if one is known.
 fn remedy(error: &io::Error, address: Address) -> String {
-    // ENODEV, which has no kind of its own.
+    // ENODEV has no `ErrorKind`.
     const NO_SUCH_DEVICE: i32 = 19;
     let missing = |address| format!("; no interface of this machine has the address {address} (ip address)");
     match (error.kind(), address) {
@@ -233,7 +234,7 @@ mod tests {
     #[test]
     fn missing_multicast_route_is_named() {
         let group = Ipv4Addr::new(239, 192, 48, 1);
-        // ENODEV of a join, ENETUNREACH of an output.
+        // ENODEV when a group is joined, ENETUNREACH for an output.
         for code in [19, 101] {
             let error = io::Error::from_raw_os_error(code);
             let any = Address::Multicast { group, interface: Ipv4Addr::UNSPECIFIED };

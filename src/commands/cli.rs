@@ -4,15 +4,20 @@ use std::env;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal};
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{Parser, Subcommand};
 use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::fmt::format::Writer;
+use tracing_subscriber::fmt::time::FormatTime;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 
+#[cfg(feature = "completions")]
+use super::completions;
 use super::{
-    check, completions, decode, demo, encode, evaluate, exit_code, info, is_closed_pipe, record, replay, run,
-    simulate, tip::with_tip,
+    check, decode, demo, encode, evaluate, exit_code, info, is_closed_pipe, record, replay, run, simulate,
+    tip::with_tip,
 };
+use service::live::now;
 
 /// One air picture of drone traffic from radar (ASTERIX CAT048) and transponders (CAT129).
 #[derive(Parser)]
@@ -39,19 +44,43 @@ enum Command {
     #[cfg(feature = "cluster")]
     Cluster(super::cluster::Args),
     Record(record::Args),
+    #[cfg(feature = "completions")]
     Completions(completions::Args),
     /// Prints the manual page, utm-fusion(1).
+    #[cfg(feature = "completions")]
     Man,
 }
 
-/// What is logged, by `RUST_LOG`: a level, or levels of modules, `warn,utm_fusion::live=debug`. What cannot be read is as good as none.
+impl Command {
+    /// Whether the command serves until it is stopped. Its log lines then have a time.
+    const fn is_service(&self) -> bool {
+        match self {
+            Self::Run(_) | Self::Record(_) => true,
+            Self::Demo(args) => args.http.is_some(),
+            Self::Replay(args) => args.serve,
+            _ => false,
+        }
+    }
+}
+
+/// Time of a log line: RFC 3339 in UTC, with milliseconds.
+struct LogTime;
+
+impl FormatTime for LogTime {
+    fn format_time(&self, line: &mut Writer<'_>) -> std::fmt::Result {
+        write!(line, "{}", now())
+    }
+}
+
+/// Log levels from `RUST_LOG`: a level, or levels of modules such as `warn,utm_service::live=debug`. An invalid value is ignored.
 fn wanted_logs(said: Option<&str>) -> Targets {
     let usual =
         || Targets::new().with_default(LevelFilter::INFO).with_target("async_nats", LevelFilter::ERROR);
     said.filter(|said| !said.is_empty()).and_then(|said| said.parse().ok()).unwrap_or_else(usual)
 }
 
-/// Does what the arguments ask for, the first of which is the program's name; the exit code. Wrong usage ends the process.
+/// Runs the command given by the arguments, the first of which is the program's name. Returns the exit code. Wrong usage ends the
+/// process.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let cli = Cli::try_parse_from(&arguments)
@@ -60,13 +89,14 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         .with_writer(io::stderr)
         .with_ansi(io::stderr().is_terminal())
         .with_max_level(LevelFilter::TRACE)
-        .with_target(false);
+        .with_target(false)
+        .with_timer(LogTime);
     let wanted = wanted_logs(env::var("RUST_LOG").ok().as_deref());
     match &cli.command {
-        // Who collects these has no other time.
         Command::Run(run::Args { log_format: run::LogFormat::Json, .. }) => {
             logs.json().flatten_event(true).finish().with(wanted).init();
         }
+        command if command.is_service() => logs.finish().with(wanted).init(),
         _ => logs.without_time().finish().with(wanted).init(),
     }
     let result = match &cli.command {
@@ -82,8 +112,12 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         #[cfg(feature = "cluster")]
         Command::Cluster(args) => super::cluster::run(args),
         Command::Record(args) => record::run(args),
-        Command::Completions(args) => completions::run(args, Cli::command(), &mut io::stdout().lock()),
-        Command::Man => completions::man(Cli::command(), &mut io::stdout().lock()),
+        #[cfg(feature = "completions")]
+        Command::Completions(args) => {
+            completions::run(args, <Cli as clap::CommandFactory>::command(), &mut io::stdout().lock())
+        }
+        #[cfg(feature = "completions")]
+        Command::Man => completions::man(<Cli as clap::CommandFactory>::command(), &mut io::stdout().lock()),
     };
     if let Err(error) = &result
         && !is_closed_pipe(error.as_ref())
@@ -115,10 +149,10 @@ mod tests {
     }
 
     #[test]
-    fn what_is_logged_is_what_was_asked_for_or_the_usual() {
+    fn log_filter_is_the_requested_one_or_the_default() {
         let logged = |said: Option<&str>| {
             let wanted = wanted_logs(said);
-            ["utm_fusion::live", "utm_fusion::api", "async_nats"].map(|module| {
+            ["utm_service::live", "utm_api", "async_nats"].map(|module| {
                 let levels = [Level::ERROR, Level::WARN, Level::INFO, Level::DEBUG];
                 let is_logged = |level: &&Level| {
                     level.into_level().is_some_and(|level| wanted.would_enable(module, &level))
@@ -132,7 +166,7 @@ mod tests {
         }
         assert_eq!(logged(Some("debug")), [Some(Level::DEBUG); 3]);
         assert_eq!(
-            logged(Some("warn,utm_fusion::live=debug")),
+            logged(Some("warn,utm_service::live=debug")),
             [Some(Level::DEBUG), Some(Level::WARN), Some(Level::WARN)]
         );
         assert_eq!(logged(Some("off")), [None; 3]);

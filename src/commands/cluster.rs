@@ -1,4 +1,4 @@
-//! `cluster`: how a cluster is, from outside.
+//! `cluster`: inspection and operation of a cluster.
 
 mod connection;
 mod status;
@@ -15,73 +15,74 @@ use serde_json::json;
 use super::moment::duration;
 use super::table::grouped;
 use super::{CommandResult, Outcome, Usage};
-use crate::app::{Failure, Signals, runtime};
-use crate::areas::Areas;
-use crate::cluster::{
-    Cells, Different, GatewayReport, Log, NodeReport, Part, SharedConfiguration, record as recorded,
-    record_region, verify,
+use crate::app::{AppError, Signals, runtime};
+use cluster::{
+    Cells, ConfigurationDifference, GatewayReport, Log, NodeReport, NodeRole, SharedConfiguration,
+    record as recorded, record_region, verify,
 };
-use crate::config::{Cluster, Config};
-use crate::territory::CellName;
+use site::areas::Areas;
+use site::config::{Cluster, Config};
+use site::territory::CellName;
 
 use connection::opened;
 pub(super) use connection::{checked_proofs, reached};
 use status::ClusterStatus;
 
-/// Longest time for which is waited for the servers, and for a node to give up its cells.
+/// Timeout for the servers to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// Timeout for a node to give up its cells.
 const DRAINS: Duration = Duration::from_secs(15);
 
-/// Shows how a cluster is (docs/SCALING.md), drains a node, or verifies what is published.
+/// Shows the state of a cluster (docs/SCALING.md), drains a node, or verifies the published slots.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// What to do.
+    /// Subcommand.
     #[command(subcommand)]
-    pub command: Command,
-    /// The configuration of any process of the cluster.
+    pub command: ClusterCommand,
+    /// Configuration file of any process of the cluster.
     #[arg(long, value_name = "FILE", global = true, required = false, default_value = "site.toml")]
     pub config: PathBuf,
 }
 
-/// What can be done.
+/// Subcommands.
 #[derive(Clone, Debug, clap::Subcommand)]
-pub enum Command {
-    /// Who owns what and stands by, what nodes and gateways count, how good gateways' clocks are. Exit code 1 where a cell is
-    /// late or early, or has no owner or nobody beside it, a gateway is missing, a member has another configuration, messages
-    /// cannot be read, or a clock is not to be trusted.
+pub enum ClusterCommand {
+    /// Shows owners and standbys of the cells, the counters of nodes and gateways, and the clocks of gateways. Exit code 1 if there
+    /// is a problem: a cell that is late, early, or without an owner or a standby; a missing gateway; a member with another
+    /// configuration; unreadable messages; or a clock that is not to be trusted.
     Status {
-        /// As JSON.
+        /// Prints JSON.
         #[arg(long)]
         json: bool,
     },
-    /// The cells: owner, standby, lateness.
+    /// Shows the cells with owner, standby and lateness.
     Cells,
-    /// Lets a node give up its cells and take no others, so that its process can be stopped and nobody notices.
+    /// Makes a node give up its cells and take no others, so that its process can be stopped without an interruption.
     Drain {
-        /// The node.
+        /// Name of the node.
         node: String,
     },
-    /// Misses a gateway no longer that does not come back.
+    /// Stops reporting a gateway as missing that was removed for good.
     Forget {
-        /// The gateway.
+        /// Name of the gateway.
         gateway: String,
     },
-    /// Reads what is published for some time, and makes it once more from what was received: slots missing, doubled, late, early
-    /// or different, messages that cannot be read. Exit code 5 where there is one.
+    /// Compares the published slots with slots computed again from the inputs, for some time. Reports slots that are missing,
+    /// doubled, late, early or different, and messages that cannot be read. Exit code 5 if there are any.
     Verify {
-        /// One cell; else all of them.
+        /// Name of the cell. All cells if not given.
         #[arg(long, value_name = "NAME")]
         cell: Option<String>,
-        /// For how long: 60s, 10m.
+        /// Duration of the comparison, such as 60s or 10m.
         #[arg(long, value_name = "D", value_parser = duration, default_value = "60s")]
         duration: SignedDuration,
-        /// As JSON.
+        /// Prints JSON.
         #[arg(long)]
         json: bool,
     },
 }
 
-/// `record --cluster`: what the cell handles, or what the sensors of a region of several cells send, until Ctrl-C.
+/// Runs `record --cluster`: records the inputs of the cell, or of all sensors in a region of several cells, until Ctrl-C.
 pub(super) fn record(config: &Config, directory: &Path, lasts: Option<SignedDuration>) -> CommandResult {
     let Some(cluster) = &config.cluster else {
         return Err(Usage("the configuration has no [cluster] to record".to_owned()).into());
@@ -100,7 +101,7 @@ pub(super) fn record(config: &Config, directory: &Path, lasts: Option<SignedDura
                 None => signals.stop().await,
             }
         };
-        Ok::<_, Failure>(match is_whole {
+        Ok::<_, AppError>(match is_whole {
             true => recorded(&log, cluster, config, &areas, directory, ends).await?,
             false => record_region(&log, config, directory, ends).await?,
         })
@@ -110,8 +111,8 @@ pub(super) fn record(config: &Config, directory: &Path, lasts: Option<SignedDura
     Ok(if lost > 0 { Outcome::Incomplete } else { Outcome::Done })
 }
 
-/// What `check` says of a region that is divided: its cells, and the sensors of use to each.
-pub(super) fn cells(config: &Config) -> Result<Vec<String>, Failure> {
+/// Lines of `check` about a divided region: its cells, and the sensors that each one uses.
+pub(super) fn cells(config: &Config) -> Result<Vec<String>, AppError> {
     let cells = Cells::of(config)?;
     let Some(cluster) = config.cluster.as_ref().filter(|_| !cells.is_whole()) else { return Ok(Vec::new()) };
     let of = |cell: &CellName| {
@@ -144,7 +145,7 @@ pub fn run(args: &Args) -> CommandResult {
         let log = opened(cluster, &config).await?;
         let mut out = io::stdout().lock();
         match &args.command {
-            Command::Status { json } => {
+            ClusterCommand::Status { json } => {
                 let areas = Areas::load(&config.areas)?;
                 let status =
                     ClusterStatus::read(&log, &cells, &SharedConfiguration::of(&config, &areas)?).await?;
@@ -158,16 +159,16 @@ pub fn run(args: &Args) -> CommandResult {
                 wrong.iter().for_each(|wrong| tracing::warn!("{wrong}"));
                 Ok(if wrong.is_empty() { Outcome::Done } else { Outcome::Incomplete })
             }
-            Command::Cells => {
+            ClusterCommand::Cells => {
                 let areas = Areas::load(&config.areas)?;
                 let status =
                     ClusterStatus::read(&log, &cells, &SharedConfiguration::of(&config, &areas)?).await?;
                 write!(out, "{}", status.cells(&config))?;
                 Ok(Outcome::Done)
             }
-            Command::Drain { node } => drain(&log, node, &mut out).await,
-            Command::Forget { gateway } => forget(&log, cluster, gateway, &mut out).await,
-            Command::Verify { cell, duration, json } => {
+            ClusterCommand::Drain { node } => drain(&log, node, &mut out).await,
+            ClusterCommand::Forget { gateway } => forget(&log, cluster, gateway, &mut out).await,
+            ClusterCommand::Verify { cell, duration, json } => {
                 let areas = Areas::load(&config.areas)?;
                 let names = chosen(&cells, cell.as_deref())?;
                 checked(&log, cluster, (&config, &areas), (&cells, &names), (*duration, *json), &mut out)
@@ -177,7 +178,7 @@ pub fn run(args: &Args) -> CommandResult {
     })
 }
 
-/// That cell, or all.
+/// The cell `name`, or all cells.
 fn chosen(cells: &Cells, name: Option<&str>) -> Result<Vec<CellName>, Usage> {
     let Some(name) = name else { return Ok(cells.names().to_vec()) };
     let found = cells.names().iter().find(|cell| cell.as_str() == name).cloned();
@@ -187,7 +188,7 @@ fn chosen(cells: &Cells, name: Option<&str>) -> Result<Vec<CellName>, Usage> {
         .ok_or_else(|| Usage(format!("no cell is called {name}: there are {}", names())))
 }
 
-/// Misses a gateway no longer.
+/// Removes a gateway from the list of expected ones.
 async fn forget(log: &Log, cluster: &Cluster, gateway: &str, out: &mut impl Write) -> CommandResult {
     if cluster.gateways.iter().any(|name| name == gateway) {
         return Err(Usage(format!("gateway {gateway} is in cluster.gateways: remove it there")).into());
@@ -203,11 +204,11 @@ async fn forget(log: &Log, cluster: &Cluster, gateway: &str, out: &mut impl Writ
     Ok(Outcome::Done)
 }
 
-/// Asks a node to give up its cells, until it has.
+/// Asks a node to give up its cells, and waits until it has.
 async fn drain(log: &Log, node: &str, out: &mut impl Write) -> CommandResult {
     let key = format!("node.{node}");
-    let report = async || -> Result<Option<NodeReport>, crate::cluster::LogError> {
-        Ok(log.said(&key).await?.and_then(|said| postcard::from_bytes(&said).ok()))
+    let report = async || -> Result<Option<NodeReport>, cluster::LogError> {
+        Ok(log.entry(&key).await?.and_then(|said| postcard::from_bytes(&said).ok()))
     };
     let Some(found) = report().await? else {
         return Err(Usage(format!(
@@ -217,12 +218,12 @@ async fn drain(log: &Log, node: &str, out: &mut impl Write) -> CommandResult {
     };
     let drained = async {
         loop {
-            log.say(&format!("drain.{node}"), found.holder.run.to_string().into_bytes()).await?;
+            log.put_entry(&format!("drain.{node}"), found.holder.run.to_string().into_bytes()).await?;
             let is_drained = report().await?.is_none_or(|report| {
-                report.is_draining && report.cells.iter().all(|(_, counts)| counts.part == Part::None)
+                report.is_draining && report.cells.iter().all(|(_, counts)| counts.part == NodeRole::None)
             });
             if is_drained {
-                return Ok::<(), crate::cluster::LogError>(());
+                return Ok::<(), cluster::LogError>(());
             }
             tokio::time::sleep(Duration::from_millis(500)).await;
         }
@@ -250,7 +251,7 @@ async fn checked(
     let (mut shown, mut is_good) = (serde_json::Map::new(), true);
     let shared = SharedConfiguration::of(config, areas)?;
     let (nodes, gateways) = (NodeReport::all(log).await?, GatewayReport::all(log).await?);
-    for Different { member, text } in shared.different(log, &nodes, &gateways).await? {
+    for ConfigurationDifference { member, text } in shared.differing_members(log, &nodes, &gateways).await? {
         tracing::warn!("{member} has another configuration: {text}");
         is_good = false;
     }

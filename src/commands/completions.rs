@@ -1,4 +1,4 @@
-//! `completions` and `man`: for packagers.
+//! `completions` and `man`, for packagers.
 
 use std::io::{self, Write};
 
@@ -7,7 +7,7 @@ use super::{CommandResult, Outcome};
 /// Prints the completions of a shell.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// The shell.
+    /// Name of the shell.
     #[arg(value_enum)]
     pub shell: clap_complete::Shell,
 }
@@ -15,14 +15,14 @@ pub struct Args {
 /// Runs `completions` for the program's `command`.
 pub fn run(args: &Args, mut command: clap::Command, out: &mut impl Write) -> CommandResult {
     let name = command.get_name().to_owned();
-    // Into memory first: the generator panics where the reader of our output has gone.
+    // The generator panics if standard output is closed, so it writes to memory first.
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut command, name, &mut text);
     out.write_all(&text)?;
     Ok(Outcome::Done)
 }
 
-/// Runs `man`: one page, utm-fusion(1), with every subcommand and its options, so that a search finds all.
+/// Runs `man`: one page, utm-fusion(1), with all subcommands and options, so that a search finds all of them.
 pub fn man(mut command: clap::Command, out: &mut impl Write) -> CommandResult {
     command.build();
     let page = clap_mangen::Man::new(command.clone());
@@ -40,7 +40,7 @@ pub fn man(mut command: clap::Command, out: &mut impl Write) -> CommandResult {
     Ok(Outcome::Done)
 }
 
-/// A subcommand: its sections, one level below a heading with its name.
+/// A subcommand: heading with its name, and its sections one level below.
 fn section(subcommand: &clap::Command, out: &mut Vec<u8>) -> io::Result<()> {
     writeln!(out, ".SH \"UTM\\-FUSION {}\"", subcommand.get_name().to_uppercase())?;
     let page = clap_mangen::Man::new(subcommand.clone());

@@ -1,4 +1,4 @@
-//! `decode`: captures as JSON, one record a line, or as tables.
+//! `decode`: prints captures as JSON, one record per line, or writes tables.
 
 mod files;
 
@@ -9,31 +9,31 @@ use asterix::Fault;
 
 use super::edition::{EditionOf, editions};
 use super::{CommandResult, Outcome, Usage};
-use crate::app::Failure;
-use crate::capture::{Capture, OpenError, Receivers, Stamps};
-use crate::decode::{Decoder, Faults, Sink, Tables};
-use crate::gateways::remote_id::Line;
-use crate::json::{
+use crate::app::AppError;
+use fusion::time::Time;
+use input::capture::{Capture, OpenError, SiteReceivers, StampKind};
+use input::gateways::remote_id::BroadcastLine;
+use input::json::{
     Editions, Entry, Place, REMOTE_ID, SKIPPED, write_block, write_fault, write_messages, write_record,
     write_refused, write_skipped, write_trailer,
 };
-use crate::pipeline::LineFault;
-use fusion::time::Time;
+use input::pipeline::LineFault;
+use picture::decode::{Decoder, Faults, Sink, Tables};
 
-/// How records are written.
+/// Output format of records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum Format {
-    /// One JSON object per line, with nothing lost.
+pub enum DecodeFormat {
+    /// One JSON object per line, lossless.
     #[default]
     Json,
-    /// Comma-separated values, a table per category.
+    /// Comma-separated values, one table per category.
     Csv,
-    /// Apache Parquet, a table per category.
+    /// Apache Parquet, one table per category.
     Parquet,
 }
 
-impl Format {
-    /// Of the names of its files.
+impl DecodeFormat {
+    /// File name extension.
     fn extension(self) -> &'static str {
         match self {
             Self::Json => "ndjson",
@@ -43,77 +43,81 @@ impl Format {
     }
 }
 
-/// Prints captures as JSON, one record a line
+/// Prints captures as JSON, one record per line
 ///
-/// A record: {"time":"2026-11-20T10:20:30.250Z", "offset":3, "block":0, "cat":48, "sac":25, "sic":200, "items":{…}}.
-/// `offset` and `block` are where the record and its block begin in the file, `time` is null in files without reception
-/// times, and the items have the numbers of the specification. No bit is lost: octets without a known meaning are
-/// hexadecimal, numbers round back to what was sent.
+/// A record: {"time":"2026-11-20T10:20:30.250Z", "offset":3, "block":0, "cat":48, "sac":25, "sic":200, "items":{…}}. `offset` and
+/// `block` are the positions of the record and of its block in the file. `time` is null in files without reception times. Items
+/// have the numbers of the specification. The output is lossless: octets without a known meaning are hexadecimal, and numbers
+/// round back to the values sent.
 ///
-/// What cannot be read: {"error":{"kind":…, "offset":…, "detail":…}, "offset":…, "block":…, "cat":…, "hex":…}, and decoding
-/// goes on with the next block. Where octets of a raw file or a FINAL recording were lost, added or changed, the next block is
-/// looked for, and what is between is such a line of kind `skipped`, or several. A block of a category that has no public
-/// definition: its octets as `hex`, without `items`. Octets that a sender puts behind the blocks of each datagram:
-/// {"trailer":8, "offset":…, "block":…, "hex":…}.
-/// A line says its `edition` where `encode` would else take it for another one.
-/// With several inputs each line names its file, as `input`.
+/// Data that cannot be read: {"error":{"kind":…, "offset":…, "detail":…}, "offset":…, "block":…, "cat":…, "hex":…}. Decoding
+/// continues with the next block. In a raw file or a FINAL recording, octets may be lost, added or changed. Then decoding
+/// continues at the next block that is found, and the octets in between become lines of kind `skipped`. A block of a category
+/// without a public definition has its octets as `hex` and no `items`. Octets that a sender appends to the blocks of each
+/// datagram: {"trailer":8, "offset":…, "block":…, "hex":…}. A line names its `edition` if `encode` would otherwise assume another
+/// one. With several inputs each line names its file as `input`.
 ///
-/// A message of Remote ID (ASTM F3411), of a Wi-Fi or Bluetooth capture or a gateway's line: {"time":…, "offset":…, "block":…,
+/// A Remote ID message (ASTM F3411) from a Wi-Fi or Bluetooth capture or a gateway's line: {"time":…, "offset":…, "block":…,
 /// "transmitter":"90:3a:e6:5b:c8:a8", "message":"location", "version":2, "latitude_deg":…, …}. Frames of a 1090 MHz receiver
-/// (Beast, AVR) are printed as the CAT021 records that they become, positions of a MAVLink log as CAT129, with SAC and SIC 0.
+/// (Beast, AVR) are printed as CAT021 records, positions of a MAVLink log as CAT129, both with SAC and SIC 0.
 ///
-/// With --format csv or parquet a table of each category goes into the directory -o: cat048.parquet has a row per record and a
-/// column per scalar, I048_040_rho_m for `rho_m` of item 040; unread.parquet has what could not be read or was not looked into.
-/// CSV of one category (--cat) or of the errors (--errors-only) may go to standard output.
+/// With --format csv or parquet, one table per category is written to the directory -o. cat048.parquet has one row per record and
+/// one column per scalar: I048_040_rho_m for `rho_m` of item 040. unread.parquet has the data that could not be read or was not
+/// decoded. CSV of one category (--cat) or of the errors (--errors-only) may go to standard output.
 ///
-/// The exit code is 4 where octets of a raw file or of a FINAL, ORADIS or GPS recording could not be read.
+/// The exit code is 4 if octets of a raw file or of a FINAL, ORADIS or GPS recording could not be read.
 #[derive(clap::Args, Debug, Default)]
 pub struct Args {
     /// Capture files (raw ASTERIX, pcap, pcapng, FINAL, ORADIS, Beast, AVR, MAVLink log; also gzip-compressed), or - for standard
-    /// input; one after the other
+    /// input, in the order given
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// Looks at blocks of this category only; where no block can be made out is still told
+    /// Decodes blocks of this category only. Data that is not a block is still reported
     #[arg(long, value_name = "N")]
     pub cat: Option<u8>,
-    /// The edition that the senders follow: 1.31 of the category of --cat, else of CAT021 (where `info` names the one that
-    /// fits), or 48:1.31; may be given several times
+    /// Edition that the senders use: 1.31 for the category of --cat, else for CAT021 (`info` names the one that fits), or
+    /// 48:1.31. May be given several times
     #[arg(long, value_name = "[N:]EDITION")]
     pub edition: Vec<EditionOf>,
-    /// Kind of the stamps in Beast and AVR files: a counter of 12 MHz, or seconds of the UTC day and nanoseconds (Radarcape);
-    /// auto: found out from the first frames
+    /// Time stamps in Beast and AVR files: a 12 MHz counter, or seconds of the UTC day and nanoseconds (Radarcape). auto
+    /// determines the kind from the first frames
     #[arg(long, value_enum, value_name = "KIND", default_value = "auto")]
-    pub stamps: Stamps,
-    /// Reads everything by the definitions alone, also the categories whose keys are made by hand: one rule for all keys
+    pub stamps: StampKind,
+    /// Decodes every category by its definition alone, including those with hand-written keys, so that all keys follow one rule
     #[arg(long)]
     pub untyped: bool,
-    /// Stops after this many lines
+    /// Stops after this number of lines
     #[arg(long, value_name = "N")]
     pub limit: Option<u64>,
-    /// Prints what cannot be read, not the records
+    /// Prints only data that cannot be read, no records
     #[arg(long)]
     pub errors_only: bool,
-    /// Ends with exit code 4 if there was anything that cannot be read, also in a pcap or pcapng
+    /// Ends with exit code 4 if any data could not be read, in pcap and pcapng files too
     #[arg(long)]
     pub strict: bool,
     /// Adds the octets of each record, as `hex`
     #[arg(long)]
     pub hex: bool,
-    /// How records are written
+    /// Output format of records
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t)]
-    pub format: Format,
-    /// The directory of the tables of --format csv and parquet; it is made where it is missing
+    pub format: DecodeFormat,
+    /// Directory of the tables of --format csv and parquet; created if missing
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 }
 
 impl Args {
-    /// Where records go.
-    fn destination<'a>(&'a self, out: &'a mut dyn Write) -> Result<Destination<'a>, Failure> {
+    /// Destination of records.
+    fn destination<'a>(&'a self, out: &'a mut dyn Write) -> Result<Destination<'a>, AppError> {
         let refuse = |text: &str| Err(Usage(text.to_owned()).into());
+        if self.format == DecodeFormat::Parquet {
+            super::check_parquet()?;
+        }
         match (self.format, &self.output) {
-            (Format::Json, None) => Ok(Destination::Lines { out: BufWriter::new(out), line: Vec::new() }),
-            (Format::Json, Some(_)) => refuse("-o is for tables: --format csv or --format parquet"),
+            (DecodeFormat::Json, None) => {
+                Ok(Destination::Lines { out: BufWriter::new(out), line: Vec::new() })
+            }
+            (DecodeFormat::Json, Some(_)) => refuse("-o is for tables: --format csv or --format parquet"),
             (format, Some(directory)) => {
                 let is_within = |input: &&PathBuf| {
                     let is_table = input.extension().is_some_and(|extension| extension == format.extension());
@@ -128,30 +132,32 @@ impl Args {
                 }
                 Ok(Destination::Tables(files::within(format, directory, self.hex)?))
             }
-            (Format::Csv, None) if self.cat.is_some() || self.errors_only => {
+            (DecodeFormat::Csv, None) if self.cat.is_some() || self.errors_only => {
                 Ok(Destination::Tables(files::only(out, self.hex)))
             }
-            (Format::Csv, None) => {
+            (DecodeFormat::Csv, None) => {
                 refuse("--format csv: a table per category needs -o DIR, or --cat for one of them")
             }
-            (Format::Parquet, None) => refuse("--format parquet needs a directory: -o DIR"),
+            (DecodeFormat::Parquet, None) => refuse("--format parquet needs a directory: -o DIR"),
         }
     }
 }
 
-/// Reads the inputs and writes a line for each record, unknown block and error to `out`; what went wrong in all is said
-/// on standard error.
+/// Reads the inputs and writes a line for each record, unknown block and error to `out`. A summary of the errors is written to
+/// standard error.
 ///
 /// # Errors
-/// An edition is none, or an input cannot be opened, which is found before anything is printed; or an input cannot be read to
-/// its end; or `out` cannot be written to: a closed pipe comes back as its [`io::Error`].
+/// An edition is unknown or an input cannot be opened; both are found before anything is printed. An input cannot be read to its
+/// end. `out` cannot be written: a closed pipe is returned as its [`io::Error`].
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let chosen = if args.untyped { Editions::untyped() } else { Editions::default() };
     let editions = editions(chosen, &args.edition, args.cat)?;
     let captures = args
         .inputs
         .iter()
-        .map(|path| Ok(Capture::open(path)?.with_receivers(&Receivers::default().with_stamps(args.stamps))))
+        .map(|path| {
+            Ok(Capture::open(path)?.with_receivers(&SiteReceivers::default().with_stamps(args.stamps)))
+        })
         .collect::<Result<Vec<_>, OpenError>>()?;
     let several = captures.len() > 1;
     let decoder = Decoder { editions, category: args.cat };
@@ -179,7 +185,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         let unread = printer.faults.end(&capture);
         if !unread.is_empty() {
             damaged |= capture.format().is_asterix_only();
-            // Without a standard error there is nobody to tell.
+            // A failure to write to standard error cannot be reported.
             let _ = writeln!(io::stderr(), "{}: {unread} could not be read", capture.name());
         }
     }
@@ -193,7 +199,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         );
     }
     if !faults.is_empty() {
-        // Without a standard error there is nobody to tell.
+        // A failure to write to standard error cannot be reported.
         let _ = writeln!(io::stderr(), "{faults}");
     }
     match damage {
@@ -206,26 +212,26 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
 struct Printer<'a> {
     args: &'a Args,
     destination: Destination<'a>,
-    /// Lines still wanted.
+    /// Number of lines left to write.
     left: u64,
-    /// What could not be read.
+    /// Data that could not be read.
     faults: Faults,
-    /// Whether there was no record and no whole block.
+    /// Whether no record and no whole block was found.
     is_empty: bool,
 }
 
-/// Where records, and what could not be read, go.
+/// Destination of records and unreadable data.
 enum Destination<'a> {
     Lines {
         out: BufWriter<&'a mut dyn Write>,
-        /// The line being made.
+        /// Buffer of the current line.
         line: Vec<u8>,
     },
     Tables(Tables<'a>),
 }
 
 impl Destination<'_> {
-    /// Makes a line, or adds a row.
+    /// Writes a line, or adds a row.
     fn write(
         &mut self,
         make: impl FnOnce(&mut Vec<u8>),
@@ -294,7 +300,7 @@ impl Sink for Printer<'_> {
 
     fn remote_id(
         &mut self,
-        line: Result<&Line, LineFault>,
+        line: Result<&BroadcastLine, LineFault>,
         octets: &[u8],
         received: Option<Time>,
         place: Place<'_>,
@@ -325,7 +331,7 @@ impl Sink for Printer<'_> {
 }
 
 impl Printer<'_> {
-    /// Makes a line, or adds a row, if one is still wanted.
+    /// Writes a line or adds a row, if the limit of lines allows it.
     fn write(
         &mut self,
         make: impl FnOnce(&mut Vec<u8>),
@@ -338,7 +344,7 @@ impl Printer<'_> {
         self.destination.write(make, add)
     }
 
-    /// Counts unreadable octets, if their line is still wanted.
+    /// Counts unreadable octets, if the limit of lines allows it.
     fn note(&mut self, reason: &str, place: Place<'_>, octets: &[u8]) {
         if self.left > 0 {
             self.faults.note(reason, place, octets);

@@ -10,59 +10,59 @@ use std::net::SocketAddr;
 use jiff::SignedDuration;
 
 use super::address::listen_address;
-use super::moment::{Speed, duration};
+use super::demo_score::demo_score;
+use super::moment::{ReplaySpeed, duration};
 use super::pace::Pace;
-use super::screen::{Painting, Size, broken};
-use super::summary::Summary;
-use super::verdict::verdict;
+use super::screen::{TerminalPainter, TerminalSize, wrap};
+use super::summary::ReplaySummary;
 use super::{CommandResult, Outcome};
-use crate::app::Failure;
-use crate::areas::Masks;
-use crate::evaluate::{self, InputsAlone, Labels, Scoring};
-use crate::picture::{MAX_ACCURACY_M, Picture, PictureMaker, PictureTrack, serial_text, text};
-use crate::pipeline::{Output, Pipeline, Tally};
-use crate::simulate::{Attacked, Scenario, Simulation, simulate};
+use crate::app::AppError;
 use fusion::Enu;
 use fusion::integrity::PointIntegrity;
-use fusion::point::{Association, Because, TransponderPart};
+use fusion::point::{Association, AssociationEvidence, TransponderPart};
 use fusion::time::Time;
 use fusion::{Emission, Source};
+use input::pipeline::{Output, Pipeline, Tally};
+use lab::evaluate::{self, InputsAlone, Labels, Scoring};
+use lab::simulate::{Scenario, SimulatedAttack, Simulation, simulate};
+use picture::{MAX_ACCURACY_M, Picture, PictureMaker, PictureTrack, serial_text, text};
+use site::areas::Masks;
 
-/// Shows the main job on a simulated flight: radar and transponders in, one air picture out.
+/// Shows the service's main task on a simulated flight: radar and transponders in, one air picture out.
 ///
-/// Ten drones through one point, two of them without a transponder, and birds (config/scenarios/crossing.toml): five
-/// minutes, and one of the transponders begins to lie. Others with --scenario. In a terminal the table is live; elsewhere it is printed once a minute of the flight. With --http the flight
-/// is sent as multicast on this machine, fused by the live service, and shown on its map.
+/// The default scenario (config/scenarios/crossing.toml) lasts five minutes: ten drones cross at one point, two of them without a
+/// transponder, among birds. One transponder starts to report false positions. Choose others with --scenario. In a terminal the
+/// table is updated live; otherwise it is printed once a minute of the flight. With --http the flight is sent as multicast on
+/// this machine, fused by the live service, and shown on its map.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// Serves the API and the map there, live, until Ctrl-C: 127.0.0.1:8080, which is the default, or only a port of this
-    /// machine.
+    /// Serves the live API and the map at this address until Ctrl-C. Default: 127.0.0.1:8080. A port alone is on this machine.
     #[arg(long, value_name = "ADDR", value_parser = listen_address, num_args = 0..=1, default_missing_value = "127.0.0.1:8080")]
     pub http: Option<SocketAddr>,
-    /// How long the show takes in a terminal (60s), or how long --http serves (until Ctrl-C).
+    /// Duration of the demonstration in a terminal (default 60s), or of the service with --http (default until Ctrl-C).
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     pub duration: Option<SignedDuration>,
-    /// Another seed flies otherwise.
+    /// Random seed of the flight.
     #[arg(long, default_value_t = 1, value_name = "N")]
     pub seed: u64,
-    /// What flies.
-    #[arg(long, value_enum, default_value_t = Flight::Crossing, value_name = "NAME")]
-    pub scenario: Flight,
+    /// Scenario to simulate.
+    #[arg(long, value_enum, default_value_t = DemoFlight::Crossing, value_name = "NAME")]
+    pub scenario: DemoFlight,
 }
 
-/// What can be shown.
+/// Scenarios of the demonstration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Flight {
-    /// Ten drones through one point, under a radar.
+pub enum DemoFlight {
+    /// Ten drones that cross at one point, seen by a radar.
     Crossing,
-    /// An aerodrome without any radar: aircraft with ADS-B, drones with Remote ID, and two about to meet.
+    /// An aerodrome without a radar: aircraft with ADS-B, drones with Remote ID, and two drones about to meet.
     Airfield,
-    /// A public event: radars, a camera, CAT129, Remote ID, a helicopter with ADS-B, and identities that are made up.
+    /// A public event: radars, a camera, CAT129, Remote ID, a helicopter with ADS-B, and false identities.
     Event,
 }
 
-impl Flight {
-    /// Its file, and the text of that.
+impl DemoFlight {
+    /// Name of the scenario file, and its text.
     const fn file(self) -> (&'static str, &'static str) {
         match self {
             Self::Crossing => {
@@ -76,24 +76,24 @@ impl Flight {
     }
 }
 
-/// How long the show takes in a terminal, seconds.
+/// Default duration of the demonstration in a terminal, in seconds.
 const SHOW_S: f64 = 60.0;
-/// Transponders that lie, in `crossing`.
+/// Number of transponders in `crossing` that report false positions.
 const LIARS: u32 = 1;
-/// A track stays in the table this long after its last point, seconds: the radar misses a detection now and then.
+/// Time for which a track stays in the table after its last point, in seconds. The radar misses single detections.
 const LINGER_S: f64 = 2.0;
-/// What the summary's lines begin with, characters.
+/// Width of the labels in the summary, in characters.
 const SUMMARY_INDENT: usize = 11;
-/// Where there is no terminal.
-const UNBOUNDED: Size = Size { rows: usize::MAX, columns: usize::MAX };
-/// Between two tables where there is no terminal, seconds of the flight.
+/// Size of an output that is not a terminal.
+const UNBOUNDED: TerminalSize = TerminalSize { rows: usize::MAX, columns: usize::MAX };
+/// Time of the flight between two printed tables if the output is not a terminal, in seconds.
 const PRINT_EVERY_S: f64 = 60.0;
 
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
     let (file, text) = args.scenario.file();
     let mut scenario = Scenario::parse(text, file)?;
-    if args.scenario == Flight::Crossing {
+    if args.scenario == DemoFlight::Crossing {
         scenario.drones.spoofed = LIARS;
     }
     if let Some(listen) = args.http {
@@ -101,23 +101,27 @@ pub fn run(args: &Args) -> CommandResult {
     }
     let simulation = simulate(&scenario, args.seed, None)?;
     let config = &simulation.config;
-    let live = Size::of_stdout().is_some();
+    let live = TerminalSize::of_stdout().is_some();
     let show_s = args.duration.map_or(SHOW_S, |duration| duration.as_secs_f64());
-    let speed = if live && show_s > 0.0 { Speed::Times(scenario.duration_s / show_s) } else { Speed::Max };
+    let speed = if live && show_s > 0.0 {
+        ReplaySpeed::Times(scenario.duration_s / show_s)
+    } else {
+        ReplaySpeed::Max
+    };
 
     let mut pipeline = Pipeline::new(config, Masks::default());
-    let mut show = Show {
+    let mut show = DemoScreen {
         site: &config.site.name,
         latency_s: config.fusion.latency().as_secs_f64(),
         maker: PictureMaker::new(config, pipeline.normaliser()),
         pace: Pace::new(speed),
-        summary: Summary::default(),
+        summary: ReplaySummary::default(),
         shown: BTreeMap::new(),
         flagged: BTreeMap::new(),
         next_print: None,
-        painting: live.then(Painting::default),
+        painting: live.then(TerminalPainter::default),
     };
-    // A slot is shown with what had come in when it was emitted.
+    // A slot is shown with the data received before it was emitted.
     for reception in simulation.receptions() {
         pipeline.receive(&reception);
         show.slots(&mut pipeline)?;
@@ -125,42 +129,43 @@ pub fn run(args: &Args) -> CommandResult {
     pipeline.finish();
     show.slots(&mut pipeline)?;
 
-    let liars = simulation.attacks.iter().map(|attack| show.found_out(attack)).collect::<String>();
+    let liars = simulation.attacks.iter().map(|attack| show.detection_text(attack)).collect::<String>();
     let summary = show.summary.text(pipeline.tally(), config)?;
     let end = format!("\n{summary}\n{liars}\n{}", score(&simulation)?);
-    let columns = Size::of_stdout().map_or(usize::MAX, |size| size.columns);
-    io::stdout().write_all(broken(&end, columns, SUMMARY_INDENT).as_bytes())?;
+    let columns = TerminalSize::of_stdout().map_or(usize::MAX, |size| size.columns);
+    io::stdout().write_all(wrap(&end, columns, SUMMARY_INDENT).as_bytes())?;
     Ok(Outcome::Done)
 }
 
-/// What the output and each input alone are worth, since the truth of a simulated flight is known.
-fn score(simulation: &Simulation) -> Result<String, Failure> {
+/// Scores of the output and of each input alone against the truth of the simulated flight.
+fn score(simulation: &Simulation) -> Result<String, AppError> {
     let Simulation { config, labels, .. } = simulation;
     let receptions = || simulation.receptions().map(Ok);
     let points = evaluate::output(receptions(), config, Masks::default())?;
     let alone = InputsAlone::of(receptions(), config, Masks::default())?;
     let labels = Labels::of_site(labels.clone(), config);
     let settings = Scoring::of(config);
-    Ok(verdict(&evaluate::evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &settings)))
+    let evaluation = evaluate::evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &settings);
+    Ok(demo_score(&evaluation, &simulation.attacks, settings.grid))
 }
 
-struct Show<'a> {
+struct DemoScreen<'a> {
     site: &'a str,
-    /// From the opening of a slot to its emission.
+    /// Time from the start of a slot to its emission, in seconds.
     latency_s: f64,
     maker: PictureMaker,
     pace: Pace,
-    summary: Summary,
-    /// By source and number: the tracks of the last moments.
+    summary: ReplaySummary,
+    /// Recent tracks, by source and number.
     shown: BTreeMap<(u8, u32), PictureTrack>,
-    /// By transponder number: the first slot in which it was flagged.
+    /// First slot in which each transponder was flagged, by transponder number.
     flagged: BTreeMap<u32, Time>,
     next_print: Option<f64>,
-    /// In a terminal.
-    painting: Option<Painting>,
+    /// Screen updates, in a terminal.
+    painting: Option<TerminalPainter>,
 }
 
-impl Show<'_> {
+impl DemoScreen<'_> {
     fn slots(&mut self, pipeline: &mut Pipeline) -> io::Result<()> {
         while let Some(output) = pipeline.poll() {
             if let Output::Emission(emission) = output {
@@ -195,7 +200,7 @@ impl Show<'_> {
             }
             let rank = u8::from(source.radar().is_none()) * 2 + u8::from(source.transponder().is_none());
             if let Some(part) = source.transponder() {
-                // One row an aircraft: fused and alone take turns.
+                // One row per aircraft: a fused track replaces a single-sensor track and vice versa.
                 self.shown.retain(|_, other| {
                     other.point.source.transponder().is_none_or(|other| other.number != part.number)
                 });
@@ -204,23 +209,21 @@ impl Show<'_> {
         }
     }
 
-    /// When an attack began, and when it was found out.
-    fn found_out(&self, attack: &Attacked) -> String {
-        let Attacked { id, number, from, .. } = attack;
+    /// Text of an attack: when it began, and when it was detected.
+    fn detection_text(&self, attack: &SimulatedAttack) -> String {
+        let SimulatedAttack { id, number, from, .. } = attack;
         let found = match self.flagged.get(number) {
-            // It is published that much later.
+            // Detection counts from the publication of the slot.
             Some(flagged) => {
                 format!("{:.0} s later it was flagged", flagged.seconds_since(*from) + self.latency_s)
             }
             None => "it was not flagged".to_owned(),
         };
-        format!(
-            "The transponder of drone {id} (track {number}) lied from {from} on; {found}. Below, its lie counts as error.\n"
-        )
+        format!("The transponder of drone {id} (track {number}) lied from {from} on; {found}.\n")
     }
 
     fn draw(&mut self, time: Time, tally: &Tally) -> io::Result<()> {
-        let size = self.painting.and_then(|_| Size::of_stdout());
+        let size = self.painting.and_then(|_| TerminalSize::of_stdout());
         let lines = self.lines(time, tally, size.unwrap_or(UNBOUNDED));
         let mut out = io::stdout().lock();
         match (&mut self.painting, size) {
@@ -233,21 +236,26 @@ impl Show<'_> {
         out.flush()
     }
 
-    /// The table, as much of it as there is room for.
-    fn lines(&self, time: Time, tally: &Tally, size: Size) -> Vec<String> {
+    /// Lines of the table that fit on the screen.
+    fn lines(&self, time: Time, tally: &Tally, size: TerminalSize) -> Vec<String> {
         let mut lines = vec![
             format!("{}  {time}  (shown {} s after it happened)", self.site, self.latency_s),
             format!(
-                "{} datagrams received, {} reports used, {} dropped or not used",
+                "{} datagrams received, {} reports used, {} not used",
                 tally.received,
                 tally.accepted.values().sum::<u64>(),
                 tally.dropped(),
             ),
-            format!(
-                "{:>6}  {:<11}  {:<12}  {:>5}  {:>7}  {:>6}  {:>6}  apart",
-                "track", "source", "who", "radar", "bearing", "range", "height",
-            ),
         ];
+        let reasons = tally.dropped_by_reason();
+        if !reasons.is_empty() {
+            let reasons: Vec<_> = reasons.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
+            lines.push(format!("not used: {}", reasons.join(", ")));
+        }
+        lines.push(format!(
+            "{:>6}  {:<11}  {:<12}  {:>5}  {:>7}  {:>6}  {:>6}  apart",
+            "track", "source", "who", "radar", "bearing", "range", "height",
+        ));
         // The cursor takes a line.
         let room = size.rows.saturating_sub(lines.len() + 1);
         let fitting = if self.shown.len() > room { room.saturating_sub(1) } else { self.shown.len() };
@@ -259,25 +267,25 @@ impl Show<'_> {
     }
 }
 
-/// A line of the table; how near the radar's and the transponder's places are is said as fully as there is room.
+/// A line of the table. The accuracies of radar and transponder are given in as much detail as the width allows.
 fn row(track: &PictureTrack, now: Time, columns: usize) -> String {
     let source = &track.point.source;
-    let who = source.transponder().map_or("-".to_owned(), who);
+    let identity_text = source.transponder().map_or("-".to_owned(), identity_text);
     let radar = source.radar().map_or("-".to_owned(), |part| part.track.number.to_string());
     let (bearing_deg, range_m) = bearing_and_range(track.point.position);
     let height = track.altitude_amsl_m.map_or("-".to_owned(), |metres| format!("{metres:.0} m"));
     let flagged = track.point.integrity.filter(|integrity| integrity.state.is_flagged());
     let (apart, more) = match source {
-        _ if flagged.is_some() => flagged.as_ref().map(doubt).unwrap_or_default(),
+        _ if flagged.is_some() => flagged.as_ref().map(integrity_text).unwrap_or_default(),
         Source::Fused(_, _, Association { distance_m, because }) => {
             let why = match because {
-                Because::Ratio { threshold_m, ratio } => format!(
+                AssociationEvidence::Ratio { threshold_m, ratio } => format!(
                     " of {threshold_m:.0} m, {:.0} % of {} slots",
                     100.0 * ratio.value(),
                     ratio.co_present
                 ),
-                Because::Likelihood { score } => format!(", log-likelihood ratio {score:.0}"),
-                Because::Manual { .. } => ", decided by hand".to_owned(),
+                AssociationEvidence::Likelihood { score } => format!(", log-likelihood ratio {score:.0}"),
+                AssociationEvidence::Manual { .. } => ", decided by hand".to_owned(),
             };
             (format!("{distance_m:.1} m"), why)
         }
@@ -286,8 +294,8 @@ fn row(track: &PictureTrack, now: Time, columns: usize) -> String {
     };
     let range = format!("{range_m:.0} m");
     let line = format!(
-        "{:>6}  {:<11}  {who:<12}  {radar:>5}  {bearing_deg:>6.1}°  {range:>6}  {height:>6}  {apart}",
-        // Of an aircraft without a serial number it has ten digits, of which the last four say nothing.
+        "{:>6}  {:<11}  {identity_text:<12}  {radar:>5}  {bearing_deg:>6.1}°  {range:>6}  {height:>6}  {apart}",
+        // An aircraft without a serial number has ten digits, the last four of which are of no use here.
         source
             .transponder()
             .filter(|part| part.identity.serial().is_none())
@@ -298,19 +306,19 @@ fn row(track: &PictureTrack, now: Time, columns: usize) -> String {
     if has_room { line + &more } else { line }
 }
 
-/// A callsign, or the name of an identity.
-fn who(part: &TransponderPart) -> String {
+/// Callsign of a transponder, or the name of its identity.
+fn identity_text(part: &TransponderPart) -> String {
     let callsign = text(&part.aircraft.callsign).map(Cow::into_owned);
     callsign.unwrap_or_else(|| serial_text(part.identity))
 }
 
-/// That a transponder is not to be trusted, and how far off it is.
-fn doubt(integrity: &PointIntegrity) -> (String, String) {
+/// Text about a doubtful transponder, and its estimated offset.
+fn integrity_text(integrity: &PointIntegrity) -> (String, String) {
     let off = integrity.offset_m.map_or_else(String::new, |metres| format!(", {metres:.0} m off"));
     (integrity.state.name().to_uppercase(), off)
 }
 
-/// From the origin: degrees clockwise from north, metres over ground.
+/// Bearing in degrees clockwise from north and distance over ground in metres, from the origin.
 fn bearing_and_range(position: Enu) -> (f64, f64) {
     let bearing = position.east().atan2(position.north()).to_degrees();
     (bearing.rem_euclid(360.0), position.east().hypot(position.north()))

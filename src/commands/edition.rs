@@ -1,13 +1,13 @@
-//! `--edition`: which edition of a category its senders follow.
+//! `--edition`: the edition of a category that the senders use.
 
 use std::str::FromStr;
 
 use asterix::{Record, cat021};
 
 use super::Usage;
-use crate::json::Editions;
+use input::json::Editions;
 
-/// `1.31`, or `48:1.31` of a category that nothing else names.
+/// `1.31`, or `48:1.31` if no other argument names the category.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EditionOf {
     category: Option<u8>,
@@ -28,10 +28,10 @@ impl FromStr for EditionOf {
     }
 }
 
-/// Those, and the editions that are given. One that names no category is of `category`, or else of CAT021.
+/// Adds the given editions to `editions`. An edition without a category is of `category`, or else of CAT021.
 ///
 /// # Errors
-/// There is no such edition.
+/// An edition does not exist.
 pub fn editions(
     mut editions: Editions,
     given: &[EditionOf],

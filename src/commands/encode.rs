@@ -1,20 +1,20 @@
-//! `encode`: the lines of `decode` as ASTERIX.
+//! `encode`: encodes the lines of `decode` as ASTERIX.
 
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use super::edition::{EditionOf, editions};
 use super::{CommandResult, Outcome};
-use crate::json::{Editions, Encoder};
+use input::json::{Editions, Encoder};
 
-/// Makes ASTERIX of the lines that `decode` prints
+/// Encodes the lines printed by `decode` as ASTERIX
 ///
-/// What `decode` printed comes back octet by octet, blocks of unknown categories and octets that could not be read
-/// included; of a pcap the blocks, without the frames around them. Lines may also be written by hand or by a program:
-/// {"cat":48, "items":{"010":{"sac":25, "sic":200}, "140":37230.25, "040":{"rho_m":1852, "theta_deg":90}}} is a block of
-/// one record. Lines with the same `block` make one block.
+/// The output of `decode` is restored octet by octet, including blocks of unknown categories and octets that could not be read.
+/// From a pcap only the blocks are restored, without the frames. Lines may also be written by hand or by a program: {"cat":48,
+/// "items":{"010":{"sac":25, "sic":200}, "140":37230.25, "040":{"rho_m":1852, "theta_deg":90}}} is a block of one record. Lines
+/// with the same `block` make one block.
 ///
-/// A line that cannot be encoded is named on standard error and left out; the exit code is then 1.
+/// A line that cannot be encoded is reported on standard error and left out; the exit code is then 1.
 #[derive(clap::Args, Debug, Default)]
 pub struct Args {
     /// File of lines, or - for standard input
@@ -23,7 +23,7 @@ pub struct Args {
     /// File to write raw ASTERIX to, or - for standard output
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// The edition of lines that name none: of CAT021, 2.1, or of another category, 48:1.31; may be given several times
+    /// Edition of lines that do not name theirs: 2.1 for CAT021, or 48:1.31 for another category. May be given several times
     #[arg(long, value_name = "[N:]EDITION")]
     pub edition: Vec<EditionOf>,
 }
@@ -31,27 +31,27 @@ pub struct Args {
 /// A file that cannot be opened or written.
 #[derive(Debug, thiserror::Error)]
 #[error("{name}: cannot be {what}: {cause}; check the path, its permissions and the disk")]
-struct FileError {
+struct EncodeError {
     name: String,
     what: &'static str,
     cause: io::Error,
 }
 
-/// Most bad lines that are named; the rest is counted.
+/// Maximum number of invalid lines that are reported one by one; further ones are counted.
 const NAMED: u64 = 20;
 
-/// Longest line: well above a block of 65,535 octets in hexadecimal or as items.
+/// Maximum length of a line, in octets: well above a block of 65,535 octets in hexadecimal or as items.
 const LONGEST_LINE: u64 = 16 << 20;
 
 /// Encodes the input into the output.
 ///
 /// # Errors
-/// A file cannot be opened, read or written; or an edition is none.
+/// A file cannot be opened, read or written, or an edition does not exist.
 pub fn run(args: &Args) -> CommandResult {
     let encoder = Encoder::new(editions(Editions::default(), &args.edition, None)?);
     let refused = |path: &Path, what| {
         let name = path.display().to_string();
-        move |cause| FileError { name, what, cause }
+        move |cause| EncodeError { name, what, cause }
     };
     let input: Box<dyn Read> = if args.input == Path::new("-") {
         Box::new(io::stdin().lock())
@@ -70,7 +70,7 @@ pub fn run(args: &Args) -> CommandResult {
     encode(encoder, &args.input.display().to_string(), BufReader::new(input), BufWriter::new(output))
 }
 
-/// Encodes line by line.
+/// Encodes the input line by line.
 fn encode(
     mut encoder: Encoder,
     name: &str,
@@ -82,7 +82,7 @@ fn encode(
     loop {
         line.clear();
         let read = (&mut input).take(LONGEST_LINE).read_until(b'\n', &mut line);
-        if read.map_err(|cause| FileError { name: name.to_owned(), what: "read", cause })? == 0 {
+        if read.map_err(|cause| EncodeError { name: name.to_owned(), what: "read", cause })? == 0 {
             break;
         }
         number += 1;

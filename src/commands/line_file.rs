@@ -1,4 +1,4 @@
-//! A file of JSON, an object a line: of `replay --alerts` and `replay --conflicts`.
+//! JSON Lines files of `replay --alerts` and `replay --conflicts`.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-/// The file.
+/// A JSON Lines file.
 pub(super) struct LineFile {
     path: PathBuf,
     out: BufWriter<File>,
 }
 
 impl LineFile {
-    /// Creates it.
+    /// Creates the file.
     pub(super) fn create(path: &Path) -> io::Result<Self> {
         #[expect(clippy::disallowed_methods, reason = "the file that the user names")]
         let file = File::create(path).map_err(|error| unwritten(path, &error))?;
@@ -26,7 +26,7 @@ impl LineFile {
         self.out.write_all(line.as_bytes()).map_err(|error| unwritten(&self.path, &error))
     }
 
-    /// Completes it.
+    /// Flushes the file.
     pub(super) fn finish(mut self) -> io::Result<()> {
         self.out.flush().map_err(|error| unwritten(&self.path, &error))
     }

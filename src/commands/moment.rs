@@ -1,26 +1,26 @@
-//! Times and durations as a person writes them.
+//! Times and durations in a user's notation.
 
 use std::str::FromStr;
 
 use jiff::civil::Date;
 use jiff::{SignedDuration, Timestamp};
 
-use crate::normalise::nearest_day;
 use fusion::time::{SECOND, Time};
+use input::normalise::nearest_day;
 
-/// `2026-11-20T10:00:00Z`, `10:00:00` or `+90s`.
+/// A time: `2026-11-20T10:00:00Z`, `10:00:00` or `+90s`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Moment {
-    /// That instant.
+pub enum TimeArgument {
+    /// An absolute time.
     At(Time),
-    /// That UTC time of day, on the day nearest to the first reception; counts of 1/128 s.
+    /// UTC time of day, on the day nearest to the first reception, in units of 1/128 s.
     TimeOfDay(u32),
-    /// This long after the first reception.
+    /// Time since the first reception.
     After(SignedDuration),
 }
 
-impl Moment {
-    /// The instant, given the first reception.
+impl TimeArgument {
+    /// Absolute time, given the time of the first reception.
     pub fn resolve(self, first: Time) -> Time {
         match self {
             Self::At(time) => time,
@@ -30,7 +30,7 @@ impl Moment {
     }
 }
 
-impl FromStr for Moment {
+impl FromStr for TimeArgument {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -56,7 +56,7 @@ impl FromStr for Moment {
     }
 }
 
-/// `6.25s`, `250ms`, `2m`, `1h30m`: at least 0 and at most a year.
+/// Parses `6.25s`, `250ms`, `2m`, `1h30m`: from 0 to a year.
 pub fn duration(text: &str) -> Result<SignedDuration, String> {
     let duration: SignedDuration = text
         .parse()
@@ -68,7 +68,7 @@ pub fn duration(text: &str) -> Result<SignedDuration, String> {
     }
 }
 
-/// `2026-11-20`: a UTC day of the years 1970 to 2200, so that no difference of two times is out of range.
+/// Parses `2026-11-20`: a UTC day of the years 1970 to 2200, so that differences of times stay in range.
 pub fn day(text: &str) -> Result<Date, String> {
     let day: Date = text.parse().map_err(|_| "write a day as 2026-11-20".to_owned())?;
     if (1970..=2200).contains(&day.year()) {
@@ -78,16 +78,16 @@ pub fn day(text: &str) -> Result<Date, String> {
     }
 }
 
-/// `max`, or a multiple of real time.
+/// Replay speed: `max`, or a multiple of real time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Speed {
-    /// As fast as possible.
+pub enum ReplaySpeed {
+    /// Maximum speed, without pacing.
     Max,
-    /// This many seconds of the recording per second.
+    /// Seconds of the recording per second.
     Times(f64),
 }
 
-impl FromStr for Speed {
+impl FromStr for ReplaySpeed {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -104,27 +104,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn moments_as_people_write_them() {
+    fn times_and_durations_are_parsed() {
         let first = Time::from_nanos(20_000 * fusion::time::DAY + 86_390 * SECOND);
-        let after = |text: &str| text.parse::<Moment>().unwrap().resolve(first).seconds_since(first);
+        let after = |text: &str| text.parse::<TimeArgument>().unwrap().resolve(first).seconds_since(first);
         assert_eq!(after("+90s"), 90.0);
         assert_eq!((after("+1.5m"), after("+1m30s"), after("+6.25s")), (90.0, 90.0, 6.25));
         assert_eq!(after("23:59:55"), 5.0);
         assert_eq!(after("00:00:05"), 15.0);
         assert_eq!(after("2024-10-05T00:00:00Z"), 10.0);
         for wrong in ["", "10", "+", "+5", "25:00:00", "+-5s", "yesterday", "+1e9h", "+nans"] {
-            assert!(wrong.parse::<Moment>().is_err(), "{wrong}");
+            assert!(wrong.parse::<TimeArgument>().is_err(), "{wrong}");
         }
         assert_eq!(day("2026-11-20"), Ok(jiff::civil::date(2026, 11, 20)));
         assert!(
             ["2026-02-30", "1969-12-31", "2201-01-01", "today"].into_iter().all(|text| day(text).is_err())
         );
-        assert_eq!("max".parse(), Ok(Speed::Max));
-        assert_eq!("10".parse(), Ok(Speed::Times(10.0)));
+        assert_eq!("max".parse(), Ok(ReplaySpeed::Max));
+        assert_eq!("10".parse(), Ok(ReplaySpeed::Times(10.0)));
         assert!(
-            "0".parse::<Speed>().is_err()
-                && "fast".parse::<Speed>().is_err()
-                && "NaN".parse::<Speed>().is_err()
+            "0".parse::<ReplaySpeed>().is_err()
+                && "fast".parse::<ReplaySpeed>().is_err()
+                && "NaN".parse::<ReplaySpeed>().is_err()
         );
     }
 }

@@ -1,4 +1,4 @@
-//! What systemd is told (`sd_notify`): that the service is ready, alive, stopping.
+//! Notification of systemd (`sd_notify`): ready, alive, stopping.
 
 use std::ffi::OsString;
 use std::io;
@@ -7,11 +7,11 @@ use std::os::unix::net::{SocketAddr, UnixDatagram};
 
 use tracing::warn;
 
-/// The socket that `NOTIFY_SOCKET` names; silent where the variable is not set.
+/// Socket from `NOTIFY_SOCKET`; without this variable no notifications are sent.
 pub struct Notifier(Option<(UnixDatagram, SocketAddr)>);
 
 impl Notifier {
-    /// As the environment of the process says. A socket that cannot be used is told, and nothing is notified.
+    /// Reads `NOTIFY_SOCKET` of this process. A socket that cannot be used is logged, and no notifications are sent.
     pub fn from_env() -> Self {
         let Some(name) = std::env::var_os("NOTIFY_SOCKET").filter(|name| !name.is_empty()) else {
             return Self(None);
@@ -25,8 +25,8 @@ impl Notifier {
         }
     }
 
-    /// Sends a state such as `READY=1`; never waits. A manager that does not read it restarts the service by itself.
-    pub fn tell(&self, state: &str) {
+    /// Sends a state such as `READY=1` without waiting. If the manager does not read it, its watchdog restarts the service.
+    pub fn notify(&self, state: &str) {
         if let Some((socket, to)) = &self.0 {
             let _ = socket.send_to_addr(state.as_bytes(), to);
         }
@@ -40,7 +40,7 @@ fn open(name: &OsString) -> io::Result<(UnixDatagram, SocketAddr)> {
     Ok((socket, to))
 }
 
-/// A path, or after `@` a name in the abstract namespace.
+/// Address of a socket: a path, or after `@` a name in the abstract namespace.
 fn address(name: &[u8]) -> io::Result<SocketAddr> {
     match name.split_first() {
         #[cfg(target_os = "linux")]

@@ -1,29 +1,29 @@
-//! Waiting, so that a recording is shown at the speed it happened, or a multiple of it.
+//! Pacing of a replay: real time, or a multiple of it.
 
 use std::time::{Duration, Instant};
 
-use super::moment::Speed;
+use super::moment::ReplaySpeed;
 use fusion::time::Time;
 
-/// Keeps to the pace of the flight.
+/// Pacing of pictures by their times.
 pub struct Pace {
-    speed: Speed,
-    /// The first picture, and when it is shown.
+    speed: ReplaySpeed,
+    /// Time of the first picture, and the instant at which it is shown.
     start: Option<(Time, Instant)>,
-    /// When the last picture was due, and the next one is at the earliest.
+    /// Due time of the last picture. The next one is not due earlier.
     last: Option<Instant>,
 }
 
 impl Pace {
-    /// At a speed; [`Speed::Max`] never waits.
-    pub fn new(speed: Speed) -> Self {
+    /// Paces at `speed`; [`ReplaySpeed::Max`] never waits.
+    pub fn new(speed: ReplaySpeed) -> Self {
         Self { speed, start: None, last: None }
     }
 
-    /// How long it is until a picture of `time` is due.
+    /// Time until a picture of `time` is due.
     #[expect(clippy::disallowed_methods, reason = "pacing is what a speed asks for")]
     pub fn due_in(&mut self, time: Time) -> Duration {
-        let Speed::Times(times) = self.speed else { return Duration::ZERO };
+        let ReplaySpeed::Times(times) = self.speed else { return Duration::ZERO };
         let now = Instant::now();
         let earliest = self.last.map_or(now, |last| now.max(last));
         let (first, shown) = *self.start.get_or_insert((time, earliest));
@@ -32,16 +32,16 @@ impl Pace {
         due.saturating_duration_since(now)
     }
 
-    /// Waits until then.
+    /// Waits until a picture of `time` is due.
     #[expect(clippy::disallowed_methods, reason = "pacing is what a speed asks for")]
     pub fn wait_for(&mut self, time: Time) {
         std::thread::sleep(self.due_in(time));
     }
 
-    /// The flight begins anew, a slot after its last picture.
-    pub fn begin_anew(&mut self, slot: Duration) {
+    /// Restarts the flight, one slot after its last picture.
+    pub fn restart(&mut self, slot: Duration) {
         self.start = None;
-        if let Speed::Times(times) = self.speed {
+        if let ReplaySpeed::Times(times) = self.speed {
             self.last = self.last.map(|last| last + slot.div_f64(times));
         }
     }

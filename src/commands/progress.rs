@@ -1,4 +1,4 @@
-//! A progress bar on a terminal; elsewhere nothing.
+//! Progress bar on a terminal; no output elsewhere.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 

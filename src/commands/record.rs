@@ -1,4 +1,4 @@
-//! `record`: what arrives, into files, without an engine.
+//! `record`: records received data without an engine.
 
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -11,45 +11,45 @@ use tracing::{info, warn};
 use super::moment::duration;
 use super::{CommandResult, Outcome, load_live};
 use crate::app::{Stop, runtime};
-use crate::live::{Clock, Listening, listen, now};
-use crate::net::listen::Arrival;
-use crate::record::Recorded;
-use crate::record::{Recorder, RecorderCounts, RecorderQueue, record_into};
 use fusion::time::Time;
+use service::live::{Listening, WallClock, listen, now};
+use service::net::listen::Arrival;
+use service::record::RecordingItem;
+use service::record::{Recorder, RecorderCounts, RecorderQueue, record_into};
 
-/// Records what arrives on the inputs of a configuration into rotating pcap files, until Ctrl-C.
+/// Records the data received on the inputs of a configuration into rotating pcap files, until Ctrl-C.
 ///
-/// `replay` reads them; beside each stands the site.toml to do so with.
+/// `replay` reads the files, with the site.toml that is written beside them.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// The site's configuration: where to listen. What it says of recording and output is not used, but for rotate_mib and
-    /// keep.
+    /// Site configuration, which defines the inputs. Its recording and output settings are ignored, except rotate_mib and keep.
     #[arg(long, value_name = "FILE")]
     pub config: PathBuf,
-    /// Where the files go; made where it does not exist.
+    /// Directory of the files; created if missing.
     #[arg(long, value_name = "DIR")]
     pub dir: PathBuf,
-    /// Records what the nodes of a cluster handle, from their log, instead of listening: `replay --state` gives what they published.
+    /// Records the inputs of a cluster's nodes from the log instead of listening. `replay --state` reproduces what the nodes
+    /// published.
     #[cfg(feature = "cluster")]
     #[arg(long)]
     pub cluster: bool,
-    /// Ends after this time: 90s, 10m, 8h.
+    /// Duration, such as 90s, 10m or 8h.
     #[arg(long, value_name = "D", value_parser = duration)]
     pub duration: Option<SignedDuration>,
 }
 
-/// How often it is told how it goes.
+/// Interval of the log lines with counters.
 const STATISTICS: SignedDuration = SignedDuration::from_secs(10);
-/// How often it is looked whether to stop.
+/// Interval at which a stop request is checked.
 const LOOK_UP: Duration = Duration::from_millis(200);
 
-/// Lines that are stopped hand on what has arrived within this time.
+/// Maximum time for stopped inputs to pass on received data.
 const DRAINED: Duration = Duration::from_secs(2);
 
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
     let config = load_live(&args.config)?;
-    // The recorder would try again and again, as it does for the service; here there is nothing else to do.
+    // The recorder would retry, as it does for the service. A recording command has to fail instead.
     std::fs::create_dir_all(&args.dir)
         .map_err(|error| format!("{}: cannot be made: {error}", args.dir.display()))?;
     #[cfg(feature = "cluster")]
@@ -61,14 +61,14 @@ pub fn run(args: &Args) -> CommandResult {
     let (queue, recorder) = Recorder::start(&config, &record, Vec::new(), false)?;
 
     let (runtime, stop) = (runtime(1)?, Stop::listen()?);
-    let mut listening = listen(&config, &Clock::default(), runtime.handle());
-    if listening.posts.take().is_some() {
+    let mut listening = listen(&config, &WallClock::default(), runtime.handle());
+    if listening.http_input.take().is_some() {
         warn!("what gateways post over HTTP is not recorded: only a running service is posted to");
     }
     info!(directory = %args.dir.display(), "recording; Ctrl-C ends it");
     hand_on(&listening, queue, &stop, args.duration);
 
-    // The queue is gone: the recorder writes what waits, and ends.
+    // The queue is closed, so the recorder writes the rest and ends.
     let recorder = recorder.join();
     let unrecorded = recorder.unwritten + recorder.lost;
     info!(recorded = recorder.written, lost = unrecorded, "stopped");
@@ -91,19 +91,19 @@ fn hand_on(listening: &Listening, mut queue: RecorderQueue, stop: &Stop, duratio
             log_counts(listening, queue.counts());
         }
     }
-    // What has arrived by now; the channel is closed behind it.
+    // The readers pass on the data received so far; then the channel closes.
     listening.readers.stop();
     while let Ok(arrival) = listening.arrivals.recv_timeout(DRAINED) {
         queue.offer(recorded(arrival));
     }
 }
 
-fn recorded(arrival: Arrival) -> Recorded {
+fn recorded(arrival: Arrival) -> RecordingItem {
     let Arrival { received, line, from, payload } = arrival;
-    Recorded::Input { received, line, from, payload }
+    RecordingItem::Input { received, line, from, payload }
 }
 
-/// How each input does, and the recorder.
+/// Logs the counters of each input and of the recorder.
 fn log_counts(listening: &Listening, counts: RecorderCounts) {
     for (line, counters) in &listening.lines {
         let (open, received) = (&counters.joined, &counters.received);

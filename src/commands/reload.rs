@@ -1,38 +1,38 @@
-//! SIGHUP: the configuration is read anew, and what can change while the service runs does.
+//! SIGHUP: reads the configuration again, and applies changes that need no restart.
 
 use std::error::Error;
 use std::path::PathBuf;
 
 use tracing::{error, info, warn};
 
-use crate::api::{ApiState, Terms};
-use crate::areas::Areas;
-use crate::config::{Auth, Config, changes};
-use crate::current::Current;
-use crate::history::{Limits, Store};
-use crate::live::{AlertSettings, now};
-use crate::net::send::Sinks;
+use api::{AccessSettings, ApiState};
+use service::current::Current;
+use service::history::{HistoryLimits, HistoryStore};
+use service::live::{AlertSettings, now};
+use service::net::send::UdpDestinations;
+use site::areas::Areas;
+use site::config::{Auth, Config, changes};
 
-/// What is in force, and who has to know of a change.
+/// The configuration in force, and the components to which changes apply.
 pub struct Reload {
-    /// The file that is read anew.
+    /// Configuration file.
     pub file: PathBuf,
-    /// What is in force: what the file says, but for what needs a restart.
+    /// Configuration in force: the file, except for changes that need a restart.
     pub config: Config,
-    /// Its areas.
+    /// Areas in force.
     pub areas: Areas,
-    /// Who answers requests.
+    /// State of the API's request handlers.
     pub api: ApiState,
-    /// Where the output goes.
-    pub sinks: Sinks,
-    /// What alerts are raised by.
+    /// Outputs.
+    pub sinks: UdpDestinations,
+    /// Settings of the alerts.
     pub alerts: Current<AlertSettings>,
-    /// The history, where one is kept.
-    pub history: Option<Store>,
+    /// History, if one is kept.
+    pub history: Option<HistoryStore>,
 }
 
 impl Reload {
-    /// Reads the file and tells what came of it. Where anything in it is wrong, nothing changes.
+    /// Reads the file again and logs the changes. If the file is invalid, nothing changes.
     pub fn again(&mut self) {
         info!("{}: read anew", self.file.display());
         match self.apply() {
@@ -44,42 +44,42 @@ impl Reload {
     fn apply(&mut self) -> Result<(), Box<dyn Error + Send + Sync>> {
         let wanted = Config::load(&self.file)?;
         let read = Areas::load(&wanted.areas)?;
-        // The engine has its masks for good: a recording replays with one set of them.
+        // The masks of the engine never change, because a recording is replayed with one set of masks.
         let areas = read.with_masks_of(&self.areas);
         let mut config = self.config.clone();
         config.reload(&wanted);
         config.areas = areas.configured().cloned().collect();
-        // A listener speaks TLS or does not: only which certificate it shows can change.
+        // A listener either uses TLS or does not; only its certificate can change.
         if wanted.http.tls.is_some() != self.config.http.tls.is_some() {
             config.http.tls.clone_from(&self.config.http.tls);
         }
-        // The address stays, and others may reach it: then it is never opened to everybody.
+        // The address stays and other machines can reach it, so authentication is never disabled.
         if wanted.http.auth == Auth::None && !config.http.is_local() {
             config.http.auth.clone_from(&self.config.http.auth);
         }
-        let terms = Terms::load(&config, &areas)?;
+        let access = AccessSettings::load(&config, &areas)?;
         let alerts = AlertSettings::new(&config.alerts, &areas)?;
 
-        // From here on nothing is refused.
-        let warnings = terms.warnings(now()).into_iter().chain(areas.warnings(now()));
+        // From here on no change is refused.
+        let warnings = access.warnings(now()).into_iter().chain(areas.warnings(now()));
         warnings.for_each(|warning| warn!("{warning}"));
-        if let Some(tokens) = terms.tokens() {
+        if let Some(tokens) = access.tokens() {
             info!("{tokens} tokens are accepted");
         }
-        self.api.set_terms(terms);
+        self.api.set_access(access);
         self.alerts.replace(alerts);
         let sinks = self.sinks.reopen(&wanted.output.asterix);
         if let Err(error) = &sinks {
             error!("output.asterix stays as it was: {error}; correct it and send SIGHUP again");
             config.output.asterix.clone_from(&self.config.output.asterix);
         }
-        match (&self.history, Limits::of(&wanted.state)) {
+        match (&self.history, HistoryLimits::of(&wanted.state)) {
             (Some(history), Some(limits)) => history.limit(limits),
-            // A history is begun or ended by a restart only.
+            // Enabling or disabling the history needs a restart.
             _ => config.state.clone_from(&self.config.state),
         }
 
-        // What was done is told by comparing, so that no key can be forgotten. Areas are compared as they were read.
+        // Changes are logged by comparison, so that every key is covered. Areas are compared as they were read.
         for change in changes(&self.config, &config).iter().filter(|change| change.key != "areas") {
             info!("in force now: {change}");
         }

@@ -1,4 +1,4 @@
-//! `replay`: captured files through the engine.
+//! `replay`: processes captured files with the engine.
 
 pub mod args;
 mod redate;
@@ -15,23 +15,23 @@ use jiff::civil::Date;
 use tracing::field::display;
 use tracing::{error, error_span, info, warn};
 
-use super::moment::Speed;
-use super::stage::Stage;
+use super::moment::ReplaySpeed;
+use super::replay_output::ReplayOutput;
 use super::summary::registered;
 use super::unmatched::{nothing, unmatched};
 use super::{CommandResult, Outcome, Usage, progress};
-use crate::app::Failure;
-use crate::areas::Masks;
-use crate::capture::{Capture, Format, Merged, Receivers, Reception, TrailerRules};
-use crate::config::{Config, PictureKind, Profile};
-use crate::integrity::Lookout;
-use crate::picture::PictureMaker;
-use crate::pipeline::{Event, NotRestored, Output, Pipeline};
-use crate::state::{EngineState, SavedState};
+use crate::app::AppError;
+use input::capture::{Capture, CaptureFormat, MergedCaptures, Reception, SiteReceivers, TrailerRules};
+use input::pipeline::{Event, NotRestored, Output, Pipeline};
+use picture::PictureMaker;
+use picture::UncooperativeDetector;
+use service::state::{EngineState, SavedState};
+use site::areas::Masks;
+use site::config::{Config, PictureKind, Profile};
 
 pub use args::Args;
 
-/// Runs the command; the summary goes to `stdout` unless the output does.
+/// Runs the command. The summary is written to `stdout`, unless the output is.
 pub fn run(args: &Args) -> CommandResult {
     args.check()?;
     if let Some(site) = args.inputs.iter().find(|input| input.extension().is_some_and(|name| name == "toml"))
@@ -59,28 +59,29 @@ pub fn run(args: &Args) -> CommandResult {
     if args.serve {
         let speed = match args.speed {
             None => 1.0,
-            Some(Speed::Times(times)) => times,
-            Some(Speed::Max) => {
+            Some(ReplaySpeed::Times(times)) => times,
+            Some(ReplaySpeed::Max) => {
                 return Err(Usage("--serve needs a speed to be seen at: --speed 10".to_owned()).into());
             }
         };
         config.http.listen = args.http.unwrap_or(config.http.listen);
         return serve::serve(args, Arc::new(config), masks, speed);
     }
-    let (trailers, receivers) = (TrailerRules::of(&config), Receivers::of(&config));
+    let (trailers, receivers) = (TrailerRules::of(&config), SiteReceivers::of(&config));
     let captures = args.open(&trailers, &receivers)?;
     let day = args.day_of(&captures);
     let maker = PictureMaker::new(&config, Pipeline::new(&config, masks.clone()).normaliser());
-    let mut lookout = Lookout::load(&config, masks.clone())?;
+    let mut detector = UncooperativeDetector::load(&config, masks.clone())?;
     let SavedState { numbers, registrations, correlations, engine } = args.saved_state()?;
-    let begun = engine.as_deref().and_then(|octets| begun(octets, &config, &masks, &mut lookout));
+    let begun = engine.as_deref().and_then(|octets| begun(octets, &config, &masks, &mut detector));
     let mut plan = correlations.plan(&config);
-    let mut stage = Stage::open(args, &config, maker, lookout, std::mem::take(&mut plan.alerts))?;
+    let mut replay_output =
+        ReplayOutput::open(args, &config, maker, detector, std::mem::take(&mut plan.alerts))?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
 
     #[expect(clippy::disallowed_methods, reason = "how long it took")]
     let started = Instant::now();
-    let pass = |stage: &mut Stage<'_>, captures| {
+    let pass = |replay_output: &mut ReplayOutput<'_>, captures| {
         let begun = begun.map(|octets| Pipeline::restored(&config, masks.clone(), octets));
         let mut pipeline = match begun {
             Some(begun) => begun?,
@@ -100,10 +101,10 @@ pub fn run(args: &Args) -> CommandResult {
             }
         };
         pipeline.engine_mut().plan(plan.correlated.clone());
-        pipeline.engine_mut().plan_words(plan.words.clone());
-        let mut replay = Replay {
+        pipeline.engine_mut().plan_trust_overrides(plan.words.clone());
+        let mut replay = ReplayRun {
             pipeline,
-            stage,
+            replay_output,
             warnings: 0,
             bar: None,
             unread: false,
@@ -111,17 +112,17 @@ pub fn run(args: &Args) -> CommandResult {
             frames: Vec::new(),
         };
         let outcome = replay.run(captures, day)?;
-        Ok::<_, Failure>((outcome, replay.pipeline, replay.skipped, replay.frames))
+        Ok::<_, AppError>((outcome, replay.pipeline, replay.skipped, replay.frames))
     };
-    let (mut outcome, mut pipeline, mut skipped, mut frames) = pass(&mut stage, captures)?;
-    // A recording without a slot would go round without a pause.
-    while args.again && !stage.is_over() && !stage.summary.is_empty() {
+    let (mut outcome, mut pipeline, mut skipped, mut frames) = pass(&mut replay_output, captures)?;
+    // A recording without a slot would repeat without a pause.
+    while args.again && !replay_output.is_stopped() && !replay_output.summary.is_empty() {
         info!("the recording has come to its end and begins again");
-        stage.begin_anew();
-        (outcome, pipeline, skipped, frames) = pass(&mut stage, args.open(&trailers, &receivers)?)?;
+        replay_output.restart();
+        (outcome, pipeline, skipped, frames) = pass(&mut replay_output, args.open(&trailers, &receivers)?)?;
     }
-    let summary = std::mem::take(&mut stage.summary);
-    let failed = stage.finish()?;
+    let summary = std::mem::take(&mut replay_output.summary);
+    let failed = replay_output.finish()?;
     let missed = pipeline.engine().missed();
     if missed > 0 {
         warn!(decisions = missed, "decisions of --state are about what was not there");
@@ -150,7 +151,7 @@ pub fn run(args: &Args) -> CommandResult {
     if let Some(problem) = unmatched(pipeline.tally(), &config, &site.to_string(), &input.to_string()) {
         return Err(problem.into());
     }
-    // An end before the first reception leaves nothing to read, which is what was asked for.
+    // No input is left if `--end` is before the first reception, as the user asked.
     let is_asked = args.end.is_some() && pipeline.tally().received == 0;
     if outcome == Outcome::Done
         && !is_asked
@@ -161,17 +162,22 @@ pub fn run(args: &Args) -> CommandResult {
     Ok(if failed > 0 && outcome == Outcome::Done { Outcome::Incomplete } else { outcome })
 }
 
-/// The pipeline as it was when the recording began, as octets; the lookout is then, too. `None`, which is logged: they are of
-/// another version or site.
-fn begun<'a>(octets: &'a [u8], config: &Config, masks: &Masks, lookout: &mut Lookout) -> Option<&'a [u8]> {
+/// Restores the detector from the state at the start of a recording, and returns the octets of the pipeline's state. `None` if the
+/// state is from another version or site; this is logged.
+fn begun<'a>(
+    octets: &'a [u8],
+    config: &Config,
+    masks: &Masks,
+    detector: &mut UncooperativeDetector,
+) -> Option<&'a [u8]> {
     let state = EngineState::parse(octets).ok_or(NotRestored::Unreadable);
     let state = state.and_then(|state| {
         Pipeline::restored(config, masks.clone(), state.pipeline)?;
         Ok(state)
     });
     match state {
-        Ok(EngineState { pipeline, lookout: watched }) => {
-            lookout.go_on(watched);
+        Ok(EngineState { pipeline, detector: watched }) => {
+            detector.restore(watched);
             Some(pipeline)
         }
         Err(error) => {
@@ -181,25 +187,25 @@ fn begun<'a>(octets: &'a [u8], config: &Config, masks: &Masks, lookout: &mut Loo
     }
 }
 
-/// A pass through the recording.
-struct Replay<'a, 'b> {
+/// One pass through the recording.
+struct ReplayRun<'a, 'b> {
     pipeline: Pipeline,
-    stage: &'b mut Stage<'a>,
+    replay_output: &'b mut ReplayOutput<'a>,
     warnings: u32,
-    /// On a terminal.
+    /// Progress bar, on a terminal.
     bar: Option<ProgressBar>,
-    /// Whether octets of a file stayed unread in which there should be nothing else.
+    /// Whether octets of a file that should contain only ASTERIX could not be read.
     unread: bool,
-    /// Lines of the summary.
+    /// Lines of the summary about skipped data.
     skipped: String,
-    /// Frames without a datagram, by reason, of each input.
+    /// Frames without a datagram, by reason, for each input.
     frames: Vec<String>,
 }
 
-/// Warnings that are printed one by one; the rest is only counted.
+/// Maximum number of warnings that are printed one by one; further ones are counted.
 const WARNINGS_SHOWN: u32 = 20;
 
-impl Replay<'_, '_> {
+impl ReplayRun<'_, '_> {
     fn run(&mut self, captures: Vec<Capture>, date: Date) -> CommandResult {
         for capture in &captures {
             let (capture, format, gzip) = (capture.name(), capture.format(), capture.is_compressed());
@@ -207,13 +213,14 @@ impl Replay<'_, '_> {
         }
         let total = captures.iter().map(Capture::size).sum::<Option<u64>>();
         self.bar = io::stderr().is_terminal().then(|| progress::bar(total));
-        let mut merged = Merged::new(captures, date).with_editions(self.pipeline.normaliser().editions());
+        let mut merged =
+            MergedCaptures::new(captures, date).with_editions(self.pipeline.normaliser().editions());
         let mut outcome = Outcome::Done;
         let mut count: u64 = 0;
         while let Some(next) = merged.next() {
             match next {
                 Ok(reception) => {
-                    if !self.stage.goes_on(reception.received)? {
+                    if !self.replay_output.continues(reception.received)? {
                         break;
                     }
                     self.receive(&reception, &merged);
@@ -230,9 +237,9 @@ impl Replay<'_, '_> {
                 bar.set_position(merged.captures().map(Capture::consumed).sum());
             }
         }
-        let Self { pipeline, stage, bar, .. } = self;
+        let Self { pipeline, replay_output, bar, .. } = self;
         pipeline.finish();
-        pipeline.emissions().for_each(|emission| stage.emit(emission));
+        pipeline.emissions().for_each(|emission| replay_output.emit(emission));
         if let Some(bar) = bar {
             bar.finish_and_clear();
         }
@@ -254,33 +261,33 @@ impl Replay<'_, '_> {
         Ok(if self.unread && outcome == Outcome::Done { Outcome::InputErrors } else { outcome })
     }
 
-    fn receive(&mut self, reception: &Reception, merged: &Merged) {
-        let Self { pipeline, stage, warnings, bar, unread, .. } = self;
+    fn receive(&mut self, reception: &Reception, merged: &MergedCaptures) {
+        let Self { pipeline, replay_output, warnings, bar, unread, .. } = self;
         pipeline.receive(reception);
         while let Some(output) = pipeline.poll() {
             let event = match output {
                 Output::Emission(emission) => {
-                    stage.emit(emission);
+                    replay_output.emit(emission);
                     continue;
                 }
                 Output::Event(event) => event,
             };
-            stage.note(&event, reception.received);
+            replay_output.note(&event, reception.received);
             if event.is_warning() {
                 *warnings += 1;
                 let Some(capture) = merged.captures().nth(reception.input) else { continue };
                 *unread |= matches!(event, Event::Faulty { .. })
                     && capture.format().is_asterix_only()
-                    && *capture.format() != Format::Final;
+                    && *capture.format() != CaptureFormat::Final;
                 let tell = || report(&event, reception, capture.name(), *warnings);
-                // Not into the line of the bar.
+                // Printed above the progress bar, not into its line.
                 bar.as_ref().map_or_else(tell, |bar| bar.suspend(tell));
             }
         }
     }
 }
 
-/// Says where in which file something was wrong.
+/// Reports a fault with its file and position.
 fn report(event: &Event, reception: &Reception, capture: &str, number: u32) {
     if number > WARNINGS_SHOWN {
         if number == WARNINGS_SHOWN + 1 {
@@ -290,7 +297,7 @@ fn report(event: &Event, reception: &Reception, capture: &str, number: u32) {
     }
     let mut event = *event;
     if let Event::Faulty { fault } = &mut event {
-        // The operator looks for it in the file.
+        // The operator looks up the offset in the file.
         fault.offset += reception.origin as usize;
     }
     let received = reception.received.map(display);

@@ -13,49 +13,48 @@ use tracing::{info, warn};
 use super::notify::Notifier;
 use super::reload::Reload;
 use super::{CommandResult, Outcome, load_live};
-use crate::api;
-use crate::app::{Failure, Live, LiveBuilder, Signals, runtime};
-use crate::areas::Areas;
-use crate::config::{Config, ConfigError, ConfigErrors, Place};
-use crate::live::now;
-use crate::state::StateLock;
+use crate::app::{AppError, Live, LiveBuilder, Signals, runtime};
+use service::live::now;
+use service::state::StateLock;
+use site::areas::Areas;
+use site::config::{Config, ConfigError, ConfigErrors, Place};
 
-/// Runs the live service: listens to the sensors, sends the fused picture, serves it over HTTP.
+/// Runs the live service: receives data from the sensors, sends the fused picture, and serves it over HTTP.
 ///
-/// Ctrl-C or SIGTERM ends it within 5 s, a second one at once. SIGHUP reads the file anew: tokens, certificate, limits, names
-/// and CORS of the API, areas of kind alert and coverage, output.asterix and the limits of the history change at once; the log names every
-/// key that needs a restart, and of an invalid file nothing is taken.
+/// Ctrl-C or SIGTERM ends it within 5 s, a second one at once. SIGHUP reads the file again. These take effect at once: tokens,
+/// certificate, limits, names and CORS of the API, areas of kind alert and coverage, output.asterix and the limits of the
+/// history. The log names every key that needs a restart. If the file is invalid, nothing changes.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// The site's configuration.
+    /// Site configuration.
     #[arg(value_name = "FILE", required_unless_present = "config")]
     pub file: Option<PathBuf>,
-    /// The site's configuration, named as for all other commands.
+    /// Site configuration, as for the other commands.
     #[arg(long, value_name = "FILE", conflicts_with = "file")]
     pub config: Option<PathBuf>,
-    /// How the log on standard error looks; json: an object per line, with its time.
+    /// Format of the log on standard error; json: one object per line, with its time.
     #[arg(long, value_enum, default_value_t = LogFormat::Text, value_name = "FORMAT")]
     pub log_format: LogFormat,
 }
 
 impl Args {
-    /// The file of the configuration.
+    /// Path of the configuration.
     pub fn config(&self) -> &Path {
-        // One of them is required.
+        // Clap requires one of them.
         self.file.as_deref().or(self.config.as_deref()).unwrap_or(Path::new("site.toml"))
     }
 }
 
-/// How a log line looks.
+/// Format of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum LogFormat {
-    /// For people.
+    /// For reading.
     Text,
-    /// For machines.
+    /// For log collectors.
     Json,
 }
 
-/// Time between two looks at whether the engine still runs.
+/// Interval at which the engine's thread is checked.
 const WATCH: Duration = Duration::from_millis(500);
 
 /// Runs the command.
@@ -78,7 +77,7 @@ pub fn run(args: &Args) -> CommandResult {
     let runtime = runtime(2)?;
     let ended = runtime.block_on(serve(args, config, areas));
     if ended.is_err() {
-        // Who was told to end at once waits for no disk.
+        // A second signal asked to end at once, so writes to disk are not awaited.
         runtime.shutdown_background();
     }
     ended
@@ -95,19 +94,19 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
     let mut reload = reload_of(args, &config, areas, &live);
     info!(site = config.site.name, url = %live.served.url, "running; Ctrl-C ends it");
     let notifier = Notifier::from_env();
-    notifier.tell("READY=1");
+    notifier.notify("READY=1");
 
     let ended = wait(&mut reload, (&mut signals, &mut hangup), &live, &notifier).await;
     info!("stopping");
-    notifier.tell("STOPPING=1");
+    notifier.notify("STOPPING=1");
     let tally = live.stop(&mut signals).await?;
     ended?;
     info!(received = tally.received, dropped = tally.dropped(), "stopped");
     Ok(Outcome::Done)
 }
 
-/// A service whose API listens.
-fn begin(config: &Arc<Config>, areas: &Areas) -> Result<LiveBuilder, Failure> {
+/// Builds a service whose API is already bound to its address.
+fn begin(config: &Arc<Config>, areas: &Areas) -> Result<LiveBuilder, AppError> {
     let listen = config.http.listen;
     let listener =
         api::listen(listen).map_err(|error| format!("cannot listen on {listen} (http.listen): {error}"))?;
@@ -126,21 +125,21 @@ fn reload_of(args: &Args, config: &Config, areas: Areas, live: &Live) -> Reload 
     }
 }
 
-/// Waits for the end; an error where the engine has ended by itself.
+/// Waits for the end. Returns an error if the engine ended by itself.
 async fn wait(
     reload: &mut Reload,
     (signals, hangup): (&mut Signals, &mut Signal),
     live: &Live,
     notifier: &Notifier,
-) -> Result<(), Failure> {
+) -> Result<(), AppError> {
     let mut watch = tokio::time::interval(WATCH);
     let mut statuses = live.served.hub.statuses();
     loop {
         tokio::select! {
             () = signals.stop() => return Ok(()),
             _ = hangup.recv() => reload.again(),
-            // Once a second, from the engine's own thread: where it hangs, the watchdog is not told otherwise.
-            Ok(()) = statuses.changed() => notifier.tell("WATCHDOG=1"),
+            // The engine's thread sends a status once a second. If it hangs, the watchdog is not notified.
+            Ok(()) = statuses.changed() => notifier.notify("WATCHDOG=1"),
             _ = watch.tick() => {
                 if live.has_ended() {
                     return Err("the engine's thread has ended; this is a bug".into());

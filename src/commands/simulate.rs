@@ -1,6 +1,7 @@
-//! `simulate`: a scenario as files, or as datagrams in real time.
+//! `simulate`: writes a scenario as files, or sends it as datagrams in real time.
 
 use std::error::Error;
+use std::fs;
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::PathBuf;
 
@@ -8,35 +9,38 @@ use jiff::SignedDuration;
 use tracing::info;
 
 use super::{CommandResult, Outcome};
-use crate::live::now;
-use crate::net::send;
-use crate::simulate::{Scenario, Simulation, simulate, write};
 use fusion::time::{SECOND, Time};
+use lab::simulate::{Scenario, Simulation, random, simulate, write};
+use service::live::now;
+use service::net::send;
 
-/// Simulates radars, transponders, ADS-B, Remote ID and cameras that fail as real ones do, and gives the truth beside them.
+/// Simulates radars, transponders, ADS-B, Remote ID and cameras with realistic faults, and writes the truth with them.
 ///
 /// The same scenario and seed give the same files.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// The scenario: TOML; config/scenarios/ has some, and every-key.toml there explains all keys.
-    #[arg(value_name = "SCENARIO")]
-    pub scenario: PathBuf,
-    /// Where radar.ast, transponder.ast, capture.pcap, truth.csv, labels.csv and site.toml are written.
+    /// Scenario (TOML). config/scenarios/ has examples; every-key.toml there explains all keys.
+    #[arg(value_name = "SCENARIO", required_unless_present = "random_world")]
+    pub scenario: Option<PathBuf>,
+    /// Generates a random scenario with this seed, and writes it as scenario.toml beside the other files.
+    #[arg(long, value_name = "SEED", conflicts_with_all = ["scenario", "seed"])]
+    pub random_world: Option<u64>,
+    /// Directory for radar.ast, transponder.ast, capture.pcap, truth.csv, labels.csv and site.toml.
     #[arg(long, value_name = "DIR", required_unless_present = "udp")]
     pub out: Option<PathBuf>,
-    /// Another seed flies otherwise.
+    /// Random seed of the flight.
     #[arg(long, default_value_t = 1, value_name = "N")]
     pub seed: u64,
-    /// Sends the datagrams to the inputs of site.toml, in real time, beginning now.
+    /// Sends the datagrams to the inputs of site.toml in real time, starting now.
     #[arg(long)]
     pub udp: bool,
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
-    let scenario = Scenario::load(&args.scenario)?;
+    let (scenario, seed) = flown(args)?;
     let start = args.udp.then(|| start(&scenario));
-    let simulation = simulate(&scenario, args.seed, start)?;
+    let simulation = simulate(&scenario, seed, start)?;
     info!(
         "{}: {} s, {} drones, {} labelled plots and reports, {} datagrams",
         scenario.name,
@@ -46,8 +50,13 @@ pub fn run(args: &Args) -> CommandResult {
         simulation.datagrams.len()
     );
     if let Some(directory) = &args.out {
-        let about = format!("The site of scenario {}, seed {}.", scenario.name, args.seed);
+        let about = format!("The site of scenario {}, seed {seed}.", scenario.name);
         write(&simulation, &about, directory)?;
+        if args.random_world.is_some() {
+            let file = directory.join("scenario.toml");
+            let written = fs::write(&file, scenario.show());
+            written.map_err(|error| format!("{}: cannot be written: {error}", file.display()))?;
+        }
         info!("written to {}", directory.display());
     }
     if args.udp {
@@ -56,7 +65,16 @@ pub fn run(args: &Args) -> CommandResult {
     Ok(Outcome::Done)
 }
 
-/// Start of a flight that is sent: whole seconds ahead, since simulating it takes time, more so for a city.
+/// Scenario and seed of the flight.
+fn flown(args: &Args) -> Result<(Scenario, u64), Box<dyn Error + Send + Sync>> {
+    match (&args.scenario, args.random_world) {
+        (_, Some(seed)) => Ok((random::random_world(seed), seed)),
+        (Some(scenario), None) => Ok((Scenario::load(scenario)?, args.seed)),
+        (None, None) => Err("name a scenario, or --random-world SEED".into()),
+    }
+}
+
+/// Start time of a flight that is sent: some whole seconds ahead, because the simulation takes time, for a city more.
 pub(super) fn start(scenario: &Scenario) -> Time {
     let lead_s = 3 + (f64::from(scenario.drone_count()) * scenario.duration_s / 12_000.0) as i64;
     Time::from_nanos((now().nanos() / SECOND + lead_s) * SECOND)
@@ -65,7 +83,7 @@ pub(super) fn start(scenario: &Scenario) -> Time {
 /// Sends every datagram at its time.
 pub(super) fn send(simulation: &Simulation) -> Result<(), Box<dyn Error + Send + Sync>> {
     let Some(last) = simulation.datagrams.last() else { return Ok(()) };
-    // Its multicast stays on this machine.
+    // The multicast stays on this machine.
     let socket = send::socket(Some(Ipv4Addr::LOCALHOST), 1)
         .and_then(|socket| socket.set_nonblocking(false).map(|()| socket))
         .map_err(|error| format!("no UDP socket to send from: {error}"))?;

@@ -3,25 +3,25 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Write as _};
 
-use crate::config::Config;
-use crate::integrity::Flags;
-use crate::live::{in_words, type_in_words, type_name, values};
-use crate::names::counted;
-use crate::picture::{Picture, serial_text};
-use crate::pipeline::Tally;
 use fusion::learning::LearntType;
 use fusion::report::TransponderType;
 use fusion::time::Time;
 use fusion::{Engine, Source};
 use fusion::{Identity, RadarTrackKey, SensorIndex};
+use input::names::counted;
+use input::pipeline::Tally;
+use picture::{Picture, serial_text};
+use service::integrity::Flags;
+use service::live::{in_words, type_in_words, type_name, values};
+use site::config::Config;
 
-/// Counts of the output. Grows with the number of aircraft and radar tracks, not with time.
+/// Counters of the output. Their size grows with the number of aircraft and radar tracks, not with time.
 #[derive(Clone, Debug, Default)]
-pub struct Summary {
+pub struct ReplaySummary {
     slots: u64,
     points: BTreeMap<&'static str, u64>,
     span: Option<(Time, Time)>,
-    aircraft: BTreeMap<u32, Aircraft>,
+    aircraft: BTreeMap<u32, AircraftCounts>,
     radar_only: BTreeSet<RadarTrackKey>,
     flags: Flags,
     /// Numbers and first slots of uncooperative tracks.
@@ -29,20 +29,20 @@ pub struct Summary {
 }
 
 #[derive(Clone, Debug)]
-struct Aircraft {
+struct AircraftCounts {
     identity: Identity,
     fused: u64,
     alone: u64,
     radar_tracks: BTreeSet<RadarTrackKey>,
 }
 
-impl Summary {
-    /// Whether there was no slot.
+impl ReplaySummary {
+    /// Whether no slot was counted.
     pub fn is_empty(&self) -> bool {
         self.slots == 0
     }
 
-    /// Counts a picture.
+    /// Counts the tracks of a picture.
     pub fn count(&mut self, picture: &Picture) {
         self.slots += 1;
         self.flags.note(&picture.concerns);
@@ -55,7 +55,7 @@ impl Summary {
             let first = self.span.map_or(track.time, |(first, _)| first);
             self.span = Some((first, track.time));
             if let Some(part) = source.transponder() {
-                let aircraft = self.aircraft.entry(part.number).or_insert_with(|| Aircraft {
+                let aircraft = self.aircraft.entry(part.number).or_insert_with(|| AircraftCounts {
                     identity: part.identity,
                     fused: 0,
                     alone: 0,
@@ -74,12 +74,12 @@ impl Summary {
         }
     }
 
-    /// Points published from one source: `fused`, `radar` or `transponder`.
+    /// Number of points published from a source: `fused`, `radar` or `transponder`.
     pub fn points(&self, source: &str) -> u64 {
         self.points.get(source).copied().unwrap_or(0)
     }
 
-    /// The summary as text: what came in, what was dropped and why, what came out.
+    /// Text of the summary: received data, dropped data with reasons, and output.
     pub fn text(&self, tally: &Tally, config: &Config) -> Result<String, fmt::Error> {
         let mut text = String::new();
         received(&mut text, tally)?;
@@ -130,7 +130,7 @@ impl Summary {
         self.flagged(text)
     }
 
-    /// Transponders that lie, and drones without one, where there are any.
+    /// Writes flagged transponders and uncooperative drones, if there are any.
     fn flagged(&self, text: &mut String) -> fmt::Result {
         let identities: Vec<String> =
             self.flags.identities().iter().map(|identity| serial_text(*identity)).collect();
@@ -155,8 +155,8 @@ impl Summary {
     }
 }
 
-/// The registration of each radar at the end, one per line; values that are not observable in brackets; and what
-/// was learnt of its errors, and of each type of transponders.
+/// Registration of each radar at the end, one per line, with unobservable values in brackets; learnt errors of the radars and of
+/// each type of transponder.
 pub fn registered(engine: &Engine, config: &Config) -> String {
     let line = |(index, registered): (SensorIndex, &fusion::operational::Registered)| {
         let sensor = config.sensors.get(usize::from(index.0))?;

@@ -1,16 +1,16 @@
-//! Tables of text, and numbers in them.
+//! Text tables, and formats of numbers.
 
 use std::fmt;
 
-/// Rows of cells; a column is as wide as its widest cell.
-pub(super) struct Table {
+/// Rows of cells. A column is as wide as its widest cell.
+pub(super) struct TextTable {
     /// Alignment of each column: `l` left, `r` right.
     columns: &'static str,
     rows: Vec<Vec<String>>,
 }
 
-impl Table {
-    /// A table with these column names.
+impl TextTable {
+    /// Creates a table with these column names.
     pub(super) fn new(columns: &'static str, names: &[&str]) -> Self {
         debug_assert_eq!(columns.len(), names.len());
         Self { columns, rows: vec![names.iter().map(|&name| name.to_owned()).collect()] }
@@ -21,14 +21,14 @@ impl Table {
         self.rows.push(cells.into());
     }
 
-    /// Whether there are no rows below the names.
+    /// Whether the table has no rows.
     pub(super) fn is_empty(&self) -> bool {
         self.rows.len() == 1
     }
 }
 
-/// Rows with two blanks between columns and none at the end.
-impl fmt::Display for Table {
+/// Writes two blanks between columns, and none at the end of a row.
+impl fmt::Display for TextTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = |column| {
             let cells = self.rows.iter().filter_map(|row| row.get(column));
@@ -46,7 +46,7 @@ impl fmt::Display for Table {
     }
 }
 
-/// 1234567 as 1,234,567.
+/// Formats 1234567 as 1,234,567.
 pub(super) fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -59,7 +59,7 @@ pub(super) fn grouped(number: u64) -> String {
     text
 }
 
-/// A non-negative number to three significant digits, a large one in full.
+/// Formats a non-negative number with three significant digits, a large one in full.
 pub(super) fn short(number: f64) -> String {
     match number {
         ..0.1 => format!("{number:.3}"),
@@ -69,7 +69,7 @@ pub(super) fn short(number: f64) -> String {
     }
 }
 
-/// A duration as people write it: `0.062 s`, `75.3 s`, `12 min 34 s`, `26 h 03 min`.
+/// Formats a duration: `0.062 s`, `75.3 s`, `12 min 34 s`, `26 h 03 min`.
 pub(super) fn duration(seconds: f64) -> String {
     let sign = if seconds < 0.0 { "-" } else { "" };
     let length = seconds.abs();
@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_and_lengths_as_people_write_them() {
+    fn numbers_and_durations_are_formatted() {
         assert_eq!([0, 999, 1000, 44_085, 1_234_567].map(grouped).join(" "), "0 999 1,000 44,085 1,234,567");
         assert_eq!([0.0, 0.5, 4.0, 15.86, 1_234.6].map(short).join(" "), "0.000 0.50 4.00 15.9 1,235");
         assert_eq!(
@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn columns_are_aligned_and_lines_end_with_their_text() {
-        let mut table = Table::new("lr", &["name", "n"]);
+        let mut table = TextTable::new("lr", &["name", "n"]);
         table.row(["a".to_owned(), "10".to_owned()]);
         table.row(["longer".to_owned()]);
         assert_eq!(table.to_string(), "name     n\na       10\nlonger\n");

@@ -1,22 +1,22 @@
-//! A replay without any record of a configured sensor.
+//! Errors of a replay without any record of a configured sensor.
 
 use std::collections::BTreeMap;
 
 use super::table::grouped;
-use crate::config::Config;
-use crate::pipeline::Tally;
+use input::pipeline::Tally;
+use site::config::Config;
 
-/// Most sources that are named; a network may have hundreds.
+/// Maximum number of sources that are named; a network may have hundreds.
 const NAMED: usize = 8;
 
-/// The error message where there were records, but none from a configured sensor: another site's configuration.
-/// `site` and `input` are the names of their files.
+/// Error if there were records, but none from a configured sensor, as with the configuration of another site. `site` and `input`
+/// are file names.
 pub fn unmatched(tally: &Tally, config: &Config, site: &str, input: &str) -> Option<String> {
     let unknown: u64 = tally.unknown_sources.values().sum();
     if unknown == 0 || is_matched(tally) {
         return None;
     }
-    // The busiest first.
+    // Busiest sources first.
     let mut sources: Vec<_> = tally.unknown_sources.iter().collect();
     sources.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
     let mut seen: Vec<String> = sources
@@ -43,8 +43,7 @@ pub fn unmatched(tally: &Tally, config: &Config, site: &str, input: &str) -> Opt
     ))
 }
 
-/// The error message where there was no record at all. `frames` says of which kind the frames without a datagram were, if
-/// there were any; `input` is the name of the file.
+/// Error if there was no record at all. `frames` describes the frames without a datagram, if any; `input` is the file name.
 pub fn nothing(tally: &Tally, frames: &str, input: &str) -> Option<String> {
     let unknown: u64 = tally.unknown_sources.values().sum();
     if unknown > 0 || is_matched(tally) {

@@ -1,19 +1,19 @@
-//! The areas that `check` shows, a line each.
+//! Lines of `check` about the areas.
 
-use super::table::Table;
-use crate::areas::{Areas, BandAmsl, ZoneKind};
+use super::table::TextTable;
 use fusion::time::Time;
+use site::areas::{Areas, BandAmsl, ZoneKind};
 
 /// Columns of a terminal.
 const WIDTH: usize = 80;
-/// Most of them for a name, and for an identifier.
+/// Maximum width of a name, and of an identifier.
 const NAME: usize = 20;
 const IDENTIFIER: usize = 10;
 
-/// The areas as they are at a time, where the geoid is that far above the ellipsoid; nothing where there are none.
+/// Lines about the areas valid at `now`, empty if there are none. `undulation_m` is the height of the geoid above the ellipsoid.
 pub(super) fn lines(areas: &Areas, now: Time, undulation_m: f64) -> String {
     let names = ["area", "id", "type", "m AMSL", "now", "allowed", "hours"];
-    let mut table = Table::new("lllllrl", &names);
+    let mut table = TextTable::new("lllllrl", &names);
     for (area, zone) in areas.zones() {
         let kind = zone.kind.map_or(area.kind.name(), ZoneKind::name);
         let identifier = zone.identifier.as_deref().unwrap_or("-");
@@ -35,14 +35,14 @@ pub(super) fn lines(areas: &Areas, now: Time, undulation_m: f64) -> String {
     table.to_string().lines().map(|line| cut(&format!("# {line}"), WIDTH) + "\n").collect()
 }
 
-/// `560-620`; `gnd` is the ground, `unl` no limit.
+/// Heights such as `560-620`; `gnd` is the ground, `unl` no limit.
 fn heights(band: BandAmsl) -> String {
     let metres =
         |limit: Option<f64>, none: &str| limit.map_or(none.to_owned(), |metres| format!("{metres:.0}"));
     format!("{}-{}", metres(band.floor_m, "gnd"), metres(band.ceiling_m, "unl"))
 }
 
-/// At most so many characters.
+/// Text cut to at most `most` characters.
 fn cut(text: &str, most: usize) -> String {
     let clean = |c: char| if c.is_control() { ' ' } else { c };
     match text.chars().count() > most {
@@ -54,10 +54,10 @@ fn cut(text: &str, most: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::areas::tests::areas_of;
+    use site::config::{AlertArea, Area, AreaKind};
 
     #[test]
-    fn a_line_of_a_terminal_each() {
+    fn zones_are_listed_one_per_line() {
         let zone = |identifier: &str, name: &str, more: &str, layer: &str| {
             format!(
                 r#"{{"type": "Feature", "properties": {{"identifier": "{identifier}", "name": "{name}"{more}}}, "geometry":
@@ -81,10 +81,13 @@ mod tests {
             ),
         ];
         let text = format!(r#"{{"type": "FeatureCollection", "features": [{}]}}"#, zones.join(","));
-        let areas = areas_of(&text, |set| {
-            set.allow = vec!["A".to_owned(), "B".to_owned()];
-            set.ground_m = Some(500.0);
-        });
+        let settings = AlertArea {
+            allow: vec!["A".to_owned(), "B".to_owned()],
+            ground_m: Some(500.0),
+            ..AlertArea::default()
+        };
+        let area = Area { kind: AreaKind::Alert(settings), file: "field.geojson".into() };
+        let areas = Areas::parse(&text, area).unwrap();
         let shown = lines(&areas, Time::from_nanos(1_795_435_200_000_000_000), 46.6);
         assert_eq!(
             shown,

@@ -43,7 +43,7 @@ UNITS = {
 }
 
 
-# --- What libasterix has, as lines would say it ---------------------------------------------------------------------------------------
+# --- Records of libasterix in the form of our lines ---------------------------------------------------------------------------------------
 
 class Number:
     """A count, or a quantity of so many LSBs."""

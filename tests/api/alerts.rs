@@ -1,4 +1,4 @@
-//! What operators do about alerts, as readers see it.
+//! Operator actions on alerts, as API clients see them.
 
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
@@ -9,17 +9,17 @@ use utm_fusion::live::SensorState;
 use crate::common::{Reader, Site};
 use crate::schema::check;
 
-/// A service whose first sensor is in that state.
+/// Sets the state of the first sensor.
 async fn sensed(site: &Site, state: SensorState) {
     let mut status = site.status();
     for sensor in &mut status.sensors {
         (sensor.state, sensor.reasons) = (SensorState::Operational, Vec::new());
     }
     (status.sensors[0].state, status.sensors[0].reasons) = (state, vec!["silent".to_owned()]);
-    site.tell(status).await;
+    site.publish_status(status).await;
 }
 
-/// Its alerts of sensors: those that last, and those that ended.
+/// Active and ended alerts of sensors.
 async fn listed(site: &Site, query: &str) -> [Vec<Value>; 2] {
     let answer = site.get(&format!("/api/v1/alerts?kind=sensor{query}")).await.json();
     ["alerts", "ended"].map(|name| answer[name].as_array().unwrap().clone())
@@ -36,7 +36,7 @@ async fn post(site: &Site, path: &str, body: &Value) -> (StatusCode, Value) {
 }
 
 #[tokio::test]
-async fn an_alert_is_acknowledged_shelved_and_taken_back_and_every_reader_sees_it() {
+async fn alert_actions_are_published_to_all_readers() {
     let site = Site::plain();
     let address = site.listen().await;
     sensed(&site, SensorState::Degraded).await;
@@ -75,7 +75,7 @@ async fn an_alert_is_acknowledged_shelved_and_taken_back_and_every_reader_sees_i
 }
 
 #[tokio::test]
-async fn what_cannot_be_done_is_a_problem_that_says_why() {
+async fn impossible_alert_action_is_a_problem_with_reason() {
     let site = Site::plain();
     sensed(&site, SensorState::Outage).await;
     let [lasting, _] = listed(&site, "").await;
@@ -100,7 +100,7 @@ async fn what_cannot_be_done_is_a_problem_that_says_why() {
 }
 
 #[tokio::test]
-async fn what_ended_is_found_again_by_kind_and_time() {
+async fn ended_alerts_are_found_by_kind_and_time() {
     let site = Site::plain();
     for _ in 0..3 {
         sensed(&site, SensorState::Outage).await;

@@ -1,12 +1,12 @@
 //! Tokens, tickets, CORS.
 
 use axum::http::{Request, StatusCode};
-use utm_fusion::api::Options;
+use utm_fusion::api::{ApiState, Options};
 use utm_fusion::config::Auth;
 
 use crate::common::Site;
 
-/// SHA-256 of "reader" and of "watcher".
+/// A site with the hashes (SHA-256) of the tokens "reader" and "watcher".
 pub(crate) fn site() -> Site {
     let file = std::env::temp_dir().join(format!("utm-fusion-tokens-{}.toml", std::process::id()));
     let text = "reader = { sha256 = \"3d0941964aa3ebdcb00ccef58b1bb399f9f898465e9886d5aec7f31090a0fb30\", scopes = [\"read\"] }\n\
@@ -62,13 +62,13 @@ async fn a_ticket_opens_one_stream() {
 }
 
 #[tokio::test]
-async fn a_missing_file_of_tokens_is_told() {
+async fn missing_token_file_is_reported() {
     let file: std::path::PathBuf = "/nowhere/tokens.toml".into();
     let flown = crate::common::flown();
     let mut config = flown.config.clone();
     config.http.auth = Auth::Tokens { tokens_file: file };
     let (_, hub) = utm_fusion::live::Hub::new(config.into(), flown.maker.clone().into(), flown.frames[0].due);
-    let error = utm_fusion::api::ApiState::start(hub, Options::default()).unwrap_err();
+    let error = ApiState::start(hub, Options::default()).unwrap_err();
     assert!(error.to_string().contains("/nowhere/tokens.toml"), "{error}");
 }
 

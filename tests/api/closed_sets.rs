@@ -1,4 +1,4 @@
-//! Values of the API that come from a fixed set: schemas take the set from the type that has the values.
+//! Values of the API from fixed sets: schemas take each set from the type that has the values.
 
 use std::path::{Path, PathBuf};
 
@@ -6,17 +6,17 @@ use serde_json::Value;
 
 use super::common::Site;
 
-/// Texts of a program that are no closed set, by field.
+/// Texts written by the program that are not from a closed set, by type and field.
 const FREE: [(&str, &str); 9] = [
-    ("Conflicts", "reason"),   // words for people
-    ("CellState", "left_out"), // words for people
-    ("ProblemJson", "title"),  // reason phrases of HTTP
-    ("Receiver", "version"),   // of the program
-    ("Info", "version"),       // of the program
-    ("Fault", "reason"),       // names of counters: releases add some
-    ("Refused", "reason"),     // names of counters
-    ("Known", "refused"),      // names of counters
-    ("Line", "untranslated"),  // names of counters
+    ("ConflictList", "reason"),        // human-readable text
+    ("CellState", "left_out"),         // human-readable text
+    ("ProblemJson", "title"),          // reason phrases of HTTP
+    ("ReadsbReceiver", "version"),     // version of the program
+    ("ServiceInfo", "version"),        // version of the program
+    ("FaultCount", "reason"),          // names of counters, extended by releases
+    ("RefusedCount", "reason"),        // names of counters
+    ("SensorStatusJson", "refused"),   // names of counters
+    ("InputCounters", "untranslated"), // names of counters
 ];
 
 fn files(directory: &Path, found: &mut Vec<PathBuf>) {
@@ -30,7 +30,7 @@ fn files(directory: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Each type that has a schema: its name and its lines.
+/// Types with a schema: name, and lines of code.
 fn described(code: &str) -> Vec<(String, Vec<&str>)> {
     let lines: Vec<&str> = code.lines().collect();
     let derives = |line: &&str| line.trim_start().starts_with("#[derive(") && line.contains("JsonSchema");
@@ -49,7 +49,7 @@ fn described(code: &str) -> Vec<(String, Vec<&str>)> {
     begins.map(whole).collect()
 }
 
-/// The faults of a type that has a schema.
+/// Faults of a type with a schema.
 fn complaints(name: &str, lines: &[&str]) -> Vec<String> {
     let mut found = Vec::new();
     let mut attributes = String::new();
@@ -78,7 +78,7 @@ fn complaints(name: &str, lines: &[&str]) -> Vec<String> {
 #[test]
 fn schemas_take_closed_sets_from_types() {
     let mut paths = Vec::new();
-    files(Path::new("src"), &mut paths);
+    files(Path::new("crates"), &mut paths);
     let codes: Vec<String> = paths.iter().map(|path| std::fs::read_to_string(path).unwrap()).collect();
     let all: Vec<_> = codes.iter().flat_map(|code| described(code)).collect();
     assert!(all.len() > 80, "only {} types with a schema are found", all.len());
@@ -94,7 +94,7 @@ fn sets_written_by_hand_are_found() {
     assert_eq!(complaints(name, lines).len(), 2, "{:?}", complaints(name, lines));
 }
 
-/// Parameters whose values are a fixed set list it, and their description names each value.
+/// A parameter with a fixed set of values lists them, and its description names each.
 #[tokio::test]
 async fn parameters_list_their_values() {
     let document = Site::plain().get("/openapi.json").await.json();

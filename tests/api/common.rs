@@ -1,4 +1,4 @@
-//! What the tests share: a simulated flight through the driver, and a service over it that a test feeds slot by slot.
+//! Shared by the tests: a simulated flight through the driver, and a service that publishes it slot by slot.
 
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::Path;
@@ -18,29 +18,29 @@ use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Conflicts, PictureKind, Profile};
 use utm_fusion::conflicts::ConflictWatch;
 use utm_fusion::live::{
-    AlertSettings, Alerts, Driver, Followers, Hub, HubWriter, LineStatus, Made, PublishedPicture, Status,
-    observe,
+    AlertMonitor, AlertSettings, Driver, DriverEvent, Followers, Hub, HubWriter, LineStatus,
+    PublishedPicture, Status, observe,
 };
 use utm_fusion::normalise::Normaliser;
 use utm_fusion::picture::PictureMaker;
-use utm_fusion::simulate::{Flight, Scenario, simulate};
+use utm_fusion::simulate::{Scenario, SimulatedFlight, simulate};
 
 pub(crate) struct Flown {
     pub(crate) config: Config,
     pub(crate) maker: PictureMaker,
     pub(crate) frames: Vec<PublishedPicture>,
     pub(crate) status: Status,
-    /// What really happened.
-    pub(crate) truth: Vec<Flight>,
+    /// True positions.
+    pub(crate) truth: Vec<SimulatedFlight>,
 }
 
-/// A minute of the kept crossing in the `reference` profile, flown once.
+/// A minute of the stored crossing in the `reference` profile, simulated once.
 pub(crate) fn flown() -> &'static Flown {
     static FLOWN: OnceLock<Flown> = OnceLock::new();
     FLOWN.get_or_init(|| Flown::of(Profile::Reference))
 }
 
-/// The same in the `operational` profile.
+/// A minute of the stored crossing in the `operational` profile, simulated once.
 pub(crate) fn estimated() -> &'static Flown {
     static ESTIMATED: OnceLock<Flown> = OnceLock::new();
     ESTIMATED.get_or_init(|| Flown::of(Profile::Operational))
@@ -51,7 +51,7 @@ impl Flown {
         Self::with_driver(profile).0
     }
 
-    /// With the driver as it is at the end.
+    /// The flight with the driver in its final state.
     pub(crate) fn with_driver(profile: Profile) -> (Self, Driver) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenarios/crossing.toml");
         let text = std::fs::read_to_string(path).unwrap().replace("duration_s = 300", "duration_s = 60");
@@ -62,7 +62,7 @@ impl Flown {
         let mut frames = Vec::new();
         let mut keep = |driver: &mut Driver| {
             while let Some(made) = driver.poll() {
-                if let Made::Slot(frame) = made {
+                if let DriverEvent::Slot(frame) = made {
                     frames.push(frame);
                 }
             }
@@ -98,7 +98,7 @@ impl Flown {
     }
 }
 
-/// A service that shows what a test publishes.
+/// A service that shows the pictures published by a test.
 pub(crate) struct Site {
     pub(crate) writer: HubWriter,
     pub(crate) state: ApiState,
@@ -129,17 +129,17 @@ impl Site {
         Self::with(Options::default(), |_| {})
     }
 
-    /// In the `operational` profile.
+    /// A service in the `operational` profile.
     pub(crate) fn operational() -> Self {
         Self::of(estimated(), Options::default(), |_| {})
     }
 
-    /// With other options, and another configuration.
+    /// A service with other options and a changed configuration.
     pub(crate) fn with(options: Options, change: impl FnOnce(&mut Config)) -> Self {
         Self::of(flown(), options, change)
     }
 
-    /// The same where conflicts are computed.
+    /// A service that computes conflicts on `picture`.
     pub(crate) fn foreseeing(picture: PictureKind) -> Self {
         Self::of(estimated(), Options::default(), |config| {
             config.conflicts = Conflicts { enabled: true, picture, ..Conflicts::default() };
@@ -150,12 +150,12 @@ impl Site {
         let mut config = flown.config.clone();
         change(&mut config);
         let watch = ConflictWatch::of(&config);
-        // It knows who is crewed by this configuration.
+        // This configuration defines which aircraft are crewed.
         let maker = PictureMaker::new(&config, &Normaliser::new(&config, Masks::default()));
         let (writer, hub) = Hub::new(Arc::new(config), maker.into(), flown.frames[0].due);
         tokio::spawn(observe(
             hub.clone(),
-            Alerts::new(AlertSettings::default(), Time::default()),
+            AlertMonitor::new(AlertSettings::default(), Time::default()),
             Followers::default(),
         ));
         let state = ApiState::start(hub, options).unwrap();
@@ -163,13 +163,13 @@ impl Site {
         Self { writer, app: router(state.clone()), state, flown, watch, next: flown.frames.len() / 2 }
     }
 
-    /// Publishes so many slots and waits until they are shown.
+    /// Publishes this number of slots and waits until they are shown.
     pub(crate) async fn publish(&mut self, slots: usize) {
         for _ in 0..slots {
             let frame = self.writer.publish(self.flown.frames[self.next].clone());
             let watch = self.watch.as_mut();
             if let Some(outlook) = watch.and_then(|watch| frame.conflicts(watch, &self.flown.maker)) {
-                self.writer.outlooks.publish(outlook);
+                self.writer.conflict_reports.publish(outlook);
             }
             self.next += 1;
         }
@@ -182,13 +182,13 @@ impl Site {
         }
     }
 
-    /// How the service was at the end of the flight.
+    /// Status of the service at the end of the flight.
     pub(crate) fn status(&self) -> Status {
         self.flown.status.clone()
     }
 
-    pub(crate) async fn tell(&self, status: Status) {
-        self.writer.tell(status);
+    pub(crate) async fn publish_status(&self, status: Status) {
+        self.writer.publish_status(status);
         for _ in 0..100 {
             tokio::task::yield_now().await;
         }
@@ -209,7 +209,7 @@ impl Site {
         }
     }
 
-    /// A real socket on loopback.
+    /// Listens on a socket on loopback.
     pub(crate) async fn listen(&self) -> SocketAddr {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
         let address = listener.local_addr().unwrap();
@@ -226,7 +226,7 @@ pub(crate) struct Event {
     pub(crate) data: Value,
 }
 
-/// A reader of a stream, over a real socket.
+/// A reader of a stream, over a socket.
 pub(crate) struct Reader {
     socket: TcpStream,
     text: String,
@@ -255,7 +255,7 @@ impl Reader {
         count > 0
     }
 
-    /// The next event but heartbeats; `None` at the end.
+    /// The next event except heartbeats; `None` at the end.
     pub(crate) async fn next(&mut self) -> Option<Event> {
         loop {
             let event = self.any().await?;
@@ -267,7 +267,7 @@ impl Reader {
 
     pub(crate) async fn any(&mut self) -> Option<Event> {
         loop {
-            // Chunk sizes stand on lines of their own between events, and before what is cut in two.
+            // Chunk sizes are on lines of their own, between events and within split ones.
             if let Some(end) = self.text.find("\n\n") {
                 let event: String = self.text.drain(..end + 2).collect();
                 let field = |name: &str| {
@@ -291,7 +291,7 @@ pub(crate) async fn send(socket: &TcpStream, octets: &[u8]) {
     assert_eq!(socket.try_write(octets).unwrap(), octets.len());
 }
 
-/// How many octets came; 0 at the end, orderly or not.
+/// Number of octets received; 0 at the end, whether the connection was closed or reset.
 pub(crate) async fn receive(socket: &TcpStream, octets: &mut [u8]) -> usize {
     loop {
         socket.readable().await.unwrap();

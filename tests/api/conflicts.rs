@@ -1,11 +1,11 @@
-//! Who will come near whom, as readers see it.
+//! Conflicts, as API clients see them.
 
 use serde_json::{Value, json};
 use utm_fusion::config::PictureKind;
 
 use crate::common::{Reader, Site, estimated};
 
-/// Worst first.
+/// Most severe first.
 const LEVELS: [&str; 4] = ["violation", "warning", "advisory", "none"];
 
 fn rank(conflict: &Value) -> usize {
@@ -20,9 +20,9 @@ fn time(answer: &Value) -> jiff::Timestamp {
     answer["time"].as_str().unwrap().parse().unwrap()
 }
 
-/// Ten drones through one point: somebody always meets somebody.
+/// Ten drones cross at one point, so there is always a conflict.
 #[tokio::test]
-async fn they_are_listed_worst_first_with_what_they_rest_on() {
+async fn conflicts_are_listed_by_severity_with_their_basis() {
     let mut site = Site::foreseeing(PictureKind::Now);
     let mut worst = LEVELS.len();
     for _ in 0..20 {
@@ -64,9 +64,9 @@ async fn they_are_listed_worst_first_with_what_they_rest_on() {
     assert!(refused.text.contains("violation"), "{}", refused.text);
 }
 
-/// An empty list could be taken for a clear sky.
+/// An empty list could be taken for a sky without conflicts.
 #[tokio::test]
-async fn where_none_are_computed_the_list_says_so() {
+async fn conflicts_not_computed_are_reported_as_such() {
     let reference = Site::plain();
     let off = Site::operational();
     let first = Site::foreseeing(PictureKind::Now);
@@ -78,7 +78,7 @@ async fn where_none_are_computed_the_list_says_so() {
 }
 
 #[tokio::test]
-async fn one_that_has_not_kept_up_with_the_picture_is_not_shown() {
+async fn outdated_conflicts_are_not_returned() {
     let mut site = Site::foreseeing(PictureKind::Now);
     site.publish(4).await;
     assert_eq!(site.get("/api/v1/conflicts").await.json()["computed"], true);
@@ -92,7 +92,7 @@ async fn one_that_has_not_kept_up_with_the_picture_is_not_shown() {
 }
 
 #[tokio::test]
-async fn the_stream_tells_each_change_and_the_alerts_follow() {
+async fn conflict_changes_are_streamed_and_raise_alerts() {
     let mut site = Site::foreseeing(PictureKind::Now);
     site.publish(1).await;
     let address = site.listen().await;
@@ -114,7 +114,7 @@ async fn the_stream_tells_each_change_and_the_alerts_follow() {
     }
     assert!(levels.len() > 1, "{levels:?}");
     for told in levels.values() {
-        // Advisories are told when they begin; what is worse each second, until it is over.
+        // Advisories are published when they begin; more severe levels every second until they end.
         let quiet = |two: &[Value]| two[0]["level"] == two[1]["level"] && rank(&two[0]) >= 2;
         assert!(!told.windows(2).any(quiet), "{told:?}");
         assert_eq!(told[0]["volume"], "drone");
@@ -129,9 +129,9 @@ async fn the_stream_tells_each_change_and_the_alerts_follow() {
     assert!(alert["text"].as_str().unwrap().contains("drone"), "{alert}");
 }
 
-/// On the picture that waits they are computed for the same moment.
+/// On the lagged picture, conflicts are extrapolated to the present.
 #[tokio::test]
-async fn on_the_lagged_picture_they_are_of_now_too() {
+async fn conflicts_with_the_lagged_picture_are_of_now() {
     let mut site = Site::foreseeing(PictureKind::Lagged);
     site.publish(8).await;
     let answer = site.get("/api/v1/conflicts").await.json();

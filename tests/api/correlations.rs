@@ -1,4 +1,4 @@
-//! What an operator decides, over the API: an engine at the end of a flight does it.
+//! Operator correlations over the API, applied by an engine at the end of a flight.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,20 +18,21 @@ use utm_fusion::live::Hub;
 use crate::common::{Flown, Site};
 use crate::schema::check;
 
-/// SHA-256 of "reader" and of "desk".
+/// SHA-256 of "reader".
 const READER: &str = "3d0941964aa3ebdcb00ccef58b1bb399f9f898465e9886d5aec7f31090a0fb30";
-const DESK: &str = "49be417ad74080a0031b636b44cfc26fdd0065492d6cd3b033960c4414955cf7";
+/// SHA-256 of "desk".
+const OPERATOR: &str = "49be417ad74080a0031b636b44cfc26fdd0065492d6cd3b033960c4414955cf7";
 
-/// A service whose engine stands still and hears its operators.
-struct Desk {
+/// A service whose engine stands still and processes operator decisions.
+struct OperatorService {
     app: Router,
-    /// Radar, its track and the serial number of each fused pair.
+    /// Radar, track number and transponder serial of each fused pair.
     pairs: Vec<(String, u16, String)>,
     stop: Arc<AtomicBool>,
     engine: Option<JoinHandle<()>>,
 }
 
-impl Desk {
+impl OperatorService {
     fn open(profile: Profile, change: impl FnOnce(&mut Config)) -> Self {
         let (mut flown, mut driver) = Flown::with_driver(profile);
         change(&mut flown.config);
@@ -52,7 +53,7 @@ impl Desk {
         let stopped = stop.clone();
         let engine = std::thread::spawn(move || {
             while !stopped.load(Ordering::Relaxed) {
-                writer.correlations.obey(&mut driver);
+                writer.correlation_requests.carry_out_all(&mut driver);
                 std::thread::sleep(Duration::from_millis(2));
             }
         });
@@ -81,7 +82,7 @@ impl Desk {
     }
 }
 
-impl Drop for Desk {
+impl Drop for OperatorService {
     fn drop(&mut self) {
         self.close();
     }
@@ -93,17 +94,17 @@ fn query((sensor, track, serial): &(String, u16, String), verdict: &str) -> Stri
 
 #[tokio::test]
 async fn a_decision_is_in_force_until_it_is_withdrawn() {
-    let desk = Desk::open(Profile::Operational, |_| {});
-    let document = desk.get("/openapi.json").await;
+    let service = OperatorService::open(Profile::Operational, |_| {});
+    let document = service.get("/openapi.json").await;
     let schema = |method: &str| {
         let responses = &document["paths"]["/api/v1/correlations"][method]["responses"];
         responses["200"]["content"]["application/json"]["schema"].clone()
     };
     assert!(schema("get").get("$ref").is_some() && schema("get") == schema("post"));
-    assert_eq!(desk.get("/api/v1/correlations").await, json!({ "correlations": [] }));
-    let [first, second] = &desk.pairs[..2] else { panic!("{:?}", desk.pairs) };
+    assert_eq!(service.get("/api/v1/correlations").await, json!({ "correlations": [] }));
+    let [first, second] = &service.pairs[..2] else { panic!("{:?}", service.pairs) };
 
-    let (status, answer) = desk.post(&query(first, "decorrelated")).await;
+    let (status, answer) = service.post(&query(first, "decorrelated")).await;
     assert_eq!(status, StatusCode::OK, "{answer}");
     check(&document, &schema("post"), &answer, "decided");
     let held = &answer["correlations"][0];
@@ -112,31 +113,31 @@ async fn a_decision_is_in_force_until_it_is_withdrawn() {
         (&held["uas_id"]["serial_number"], &held["verdict"]),
         (&first.2.as_str().into(), &"decorrelated".into())
     );
-    assert_eq!(desk.get("/api/v1/correlations").await, answer);
-    // The next slot.
+    assert_eq!(service.get("/api/v1/correlations").await, answer);
+    // The decision applies from the next slot on.
     let time = |text: &Value| text.as_str().unwrap().parse::<jiff::Timestamp>().unwrap();
-    let picture = desk.get("/api/v1/tracks").await;
+    let picture = service.get("/api/v1/tracks").await;
     let after = time(&held["since"]).duration_since(time(&picture["time"]));
     assert_eq!(after, jiff::SignedDuration::from_millis(250));
 
     let crossed = (second.0.clone(), second.1, first.2.clone());
-    let (status, answer) = desk.post(&query(&crossed, "correlated")).await;
+    let (status, answer) = service.post(&query(&crossed, "correlated")).await;
     assert_eq!((status, answer["correlations"].as_array().unwrap().len()), (StatusCode::OK, 2), "{answer}");
-    let metrics = desk.ask(Request::get("/metrics")).await.1;
+    let metrics = service.ask(Request::get("/metrics")).await.1;
     for verdict in ["correlated", "decorrelated"] {
         assert!(metrics.contains(&format!("utm_fusion_decisions{{verdict=\"{verdict}\"}} 1\n")), "{metrics}");
     }
     for pair in [first, &crossed] {
-        assert_eq!(desk.post(&query(pair, "automatic")).await.0, StatusCode::OK);
+        assert_eq!(service.post(&query(pair, "automatic")).await.0, StatusCode::OK);
     }
-    assert_eq!(desk.get("/api/v1/correlations").await, json!({ "correlations": [] }));
+    assert_eq!(service.get("/api/v1/correlations").await, json!({ "correlations": [] }));
 }
 
 #[tokio::test]
-async fn what_cannot_be_decided_is_a_problem_that_says_why() {
-    let mut desk = Desk::open(Profile::Operational, |_| {});
-    let (sensor, track, serial) = desk.pairs[0].clone();
-    let whole = query(&desk.pairs[0], "correlated");
+async fn impossible_decision_is_a_problem_with_reason() {
+    let mut service = OperatorService::open(Profile::Operational, |_| {});
+    let (sensor, track, serial) = service.pairs[0].clone();
+    let whole = query(&service.pairs[0], "correlated");
     for (query, status, why) in [
         (whole.replace("sensor=", "x="), 400, "there is no such parameter"),
         (format!("track={track}&uas={serial}&verdict=correlated"), 400, "id of a radar"),
@@ -153,23 +154,23 @@ async fn what_cannot_be_decided_is_a_problem_that_says_why() {
         (whole.replace(&serial, "NOBODY"), 404, "no such transponder"),
         (format!("{whole}&country=XX"), 404, "no such transponder"),
     ] {
-        let (answered, problem) = desk.post(&query).await;
+        let (answered, problem) = service.post(&query).await;
         assert_eq!(answered.as_u16(), status, "{query}: {problem}");
         assert!(problem["detail"].as_str().unwrap().contains(why), "{query}: {problem}");
     }
-    // The engine is gone.
-    desk.close();
-    let (status, problem) = desk.post(&whole).await;
+    // The engine has ended.
+    service.close();
+    let (status, problem) = service.post(&whole).await;
     assert_eq!(status, StatusCode::SERVICE_UNAVAILABLE, "{problem}");
 
-    let desk = Desk::open(Profile::Reference, |_| {});
-    let (status, problem) = desk.post(&query(&desk.pairs[0], "correlated")).await;
+    let service = OperatorService::open(Profile::Reference, |_| {});
+    let (status, problem) = service.post(&query(&service.pairs[0], "correlated")).await;
     assert_eq!(status, StatusCode::CONFLICT);
     assert!(problem["detail"].as_str().unwrap().contains("reference profile decides by itself"), "{problem}");
 }
 
 #[tokio::test]
-async fn an_engine_that_hangs_is_not_waited_for_longer_than_two_seconds() {
+async fn hanging_engine_is_waited_for_at_most_two_seconds() {
     let site = Site::operational();
     let begun = tokio::time::Instant::now();
     let path = "/api/v1/correlations?sensor=gamekeeper&track=1&uas=X&verdict=correlated";
@@ -185,23 +186,24 @@ async fn deciding_takes_the_scope_control() {
     let file = std::env::temp_dir().join(format!("utm-fusion-control-{}.toml", std::process::id()));
     let text = format!(
         "reader = {{ sha256 = \"{READER}\", scopes = [\"read\"] }}\n\
-         desk = {{ sha256 = \"{DESK}\", scopes = [\"read\", \"control\"] }}\n"
+         desk = {{ sha256 = \"{OPERATOR}\", scopes = [\"read\", \"control\"] }}\n"
     );
     std::fs::write(&file, text).unwrap();
-    let desk =
-        Desk::open(Profile::Operational, |config| config.http.auth = Auth::Tokens { tokens_file: file });
-    let path = format!("/api/v1/correlations?{}", query(&desk.pairs[0], "decorrelated"));
+    let service = OperatorService::open(Profile::Operational, |config| {
+        config.http.auth = Auth::Tokens { tokens_file: file }
+    });
+    let path = format!("/api/v1/correlations?{}", query(&service.pairs[0], "decorrelated"));
     let by = |token: &str, request: axum::http::request::Builder| {
         request.header("authorization", format!("Bearer {token}"))
     };
-    assert_eq!(desk.ask(Request::post(&path)).await.0, StatusCode::UNAUTHORIZED);
+    assert_eq!(service.ask(Request::post(&path)).await.0, StatusCode::UNAUTHORIZED);
     for (token, status, control) in [("reader", StatusCode::FORBIDDEN, false), ("desk", StatusCode::OK, true)]
     {
-        assert_eq!(desk.ask(by(token, Request::post(&path))).await.0, status, "{token}");
+        assert_eq!(service.ask(by(token, Request::post(&path))).await.0, status, "{token}");
         let info: Value =
-            serde_json::from_str(&desk.ask(by(token, Request::get("/api/v1/info"))).await.1).unwrap();
+            serde_json::from_str(&service.ask(by(token, Request::get("/api/v1/info"))).await.1).unwrap();
         assert_eq!(info["control"], control, "{token}");
     }
-    let listed = desk.ask(by("reader", Request::get("/api/v1/correlations"))).await;
+    let listed = service.ask(by("reader", Request::get("/api/v1/correlations"))).await;
     assert!(listed.0 == StatusCode::OK && listed.1.contains("decorrelated"), "{}", listed.1);
 }

@@ -1,4 +1,4 @@
-//! The OpenAPI document and the router say the same; the metrics are what Prometheus reads.
+//! The OpenAPI document matches the router, and Prometheus can read the metrics.
 
 use std::collections::BTreeSet;
 
@@ -24,7 +24,7 @@ async fn the_document_and_the_router_agree_both_ways() {
             assert!(operation["responses"][is_well]["content"].is_object(), "{path}");
             let is_probe = path == "/healthz" || path == "/readyz";
             assert_eq!(operation["responses"]["429"].is_object(), !is_probe, "{path}");
-            // A stream does not end: that it is there is seen by what it refuses.
+            // A stream has no end, so its existence is shown by a refused request.
             let probe = match path.as_str() {
                 "/api/v1/stream" => format!("{path}?interval_ms=0"),
                 _ => path.replace("{id}", "nobody").replace("{identity}", "nobody"),
@@ -56,7 +56,7 @@ async fn the_document_and_the_router_agree_both_ways() {
 #[tokio::test]
 async fn metrics_are_strictly_prometheus_text() {
     let mut site = Site::plain();
-    site.tell(flown().status.clone()).await;
+    site.publish_status(flown().status.clone()).await;
     site.publish(1).await;
     let mut late = flown().frames.last().unwrap().clone();
     late.published_at = late.due + SignedDuration::from_millis(3);
@@ -124,9 +124,9 @@ async fn metrics_are_strictly_prometheus_text() {
     }
 }
 
-/// What comes and goes with the traffic is counted; a replay has no lateness to count.
+/// Metrics of the traffic are counted by kind. A replay has no lateness.
 #[tokio::test]
-async fn what_is_shown_is_counted_by_what_it_is_made_of() {
+async fn published_tracks_are_counted_by_source() {
     let mut site = Site::plain();
     site.publish(1).await;
     let (text, picture) = (site.get("/metrics").await.text, site.get("/api/v1/tracks").await.json());
@@ -140,9 +140,9 @@ async fn what_is_shown_is_counted_by_what_it_is_made_of() {
     assert!(text.contains("\nutm_fusion_alerts{kind=\"area\",severity=\"warning\"} 0\n"), "{text}");
 }
 
-/// Everything that a document refers to, and all that it says of channels.
+/// All references of a document resolve, and its channels are complete.
 #[tokio::test]
-async fn asyncapi_describes_both_streams_and_refers_to_what_is_there() {
+async fn asyncapi_describes_both_streams_with_valid_references() {
     fn references<'a>(value: &'a Value, found: &mut Vec<&'a str>) {
         match value {
             Value::Object(members) => {
@@ -178,7 +178,7 @@ async fn asyncapi_describes_both_streams_and_refers_to_what_is_there() {
     }
 }
 
-/// The page asks nobody but this service, and nothing in it needs an exception from the policy.
+/// The page loads from this service only, and needs no exception from the content security policy.
 #[tokio::test]
 async fn the_page_of_the_api_is_all_here() {
     let site = Site::plain();
@@ -212,7 +212,7 @@ async fn the_page_of_the_api_is_all_here() {
     assert!(site.get("/api/docs.css").await.text.contains("prefers-color-scheme: dark"));
 }
 
-/// What a track can hold stands on the page for people as well.
+/// The human-readable page names every property of a track.
 #[tokio::test]
 async fn the_page_for_people_names_each_property_of_a_track() {
     let document = Site::plain().get("/openapi.json").await.json();
@@ -233,7 +233,7 @@ async fn the_page_for_people_names_each_property_of_a_track() {
     }
 }
 
-/// Calls `look` with every object of a document, and where it stands.
+/// Calls `look` with every object of a document and its path.
 fn each_object(value: &Value, place: &str, look: &mut impl FnMut(&serde_json::Map<String, Value>, &str)) {
     match value {
         Value::Object(object) => {
@@ -245,7 +245,7 @@ fn each_object(value: &Value, place: &str, look: &mut impl FnMut(&serde_json::Ma
     }
 }
 
-/// The rules of the linters and generators that `scripts/openapi-clients` runs, without a network.
+/// Rules of the linters and generators that `scripts/openapi-clients` runs, without a network.
 #[tokio::test]
 async fn documents_satisfy_client_generators() {
     let site = Site::plain();
@@ -276,7 +276,7 @@ async fn documents_satisfy_client_generators() {
     }
 }
 
-/// Generators leave out what has no media type that they know, openapi-python-client those that are none of these.
+/// Generators omit bodies of unknown media types; openapi-python-client knows only these.
 #[tokio::test]
 async fn each_body_has_a_media_type_that_generators_know() {
     let document = Site::plain().get("/openapi.json").await.json();
@@ -296,7 +296,7 @@ async fn each_body_has_a_media_type_that_generators_know() {
     }
 }
 
-/// Schemas of requests require what the service insists on, and nothing else.
+/// Schemas of requests require exactly the fields that the service requires.
 #[tokio::test]
 async fn bodies_require_what_the_service_requires() {
     let document = Site::plain().get("/openapi.json").await.json();
@@ -329,9 +329,9 @@ async fn operations_have_ids_and_the_security_in_force() {
     }
 }
 
-/// Every kind of sensor that a configuration knows is in the enum of what is sent.
+/// The enum of sensor kinds contains every kind of the configuration.
 #[tokio::test]
-async fn sensor_kinds_of_the_document_are_those_of_the_configuration() {
+async fn document_has_the_configured_sensor_kinds() {
     let document = Site::plain().get("/openapi.json").await.json();
     let kinds = &document["components"]["schemas"]["SensorProperties"]["properties"]["kind"]["enum"];
     assert_eq!(*kinds, json!(["radar", "transponder", "adsb", "remote-id", "camera"]));

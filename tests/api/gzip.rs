@@ -1,4 +1,4 @@
-//! What is compressed, kept, or left out: less on the wire, and nothing missing.
+//! Compression and caching of answers: fewer octets, the same content.
 
 use std::io::{Read, Write};
 use std::time::Duration;
@@ -11,7 +11,7 @@ use tower::ServiceExt;
 
 use crate::common::{Site, estimated, receive, send};
 
-/// Status, headers and octets, as they come.
+/// Status, headers and octets, as received.
 async fn raw(
     site: &Site,
     method: &str,
@@ -42,7 +42,7 @@ const GZIP: (&str, &str) = ("accept-encoding", "gzip, deflate, br");
 #[tokio::test]
 async fn whole_texts_are_gzip_where_the_client_takes_it() {
     let mut site = Site::plain();
-    site.tell(site.status()).await;
+    site.publish_status(site.status()).await;
     site.publish(40).await;
     for path in [
         "/api/v1/tracks",
@@ -65,7 +65,7 @@ async fn whole_texts_are_gzip_where_the_client_takes_it() {
         assert_eq!((status, text(&headers, "content-encoding")), (StatusCode::OK, "gzip"), "{path}");
         assert_eq!(text(&headers, "vary"), "accept-encoding", "{path}");
         assert!(2 * packed.len() < plain.len(), "{path}: {} of {}", packed.len(), plain.len());
-        // What the page of metrics counts has changed since.
+        // Counters in the metrics have changed since.
         assert!(path == "/metrics" || unpacked(&packed) == plain, "{path}");
         let (_, headers, _) = raw(&site, "GET", path, &[("accept-encoding", "gzip;q=0, br")]).await;
         assert_eq!(text(&headers, "content-encoding"), "", "{path}");
@@ -76,7 +76,7 @@ async fn whole_texts_are_gzip_where_the_client_takes_it() {
             "{path}"
         );
     }
-    // Too small to be worth it, and a problem.
+    // Too short to compress, and a problem.
     for path in ["/healthz", "/nothing"] {
         let (_, headers, _) = raw(&site, "GET", path, &[GZIP]).await;
         assert_eq!(text(&headers, "content-encoding"), "", "{path}");
@@ -97,7 +97,7 @@ async fn a_file_of_the_page_is_fetched_once() {
         for (known, accept, now) in [
             (&*plain, "", &plain),
             (&packed, "gzip", &packed),
-            // Whichever of the two it has, it is the same file.
+            // The tag of either encoding matches, because the file is the same.
             (&plain, "gzip", &packed),
             (&format!("\"other\", W/{plain}"), "", &plain),
             ("*", "", &plain),
@@ -117,13 +117,13 @@ async fn a_file_of_the_page_is_fetched_once() {
 }
 
 #[tokio::test]
-async fn each_event_of_a_compressed_stream_arrives_at_once_and_the_file_is_whole() {
+async fn compressed_stream_delivers_each_event_at_once() {
     let mut site = Site::plain();
     site.publish(1).await;
     let address = site.listen().await;
     for query in ["", "?source=fused,radar,transponder"] {
         let socket = TcpStream::connect(address).await.unwrap();
-        // HTTP/1.0: the answer is the octets up to the connection's end.
+        // With HTTP/1.0 the answer ends with the connection.
         let request = format!("GET /api/v1/stream{query} HTTP/1.0\r\nAccept-Encoding: gzip\r\n\r\n");
         send(&socket, request.as_bytes()).await;
         let (mut head, mut unpacker) = (Vec::new(), flate2::write::GzDecoder::new(Vec::new()));
@@ -157,7 +157,7 @@ async fn each_event_of_a_compressed_stream_arrives_at_once_and_the_file_is_whole
         for _ in 0..5 {
             site.publish(1).await;
             let seq = site.get("/api/v1/tracks?limit=1").await.json()["seq"].as_u64().unwrap();
-            // The next slot is published only when this one has come.
+            // The next slot is published only after this one was received.
             let told = format!("\"seq\":{seq},\"site\"");
             while !holds(&unpacker, &told) || !unpacker.get_ref().ends_with(b"\n\n") {
                 assert!(more(&mut unpacker).await);
@@ -168,7 +168,7 @@ async fn each_event_of_a_compressed_stream_arrives_at_once_and_the_file_is_whole
         }
         site.state.close();
         while more(&mut unpacker).await {}
-        // The checksum is right.
+        // The decoder has verified the checksum.
         let plain = unpacker.finish().unwrap();
         let plain = String::from_utf8(plain).unwrap();
         assert!(plain.contains("event: closed\ndata: "), "{plain}");
@@ -177,7 +177,7 @@ async fn each_event_of_a_compressed_stream_arrives_at_once_and_the_file_is_whole
 }
 
 #[tokio::test]
-async fn competitors_are_told_to_whoever_asks() {
+async fn competitors_are_included_on_request() {
     let mut site = Site::operational();
     let rival = |frame: &&utm_fusion::live::PublishedPicture| {
         frame.picture.tracks.iter().any(|track| !track.point.competitors.is_empty())

@@ -4,23 +4,23 @@ use std::path::Path;
 
 use jiff::SignedDuration;
 use utm_fusion::api::Options;
-use utm_fusion::history::{Historian, Limits, Store};
+use utm_fusion::history::{Historian, HistoryLimits, HistoryStore};
 use utm_fusion::live::Archive;
 
 use crate::common::{Site, flown};
 
-/// The seconds of the trail; those from `BLIND.0` until `BLIND.1` have no height.
+/// Number of seconds in the trail. Those from `BLIND.0` to `BLIND.1` have no height.
 const SECONDS: usize = 12;
 const BLIND: (usize, usize) = (4, 7);
 
-/// A history in which one track has a place each second, and no height for a while; and that track's id.
-fn history(name: &str) -> (Store, String) {
+/// A history with a track that has a position every second, without a height for a while, and the id of the track.
+fn history(name: &str) -> (HistoryStore, String) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("api-history");
     std::fs::create_dir_all(&folder).unwrap();
     let file = folder.join(name);
     let _ = std::fs::remove_file(&file);
-    let limits = Limits { age: SignedDuration::from_hours(1_000_000), octets: 1 << 24 };
-    let store = Store::open(&file, limits).unwrap();
+    let limits = HistoryLimits { age: SignedDuration::from_hours(1_000_000), octets: 1 << 24 };
+    let store = HistoryStore::open(&file, limits).unwrap();
     let mut historian = Historian::start(store.clone()).unwrap();
     let is_seen = |frame: &&utm_fusion::live::PublishedPicture| !frame.picture.tracks.is_empty();
     let first = flown().frames.iter().rfind(is_seen).unwrap();
@@ -33,17 +33,17 @@ fn history(name: &str) -> (Store, String) {
         historian.note(&picture, &flown().maker);
         picture.time = picture.time + SignedDuration::from_secs(1);
     }
-    drop(historian); // all is written
+    drop(historian); // writes everything
     (store, id)
 }
 
-/// The octets between two words, each time that they come.
+/// Texts between `open` and `close`, in order.
 fn between<'a>(text: &'a str, open: &str, close: &str) -> Vec<&'a str> {
     text.split(open).skip(1).map(|rest| rest.split_once(close).unwrap().0).collect()
 }
 
 #[tokio::test]
-async fn a_height_that_is_not_known_is_in_no_format_zero() {
+async fn unknown_height_is_zero_in_no_format() {
     let (store, id) = history("heights.redb");
     let site = Site::with(Options { history: Some(store), ..Options::default() }, |_| {});
     let asked = async |format: &str| {

@@ -1,4 +1,4 @@
-//! Whether transponders can be trusted, over the API: an engine at the end of a flight says it, and hears its operators.
+//! Integrity of transponders and operator verdicts over the API, by an engine at the end of a flight.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,28 +18,28 @@ use utm_fusion::live::Hub;
 use crate::common::{Flown, Reader};
 use crate::schema::check;
 
-/// A service whose engine stands still and hears its operators.
-struct Desk {
+/// A service whose engine stands still and processes operator verdicts.
+struct OperatorService {
     app: Router,
     state: ApiState,
     stop: Arc<AtomicBool>,
     engine: Option<JoinHandle<()>>,
 }
 
-impl Desk {
+impl OperatorService {
     fn open(profile: Profile, action: Action) -> Self {
         let (mut flown, mut driver) = Flown::with_driver(profile);
         flown.config.integrity.action = action;
         let (writer, hub) =
             Hub::new(Arc::new(flown.config), Arc::new(flown.maker.clone()), flown.frames[0].due);
         writer.publish(flown.frames.last().unwrap().clone());
-        writer.integrity.tell(&driver);
+        writer.trust_requests.publish_if_changed(&driver);
         let state = ApiState::start(hub, Options::default()).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = stop.clone();
         let engine = std::thread::spawn(move || {
             while !stopped.load(Ordering::Relaxed) {
-                writer.integrity.obey(&mut driver);
+                writer.trust_requests.carry_out_all(&mut driver);
                 std::thread::sleep(Duration::from_millis(2));
             }
         });
@@ -71,13 +71,13 @@ impl Desk {
         (status, serde_json::from_str(&text).unwrap())
     }
 
-    /// The serial number of some transponder.
+    /// Serial number of a transponder.
     async fn somebody(&self) -> String {
         self.get("/api/v1/integrity").await["identities"][0]["identity"].as_str().unwrap().to_owned()
     }
 }
 
-impl Drop for Desk {
+impl Drop for OperatorService {
     fn drop(&mut self) {
         self.close();
     }
@@ -86,9 +86,9 @@ impl Drop for Desk {
 const DISTRUSTED: &str = r#"{"verdict": "distrusted"}"#;
 
 #[tokio::test]
-async fn every_transponder_heard_is_there_and_an_operators_word_until_it_is_withdrawn() {
-    let desk = Desk::open(Profile::Operational, Action::Flag);
-    let document = desk.get("/openapi.json").await;
+async fn verdict_applies_until_withdrawn() {
+    let service = OperatorService::open(Profile::Operational, Action::Flag);
+    let document = service.get("/openapi.json").await;
     let operation = |path: &str, method: &str| document["paths"][path][method].clone();
     let path = "/api/v1/integrity/{identity}";
     let schema =
@@ -98,10 +98,10 @@ async fn every_transponder_heard_is_there_and_an_operators_word_until_it_is_with
     assert_eq!(post["parameters"][0]["name"], "identity");
     assert_eq!(schema(get.clone()), schema(post));
 
-    let known = desk.get("/api/v1/integrity").await;
+    let known = service.get("/api/v1/integrity").await;
     check(&document, &schema(get.clone()), &known, "known");
     assert!(known["computed"] == true && known["time"].is_string(), "{known}");
-    let picture = desk.get("/api/v1/tracks").await;
+    let picture = service.get("/api/v1/tracks").await;
     let mut shown: Vec<&Value> = picture["features"]
         .as_array()
         .unwrap()
@@ -113,12 +113,12 @@ async fn every_transponder_heard_is_there_and_an_operators_word_until_it_is_with
     shown.retain(|serial| !identities.iter().any(|one| one["identity"] == **serial));
     assert!(shown.is_empty() && !identities.is_empty(), "{shown:?} {known}");
     let with_track = identities.iter().find(|one| one.get("track_id").is_some()).unwrap();
-    let track = desk.get(&format!("/api/v1/tracks/{}", with_track["track_id"].as_str().unwrap())).await;
+    let track = service.get(&format!("/api/v1/tracks/{}", with_track["track_id"].as_str().unwrap())).await;
     assert_eq!(track["properties"]["uas_id"]["serial_number"], with_track["identity"]);
     assert!(identities.iter().all(|one| one.get("verdict").is_none()));
 
     let serial = with_track["identity"].as_str().unwrap();
-    let (status, answer) = desk.post(serial, DISTRUSTED).await;
+    let (status, answer) = service.post(serial, DISTRUSTED).await;
     assert_eq!(status, StatusCode::OK, "{answer}");
     check(&document, &schema(get), &answer, "said");
     let said = |answer: &Value| {
@@ -126,15 +126,15 @@ async fn every_transponder_heard_is_there_and_an_operators_word_until_it_is_with
         identities.iter().find(|one| one["identity"] == serial).unwrap().clone()
     };
     assert_eq!(said(&answer)["verdict"], "distrusted");
-    // The next slot.
+    // The verdict applies from the next slot on.
     let time = |text: &Value| text.as_str().unwrap().parse::<jiff::Timestamp>().unwrap();
     let after = time(&said(&answer)["verdict_since"]).duration_since(time(&picture["time"]));
     assert_eq!(after, jiff::SignedDuration::from_millis(250));
-    assert_eq!(said(&desk.get("/api/v1/integrity").await), said(&answer));
-    let (status, answer) = desk.post(serial, r#"{"verdict": "automatic"}"#).await;
+    assert_eq!(said(&service.get("/api/v1/integrity").await), said(&answer));
+    let (status, answer) = service.post(serial, r#"{"verdict": "automatic"}"#).await;
     assert!(status == StatusCode::OK && said(&answer).get("verdict").is_none(), "{answer}");
 
-    let metrics = desk.ask(Request::get("/metrics").body(Body::empty()).unwrap()).await.1;
+    let metrics = service.ask(Request::get("/metrics").body(Body::empty()).unwrap()).await.1;
     let states: Vec<&str> =
         metrics.lines().filter(|line| line.starts_with("utm_fusion_integrity{state=")).collect();
     let count: usize =
@@ -147,9 +147,9 @@ async fn every_transponder_heard_is_there_and_an_operators_word_until_it_is_with
 }
 
 #[tokio::test]
-async fn what_cannot_be_said_is_a_problem_that_says_why() {
-    let mut desk = Desk::open(Profile::Operational, Action::Flag);
-    let serial = desk.somebody().await;
+async fn impossible_verdict_is_a_problem_with_reason() {
+    let mut service = OperatorService::open(Profile::Operational, Action::Flag);
+    let serial = service.somebody().await;
     for (identity, body, status, why) in [
         ("NOBODY", DISTRUSTED, 404, "no such transponder"),
         (&*format!("{serial}?country=XX"), DISTRUSTED, 404, "no such transponder"),
@@ -160,34 +160,36 @@ async fn what_cannot_be_said_is_a_problem_that_says_why() {
         (&*format!("{serial}?verdict=trusted"), DISTRUSTED, 400, "there is no such parameter"),
         (&serial, &format!("{DISTRUSTED}{}", " ".repeat(70_000)), 413, "at most 65536 octets"),
     ] {
-        let (answered, problem) = desk.post(identity, body).await;
+        let (answered, problem) = service.post(identity, body).await;
         assert_eq!(answered.as_u16(), status, "{identity} {body}: {problem}");
         assert!(problem["detail"].as_str().unwrap().contains(why), "{body}: {problem}");
     }
-    // The engine is gone.
-    desk.close();
-    assert_eq!(desk.post(&serial, DISTRUSTED).await.0, StatusCode::SERVICE_UNAVAILABLE);
+    // The engine has ended.
+    service.close();
+    assert_eq!(service.post(&serial, DISTRUSTED).await.0, StatusCode::SERVICE_UNAVAILABLE);
 
-    for desk in [Desk::open(Profile::Reference, Action::Flag), Desk::open(Profile::Operational, Action::Off)]
-    {
-        assert_eq!(desk.get("/api/v1/integrity").await["computed"], false);
-        let (status, problem) = desk.post("ANY", DISTRUSTED).await;
+    for service in [
+        OperatorService::open(Profile::Reference, Action::Flag),
+        OperatorService::open(Profile::Operational, Action::Off),
+    ] {
+        assert_eq!(service.get("/api/v1/integrity").await["computed"], false);
+        let (status, problem) = service.post("ANY", DISTRUSTED).await;
         assert_eq!(status, StatusCode::CONFLICT);
         assert!(problem["detail"].as_str().unwrap().contains("not judged here"), "{problem}");
     }
 }
 
 #[tokio::test]
-async fn the_stream_says_what_has_changed_of_a_transponder() {
-    let desk = Desk::open(Profile::Operational, Action::Flag);
-    let serial = desk.somebody().await;
+async fn integrity_changes_are_streamed() {
+    let service = OperatorService::open(Profile::Operational, Action::Flag);
+    let serial = service.somebody().await;
     let listener = TcpListener::bind(("127.0.0.1", 0)).await.unwrap();
     let address = listener.local_addr().unwrap();
-    tokio::spawn(serve(listener, desk.state.clone()));
+    tokio::spawn(serve(listener, service.state.clone()));
     let mut reader = Reader::open(address, "/api/v1/stream", "").await;
     assert_eq!(reader.next().await.unwrap().name, "snapshot");
     for (verdict, told) in [("trusted", json!("trusted")), ("automatic", Value::Null)] {
-        desk.post(&serial, &json!({ "verdict": verdict }).to_string()).await;
+        service.post(&serial, &json!({ "verdict": verdict }).to_string()).await;
         let event = loop {
             let event = reader.next().await.unwrap();
             if event.name == "integrity" && event.data["identity"] == *serial {

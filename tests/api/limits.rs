@@ -1,4 +1,4 @@
-//! What is too much, and what is no request at all.
+//! Requests that exceed a limit or are invalid.
 
 use std::time::Duration;
 
@@ -69,7 +69,7 @@ async fn every_refusal_is_a_problem() {
 }
 
 #[tokio::test]
-async fn three_hundred_half_open_clients_hinder_nobody_and_are_dropped() {
+async fn half_open_clients_are_dropped() {
     let options = Options { header_timeout: Duration::from_secs(2), ..Options::default() };
     let site = Site::with(options, |config| config.http.connections_per_address = None);
     let address = site.listen().await;
@@ -88,14 +88,14 @@ async fn three_hundred_half_open_clients_hinder_nobody_and_are_dropped() {
 }
 
 #[tokio::test]
-async fn who_takes_nothing_of_its_answer_is_cut_off() {
+async fn client_that_reads_nothing_is_disconnected() {
     let options = Options { stuck_timeout: Duration::from_secs(2), ..Options::default() };
     let site = Site::with(options, |_| {});
     let address = site.listen().await;
     let socket = TcpStream::connect(address).await.unwrap();
     let request = b"GET /openapi.json HTTP/1.1\r\nHost: localhost\r\n\r\n";
     let flood = async {
-        // Until the other end hears no more, as it is not heard itself, and then until it ends.
+        // Sends until the buffers of both ends are full, then until the connection is closed.
         loop {
             socket.writable().await.unwrap();
             match socket.try_write(request) {
@@ -111,7 +111,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
 
     #[test]
-    fn no_query_is_the_services_fault(
+    fn arbitrary_query_is_never_a_server_error(
         path in prop::sample::select(vec!["/api/v1/tracks", "/api/v1/sensors", "/uss/flights", "/data/aircraft.json"]),
         parameters in prop::collection::vec((
             prop::sample::select(vec!["bbox", "source", "sensor", "alt_min", "alt_max", "ids", "limit", "view", "x"]),

@@ -1,4 +1,4 @@
-//! The HTTP API over a simulated flight: in process, and over sockets on loopback where those matter.
+//! Tests of the HTTP API over a simulated flight: in process, and over loopback sockets where needed.
 
 #![expect(clippy::disallowed_methods, clippy::unwrap_used, reason = "tests read scenarios, and may fail")]
 
@@ -7,9 +7,9 @@ mod auth;
 mod closed_sets;
 mod common;
 mod conflicts;
+mod connections;
 mod correlations;
 mod documents;
-mod door;
 mod gzip;
 mod history;
 mod integrity;

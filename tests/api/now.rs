@@ -1,4 +1,4 @@
-//! The picture of now: what is different about it, and that nothing else is.
+//! The picture "now": its differences from the lagged picture.
 
 use std::collections::BTreeSet;
 
@@ -18,7 +18,7 @@ fn time(collection: &Value) -> jiff::Timestamp {
 }
 
 #[tokio::test]
-async fn it_is_of_the_slot_that_opens_and_says_so() {
+async fn picture_now_is_of_the_opening_slot() {
     let mut site = Site::operational();
     let before = site.get("/api/v1/tracks?at=now").await.json();
     assert_eq!((&before["at"], ids(&before).len(), before.get("time")), (&Value::from("now"), 0, None));
@@ -48,7 +48,7 @@ async fn it_is_of_the_slot_that_opens_and_says_so() {
     for feature in lagged["features"].as_array().unwrap() {
         assert_eq!(feature["properties"].get("accuracy_ellipse"), None);
     }
-    // The same filters.
+    // The filters of the picture apply.
     let some = site.get("/api/v1/tracks?at=now&source=transponder,fused&limit=2").await.json();
     assert_eq!(some["numberReturned"], 2);
     let info = site.get("/api/v1/info").await.json();
@@ -56,7 +56,7 @@ async fn it_is_of_the_slot_that_opens_and_says_so() {
 }
 
 #[tokio::test]
-async fn its_stream_begins_with_it_and_has_each_slot_of_it() {
+async fn stream_of_picture_now_has_each_slot() {
     let mut site = Site::operational();
     site.publish(1).await;
     let address = site.listen().await;
@@ -85,7 +85,7 @@ async fn its_stream_begins_with_it_and_has_each_slot_of_it() {
         assert!(["tracks", "ended"].contains(&event.name.as_str()));
         event = seldom.next().await.unwrap();
     }
-    // A reader that comes back begins where it was.
+    // A reader that reconnects continues at its last event.
     let id = format!("Last-Event-ID: {}\r\n", event.id);
     let mut again = Reader::open(address, "/api/v1/stream?at=now", &id).await;
     site.publish(1).await;
@@ -97,14 +97,14 @@ async fn its_stream_begins_with_it_and_has_each_slot_of_it() {
 }
 
 #[tokio::test]
-async fn a_reader_that_comes_late_begins_with_the_latest_one() {
+async fn late_reader_starts_with_the_latest_picture_now() {
     let mut site = Site::operational();
     site.publish(1).await;
     let address = site.listen().await;
     let mut first = Reader::open(address, "/api/v1/stream?at=now", "").await;
     let snapshot = first.next().await.unwrap();
     drop(first);
-    // What was predicted more than two seconds ago nobody is told any more.
+    // Tracks predicted more than two seconds ago are no longer returned.
     site.publish(20).await;
     let id = format!("Last-Event-ID: {}\r\n", snapshot.id);
     let mut again = Reader::open(address, "/api/v1/stream?at=now", &id).await;
@@ -119,7 +119,7 @@ async fn a_reader_that_comes_late_begins_with_the_latest_one() {
 }
 
 #[tokio::test]
-async fn where_there_is_none_that_is_said() {
+async fn absent_picture_now_is_reported() {
     for (site, at) in [
         (Site::operational(), "then"),
         (Site::with(Options::default(), |config| config.fusion.now = false), "now"),

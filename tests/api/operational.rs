@@ -1,4 +1,4 @@
-//! What only the `operational` profile knows: how each aircraft moves, how well that is known, who it is for its life.
+//! Properties of the `operational` profile: motion of each aircraft, its accuracy, and a stable identity.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -35,7 +35,7 @@ fn time(value: &Value) -> Time {
     Time::from_nanos(stamp.as_nanosecond() as i64)
 }
 
-/// The properties of every track in so many pictures.
+/// Properties of all tracks in this number of slots.
 async fn properties(site: &mut Site, slots: usize) -> Vec<Value> {
     let mut all = Vec::new();
     for _ in 0..slots {
@@ -46,18 +46,18 @@ async fn properties(site: &mut Site, slots: usize) -> Vec<Value> {
     all
 }
 
-/// The drone that is nearest to a track, how far it is over ground, metres.
+/// The drone nearest to a track, and its horizontal distance in metres.
 fn truth(properties: &Value) -> (&'static TruthSample, f64) {
     let (lat, lng, at) =
         (number(properties, "lat"), number(properties, "lng"), time(&properties["time"]).nanos());
     let metres = |sample: &TruthSample| {
         let north = (sample.latitude_deg - lat) * 111_200.0;
         let east = (sample.longitude_deg - lng) * 111_200.0 * lat.to_radians().cos();
-        // From the sample, at most 50 ms away, to the track's time.
+        // From the sample, at most 50 ms away, to the time of the track.
         let dt = (at - sample.time.nanos()) as f64 * 1e-9;
         (north + sample.velocity_ned_m_s[0] * dt).hypot(east + sample.velocity_ned_m_s[1] * dt)
     };
-    let sample = |flight: &'static utm_fusion::simulate::Flight| {
+    let sample = |flight: &'static utm_fusion::simulate::SimulatedFlight| {
         flight.samples.iter().min_by_key(|sample| (sample.time.nanos() - at).abs()).unwrap()
     };
     estimated()
@@ -76,7 +76,7 @@ async fn speeds_and_directions_are_those_that_were_flown() {
     for track in &all {
         let (sample, metres) = truth(track);
         let [north, east, down] = sample.velocity_ned_m_s;
-        // A radar's track alone may be anybody's; a transponder's error is known.
+        // Skips radar-only tracks, which may belong to any drone, and wrong matches.
         if track.get("uas_id").is_none() || metres > 30.0 {
             continue;
         }
@@ -98,16 +98,16 @@ async fn the_circle_of_the_accuracy_holds_95_of_100_places() {
     let known = all.iter().filter(|track| track.get("uas_id").is_some());
     let mut shares: Vec<f64> = known.map(|track| truth(track).1 / number(track, "accuracy_h_m")).collect();
     shares.sort_by(f64::total_cmp);
-    // Errors last, so there are fewer independent ones than places.
+    // Errors are correlated in time, so there are fewer independent ones than positions.
     let held = shares.partition_point(|&share| share <= 1.0) as f64 / shares.len() as f64;
     assert!(held >= 0.88, "{held}");
-    // And is no larger than it has to be: half of the places lie within 0.48 of it.
+    // The radius is not too large either: half of the positions are within 0.48 of it.
     let half = shares[shares.len() / 2];
     assert!((0.25..0.75).contains(&half), "{half}");
 }
 
 #[tokio::test]
-async fn everything_that_is_known_is_told_and_nothing_else() {
+async fn track_has_exactly_the_known_properties() {
     let all = properties(&mut Site::operational(), 60).await;
     let (mut bases, mut states) = (BTreeSet::new(), BTreeSet::new());
     for track in &all {
@@ -115,7 +115,7 @@ async fn everything_that_is_known_is_told_and_nothing_else() {
         assert!((0.0..60.0).contains(&number(track, "speed")), "{track}");
         assert!((0.05..120.0).contains(&number(track, "accuracy_h_m")), "{track}");
         assert!(track["accuracy_h"].as_str().unwrap().starts_with("HA"));
-        // How a height is known goes with the height.
+        // Vertical properties are present only with a height.
         for key in ["vertical_speed", "accuracy_v_m", "accuracy_v"] {
             assert_eq!(track.get(key).is_some(), track.get("alt_msl").is_some(), "{key}: {track}");
         }
@@ -149,7 +149,7 @@ async fn everything_that_is_known_is_told_and_nothing_else() {
 }
 
 #[tokio::test]
-async fn an_aircraft_is_one_track_with_one_trail_whatever_sees_it() {
+async fn aircraft_is_one_track_with_one_trail() {
     let mut site = Site::operational();
     let all = properties(&mut site, 100).await;
     let mut ids: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
@@ -162,7 +162,7 @@ async fn an_aircraft_is_one_track_with_one_trail_whatever_sees_it() {
         }
     }
     assert!(ids.len() >= 3 && ids.values().all(|ids| ids.len() == 1), "{ids:?}");
-    // Of those the one that is there longest: others go for a while.
+    // The track with the most slots, because others disappear for a while.
     let slots = |id: &str| all.iter().filter(|track| track["id"] == id).count();
     let changed = sources.iter().filter(|(_, sources)| sources.len() > 1).max_by_key(|(id, _)| slots(id));
     let (id, _) = changed.unwrap_or_else(|| panic!("no source changes: {sources:?}"));
@@ -172,7 +172,7 @@ async fn an_aircraft_is_one_track_with_one_trail_whatever_sees_it() {
     let times = features[0]["properties"]["trail"]["times"].as_array().unwrap();
     assert!(times.len() >= 20, "{} places of 24 s", times.len());
 
-    // The stream of the one aircraft.
+    // The stream filtered to this aircraft.
     let address = site.listen().await;
     let mut reader = Reader::open(address, &format!("/api/v1/stream?ids={id}"), "").await;
     assert_eq!(reader.next().await.unwrap().data["numberReturned"], 1);
@@ -182,7 +182,7 @@ async fn an_aircraft_is_one_track_with_one_trail_whatever_sees_it() {
 }
 
 #[tokio::test]
-async fn display_data_says_how_it_moves_and_how_well_that_is_known() {
+async fn display_data_has_velocity_and_accuracy() {
     let mut site = Site::operational();
     site.publish(20).await;
     let tracks = site.get("/api/v1/tracks").await.json();
@@ -217,14 +217,14 @@ async fn display_data_says_how_it_moves_and_how_well_that_is_known() {
     assert_eq!(craft["nac_p"], expected);
     assert!((1..=4).contains(&craft["nac_v"].as_u64().unwrap()) && craft["gva"].as_u64().unwrap() <= 2);
 
-    // What the filter holds for drones has their icon, and nothing else has one.
+    // All tracks classified as drones have the drone icon, and no others.
     let drones = site.get("/api/v1/tracks?class=drone").await.json()["numberMatched"].as_u64();
     let crafts = aircraft["aircraft"].as_array().unwrap();
     assert_eq!(drones, Some(crafts.iter().filter(|craft| craft["category"] == "B6").count() as u64));
     assert!(
         crafts.iter().filter(|craft| craft["category"] != "B6").all(|craft| craft.get("category").is_none())
     );
-    // tar1090 chooses the icon by the type designator first: a drone has rotors.
+    // tar1090 chooses the icon by the type designator first; a drone gets rotors.
     assert!(crafts.iter().all(|craft| (craft["category"] == "B6") == (craft["t"] == "UHEL")));
 
     let mut reference = Site::plain();
@@ -239,7 +239,7 @@ async fn display_data_says_how_it_moves_and_how_well_that_is_known() {
 }
 
 #[test]
-fn what_goes_out_as_cat129_says_the_same() {
+fn cat129_output_matches_the_api() {
     let encoder = Cat129Encoder { source: DataSource { sac: 1, sic: 2 }, serial: SerialSource::Uas };
     let read = |octets: &[u8]| {
         let block = blocks(octets).next().unwrap().unwrap();
@@ -289,7 +289,7 @@ fn what_goes_out_as_cat129_says_the_same() {
     }
 }
 
-/// A slot in which the first two tracks are as poor as that; the first is extrapolated, the second measured.
+/// A slot whose first two tracks have this accuracy. The first is extrapolated, the second measured.
 fn poor_slot(accuracy_h_m: f64) -> (PublishedPicture, [String; 2]) {
     let mut frame = estimated().frames[estimated().frames.len() / 2].clone();
     assert!(frame.picture.tracks.len() > 2);
@@ -307,7 +307,7 @@ fn ids(collection: &Value) -> Vec<String> {
 }
 
 #[tokio::test]
-async fn how_poor_is_too_poor_is_the_readers_choice_but_poor_is_not_absent() {
+async fn max_accuracy_selects_tracks() {
     let site = Site::operational();
     let (frame, [unseen, measured]) = poor_slot(150.0);
     let all: Vec<String> =
@@ -342,7 +342,7 @@ async fn how_poor_is_too_poor_is_the_readers_choice_but_poor_is_not_absent() {
 }
 
 #[tokio::test]
-async fn a_track_that_gets_too_poor_ends_for_those_who_do_not_want_it() {
+async fn track_beyond_max_accuracy_ends_for_its_reader() {
     let site = Site::operational();
     let address = site.listen().await;
     let (mut frame, [id, _]) = poor_slot(90.0);

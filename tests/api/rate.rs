@@ -1,4 +1,4 @@
-//! How often one may ask.
+//! Request limits.
 
 use std::net::{Ipv4Addr, SocketAddr};
 use std::num::NonZeroU32;
@@ -21,7 +21,7 @@ async fn status(address: SocketAddr, path: &str) -> String {
     reader.head.split(' ').nth(1).unwrap().to_owned()
 }
 
-/// How many of `count` requests one after another were not refused.
+/// Number of `count` consecutive requests that were not refused.
 async fn accepted(address: SocketAddr, count: usize) -> usize {
     let mut accepted = 0;
     for _ in 0..count {
@@ -31,7 +31,7 @@ async fn accepted(address: SocketAddr, count: usize) -> usize {
 }
 
 #[tokio::test]
-async fn who_asks_too_often_is_told_when_to_come_back() {
+async fn exceeded_rate_is_refused_with_retry_after() {
     static NOW: AtomicI64 = AtomicI64::new(1_000_000 * SECOND);
     let clock = || Time::from_nanos(NOW.load(Ordering::Relaxed));
     let wait = |ns: i64| NOW.fetch_add(ns, Ordering::Relaxed);
@@ -44,12 +44,12 @@ async fn who_asks_too_often_is_told_when_to_come_back() {
     for part in ["429 Too Many Requests", "retry-after: 1", "application/problem+json"] {
         assert!(refused.head.contains(part), "{part}\n{}", refused.head);
     }
-    // The page's files and what is not there cost the same; who watches over the service is not hindered.
+    // Page files and unknown paths count as requests; probes do not.
     assert_eq!(status(address, "/").await, "429");
     assert_eq!(status(address, "/nothing").await, "429");
     assert_eq!(status(address, "/healthz").await, "200");
     assert_eq!(status(address, "/readyz").await, "503");
-    // Nor is anybody else.
+    // Other clients are not limited either.
     let elsewhere = TcpSocket::new_v4().unwrap();
     elsewhere.bind((Ipv4Addr::new(127, 0, 0, 2), 0).into()).unwrap();
     let elsewhere = elsewhere.connect(address).await.unwrap();
@@ -77,7 +77,7 @@ async fn a_token_is_limited_wherever_it_is_used() {
         limited(config);
         config.http.auth = Auth::Tokens { tokens_file: file };
     });
-    // Without a socket in between there is no address.
+    // Without a socket there is no client address.
     let ask = async |token: &str| {
         let request = Request::get("/api/v1/info").header("authorization", format!("Bearer {token}"));
         site.ask(request).await.status
@@ -93,11 +93,11 @@ async fn a_token_is_limited_wherever_it_is_used() {
 }
 
 #[tokio::test]
-async fn there_may_be_no_limit_and_the_usual_one_lets_a_dashboard_through() {
+async fn default_rate_limit_admits_a_dashboard() {
     let unlimited = Site::with(Options::default(), |config| config.http.requests_per_s = None);
     let address = unlimited.listen().await;
     assert_eq!(accepted(address, 300).await, 300);
-    // The page with all its files, and what it then asks for, in several tabs at once.
+    // The page with all files and its requests, in several tabs at once.
     let usual = Site::plain().listen().await;
     assert_eq!(accepted(usual, 150).await, 150);
 }

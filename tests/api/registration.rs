@@ -1,4 +1,4 @@
-//! How the radars are registered: what `/api/v1/sensors`, `/metrics` and the alerts say of it.
+//! Registration of radars in `/api/v1/sensors`, `/metrics` and the alerts.
 
 use fusion::learning::{LearntValue, VelocityErrors, VelocityVerdict};
 use fusion::operational::Step;
@@ -9,7 +9,7 @@ use utm_fusion::live::{RegistrationStatus, Status};
 
 use crate::common::Site;
 
-/// The radar's registration in the service's status.
+/// Registration of the radar in the status of the service.
 fn radars(status: &mut Status) -> &mut RegistrationStatus {
     status.sensors.iter_mut().find_map(|sensor| sensor.registration.as_mut()).unwrap()
 }
@@ -22,11 +22,11 @@ async fn told(site: &Site) -> (Value, Value) {
 }
 
 #[tokio::test]
-async fn a_radars_registration_is_told_as_it_is() {
+async fn registration_of_a_radar_is_reported() {
     let site = Site::operational();
     let mut status = site.status();
     let estimate = radars(&mut status).estimate.unwrap();
-    site.tell(status.clone()).await;
+    site.publish_status(status.clone()).await;
     let (registration, id) = told(&site).await;
     assert_eq!(registration["mode"], "apply");
     assert_eq!(registration["tracks"].as_f64().unwrap(), (estimate.samples * 10.0).round() / 10.0);
@@ -55,15 +55,15 @@ async fn a_radars_registration_is_told_as_it_is() {
         assert!(metrics.contains(&line), "{line}\n{metrics}");
     }
 
-    // Without the profile there is none.
+    // Without the profile there is no registration.
     let site = Site::plain();
-    site.tell(site.status()).await;
+    site.publish_status(site.status()).await;
     assert_eq!(told(&site).await.0, Value::Null);
     assert!(!site.get("/metrics").await.text.contains("utm_fusion_registration"));
 }
 
 #[tokio::test]
-async fn what_is_proposed_is_not_applied_and_what_is_off_has_no_values() {
+async fn proposed_registration_is_not_applied() {
     let site = Site::operational();
     let mut status = site.status();
     let registration = radars(&mut status);
@@ -71,7 +71,7 @@ async fn what_is_proposed_is_not_applied_and_what_is_off_has_no_values() {
     let mut applied = Vec::new();
     for mode in [Registration::Apply, Registration::Propose] {
         radars(&mut status).mode = mode;
-        site.tell(status.clone()).await;
+        site.publish_status(status.clone()).await;
         applied.push(told(&site).await.0["applied"].clone());
     }
     assert_eq!(applied, [true, false]);
@@ -84,7 +84,7 @@ async fn what_is_proposed_is_not_applied_and_what_is_off_has_no_values() {
         alarm: None,
     };
     *radars(&mut status) = off;
-    site.tell(status).await;
+    site.publish_status(status).await;
     assert_eq!(told(&site).await.0, serde_json::json!({ "mode": "off", "applied": false }));
 }
 
@@ -93,17 +93,17 @@ async fn a_doubtful_registration_is_a_hint_and_no_alarm() {
     let site = Site::operational();
     let mut status = site.status();
     radars(&mut status).estimate.as_mut().unwrap().residual = Some(3.9);
-    site.tell(status.clone()).await;
+    site.publish_status(status.clone()).await;
     assert!(told(&site).await.0.get("hint").is_none());
     radars(&mut status).estimate.as_mut().unwrap().residual = Some(4.1);
-    site.tell(status).await;
+    site.publish_status(status).await;
     let hint = told(&site).await.0["hint"].as_str().unwrap().to_owned();
     assert!(hint.contains("doubtful") && hint.contains("4.1"), "{hint}");
     assert!(!site.get("/api/v1/alerts").await.text.contains("\"registration\""));
 }
 
 #[tokio::test]
-async fn a_step_is_an_alert_that_says_what_to_look_at_until_it_is_an_hour_old() {
+async fn registration_step_is_an_alert_for_an_hour() {
     let site = Site::operational();
     let mut status = site.status();
     let at = status.at;
@@ -121,7 +121,7 @@ async fn a_step_is_an_alert_that_says_what_to_look_at_until_it_is_an_hour_old() 
         status.at = at + SignedDuration::from_secs(after_s);
         let now = status.at;
         radars(&mut status).alarm = RegistrationStatus::alarm(&step, now);
-        site.tell(status.clone()).await;
+        site.publish_status(status.clone()).await;
         let (registration, id) = told(&site).await;
         assert_eq!(registration.get("alarm").is_some(), lasting == 1);
         assert_eq!(registration["step"]["time"], at.to_string());
@@ -140,7 +140,7 @@ async fn a_step_is_an_alert_that_says_what_to_look_at_until_it_is_an_hour_old() 
 }
 
 #[tokio::test]
-async fn what_was_learnt_of_a_radar_is_told_as_it_is() {
+async fn learnt_errors_of_a_radar_are_reported() {
     let site = Site::operational();
     let mut status = site.status();
     let radar = radars(&mut status).learnt.as_mut().unwrap();
@@ -148,7 +148,7 @@ async fn what_was_learnt_of_a_radar_is_told_as_it_is() {
     radar.velocity = VelocityVerdict::Ignored(errors);
     radar.azimuth.of_data_sheet.value = 0.42;
     let radar = *radar;
-    site.tell(status).await;
+    site.publish_status(status).await;
     let sensors = site.get("/api/v1/sensors").await.json();
     let features = sensors["features"].as_array().unwrap().clone();
     let told = |kind: &str| {
@@ -183,7 +183,7 @@ async fn what_was_learnt_of_a_radar_is_told_as_it_is() {
 }
 
 #[tokio::test]
-async fn what_was_learnt_of_transponders_is_beside_their_receiver() {
+async fn learnt_transponder_types_are_with_their_receiver() {
     let site = Site::operational();
     let mut status = site.status();
     let receiver = status.sensors.iter_mut().find(|sensor| !sensor.types.is_empty()).unwrap();
@@ -193,7 +193,7 @@ async fn what_was_learnt_of_transponders_is_beside_their_receiver() {
     learnt.applied_s = 0.0;
     let (id, reports) = (receiver.id.clone(), learnt.reports);
     assert!(reports > 10);
-    site.tell(status).await;
+    site.publish_status(status).await;
     let sensors = site.get("/api/v1/sensors").await.json();
     let of_sensor = |sensor: &&Value| sensor["properties"]["id"] == id.as_str();
     let types = &sensors["features"].as_array().unwrap().iter().find(of_sensor).unwrap()["properties"];

@@ -1,4 +1,4 @@
-//! Lines of Remote ID that gateways post: what is taken, what is refused and why, and who may.
+//! Remote ID lines posted by gateways: accepted and refused lines, and permissions.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -9,19 +9,20 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 use utm_fusion::api::Options;
 use utm_fusion::config::{Auth, Connection, ConnectionFormat};
-use utm_fusion::gateways::remote_id::Receivers;
-use utm_fusion::live::{Clock, Posts};
+use utm_fusion::gateways::remote_id::ReceiverIds;
+use utm_fusion::live::{HttpInput, WallClock};
 use utm_fusion::net::listen::{Arrival, LineCounters};
 
 use crate::common::Site;
 
 const PATH: &str = "/api/v1/remote-id";
 const LINE: &str = r#"{"transmitter":"90:3a:e6:5b:c8:a8","message":"02"}"#;
-/// SHA-256 of "reader" and of "secret".
+/// SHA-256 of "reader".
 const READER: &str = "3d0941964aa3ebdcb00ccef58b1bb399f9f898465e9886d5aec7f31090a0fb30";
+/// SHA-256 of "secret".
 const SECRET: &str = "2bb80d537b1da3e38bd30361aa855686bde0eacd7162fef6a25fe97bf527a25b";
 
-/// A site that gateways may post to, with `auth`.
+/// A site to which gateways may post, with `auth`.
 fn configured(auth: Auth) -> Site {
     Site::with(Options::default(), |config| {
         let connection = Connection { format: ConnectionFormat::Http, ..Connection::default() };
@@ -30,13 +31,20 @@ fn configured(auth: Auth) -> Site {
     })
 }
 
-/// The same, open; `most` lines may wait.
+/// The site with its line open; at most `most` lines may wait.
 fn open(auth: Auth, most: u64) -> (Site, Arc<LineCounters>, Receiver<Arrival>) {
     let site = configured(auth);
     let (sender, arrivals) = sync_channel(100_000);
     let counters = Arc::<LineCounters>::default();
-    let receivers = Receivers::new(["roof".to_owned()]);
-    site.writer.set_posts(Posts::new(2, counters.clone(), Clock::default(), receivers, sender, most));
+    let receivers = ReceiverIds::new(["roof".to_owned()]);
+    site.writer.set_http_input(HttpInput::new(
+        2,
+        counters.clone(),
+        WallClock::default(),
+        receivers,
+        sender,
+        most,
+    ));
     (site, counters, arrivals)
 }
 
@@ -73,7 +81,7 @@ async fn line_of_a_receiver_not_posted_to_is_refused() {
 }
 
 #[tokio::test]
-async fn sound_lines_are_taken_and_the_others_are_counted_by_reason() {
+async fn valid_lines_are_accepted_and_others_counted() {
     let (site, _, arrivals) = open(Auth::None, 1_000);
     let long = format!(r#"{{"transmitter":"a","message":"02","more":"{}"}}"#, "x".repeat(2_048));
     let name = r#"{"transmitter":"","message":"02"}"#;
@@ -129,7 +137,7 @@ async fn a_body_is_lines_of_json_of_limited_length() {
 }
 
 #[tokio::test]
-async fn what_the_engine_has_no_room_for_is_turned_away_at_once() {
+async fn full_queue_refuses_lines_at_once() {
     let (site, counters, arrivals) = open(Auth::None, 3);
     let five = format!("{LINE}\n").repeat(5);
     let (status, answer, after) = send(&site, Request::post(PATH), format!("nonsense\n{five}")).await;
@@ -141,23 +149,23 @@ async fn what_the_engine_has_no_room_for_is_turned_away_at_once() {
     assert_eq!(arrivals.try_iter().count(), 3);
     counters.handled.fetch_add(3, std::sync::atomic::Ordering::Relaxed);
     assert_eq!(post(&site, LINE).await.0, StatusCode::OK);
-    // Its engine is gone.
+    // The engine has ended.
     drop(arrivals);
     assert_eq!(post(&site, LINE).await.0, StatusCode::SERVICE_UNAVAILABLE);
 }
 
 #[tokio::test]
-async fn a_site_without_such_a_line_says_so() {
+async fn site_without_posted_sensor_is_a_problem() {
     let (status, answer) = post(&Site::plain(), LINE).await;
     assert_eq!(status, StatusCode::NOT_FOUND);
     assert!(answer["detail"].as_str().unwrap().contains("format = \"http\""), "{answer}");
-    // In its first moments, before the line is open.
+    // At the start of the service, before the line is open.
     let (status, _, after) = send(&configured(Auth::None), Request::post(PATH), LINE).await;
     assert_eq!((status, &*after), (StatusCode::SERVICE_UNAVAILABLE, "1"));
 }
 
 #[tokio::test]
-async fn posting_takes_the_scope_input_and_gives_no_other() {
+async fn posting_needs_the_scope_input_alone() {
     let file = std::env::temp_dir().join(format!("utm-fusion-input-{}.toml", std::process::id()));
     let text = format!(
         "desk = {{ sha256 = \"{READER}\", scopes = [\"read\", \"stream\", \"control\"] }}\n\
@@ -177,9 +185,9 @@ async fn posting_takes_the_scope_input_and_gives_no_other() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
 
-    /// Whatever is posted is answered, and accounted for line by line.
+    /// Any body is answered, and each of its lines is counted.
     #[test]
-    fn any_octets_are_accounted_for(parts in prop::collection::vec(prop_oneof![
+    fn arbitrary_octets_are_accounted_for(parts in prop::collection::vec(prop_oneof![
         Just(LINE.as_bytes().to_vec()), Just(b"\n".to_vec()), prop::collection::vec(any::<u8>(), 0..40),
     ], 0..40)) {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();

@@ -29,12 +29,13 @@ async fn health_is_answered_before_pictures_with_trails() {
             }
         })
     };
-    // The tasks take turns on one thread, in this order.
+    // The tasks run in turn on one thread, in this order.
     let trails: Vec<_> = (1..=TRAILS).map(|s| ask(format!("/api/v1/tracks?trail_s={s}"))).collect();
     let probes = ["/healthz", "/readyz"].map(|path| ask(path.to_owned()));
     for probe in probes {
         let before = probe.await.unwrap();
-        assert!(before <= 2, "{before} pictures were written before it");
+        // All of them if probes shared the lane; a few if the system delays the probe's thread.
+        assert!(before < TRAILS / 2, "{before} pictures were written before it");
     }
     for trail in trails {
         trail.await.unwrap();
@@ -53,14 +54,14 @@ async fn requests_are_counted_by_what_they_cost() {
         reader.head.split(' ').nth(1).unwrap().to_owned()
     };
     let day = "/api/v1/tracks/T-1/trail?since=2026-01-01T00:00:00Z&until=2026-01-02T00:00:00Z";
-    // 18 of 30; then one of the 12 that are left, but not 17 more.
+    // 18 of 30; then one of the remaining 12, but not 17 more.
     assert_eq!(status(day).await, "404", "there is no history");
     assert_eq!(status(day).await, "429");
     assert_eq!(status("/api/v1/info").await, "200");
 }
 
 #[tokio::test]
-async fn picture_with_trails_is_the_same_for_everybody_and_each_slot() {
+async fn picture_with_trails_is_made_once_per_slot() {
     let mut site = Site::plain();
     site.publish(20).await;
     let first = site.get("/api/v1/tracks?trail_s=3").await;

@@ -1,4 +1,4 @@
-//! A recording that is replayed: what differs from the live service.
+//! Replayed recordings: differences from the live service.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -23,7 +23,7 @@ use crate::common::Reader;
 /// First and last reception of the bundled capture.
 const SPAN: [&str; 2] = ["2026-06-20T23:59:30.279Z", "2026-06-21T00:00:45.052Z"];
 
-/// A service over the bundled capture.
+/// A service that replays the bundled capture.
 struct Show {
     state: ApiState,
     app: Router,
@@ -72,7 +72,7 @@ impl Show {
         assert_eq!(self.ask(Request::post(format!("/api/v1/replay/{what}"))).await.0, StatusCode::OK);
     }
 
-    /// The first answer that is as it has to be, soon.
+    /// Waits for an answer that satisfies `is_so`.
     async fn until(&self, path: &str, is_so: impl Fn(&Value) -> bool) -> Value {
         for _ in 0..500 {
             let json = self.get(path).await;
@@ -92,7 +92,7 @@ fn is_at(picture: &Value, time: &str) -> bool {
 }
 
 #[tokio::test]
-async fn start_and_end_are_known_before_the_end_is_seen() {
+async fn start_and_end_are_known_from_the_start() {
     let show = Show::start(1.0);
     let replay = show.until("/api/v1/info", |info| info["replay"]["end"].is_string()).await["replay"].take();
     assert_eq!([&replay["start"], &replay["end"]], SPAN);
@@ -100,7 +100,7 @@ async fn start_and_end_are_known_before_the_end_is_seen() {
 }
 
 #[tokio::test]
-async fn a_paused_replay_is_ready_and_its_heart_beats() {
+async fn paused_replay_is_ready_and_sends_heartbeats() {
     let show = Show::start(1.0);
     show.until("/api/v1/tracks", |picture| picture["seq"].as_u64() > Some(0)).await;
     show.order("pause").await;
@@ -126,7 +126,7 @@ async fn a_paused_replay_is_ready_and_its_heart_beats() {
 }
 
 #[tokio::test]
-async fn readers_follow_to_any_time_and_the_times_are_the_recordings() {
+async fn readers_follow_a_seek_with_recorded_times() {
     let show = Show::start(1.0);
     show.order("pause").await;
     let times =
@@ -136,7 +136,7 @@ async fn readers_follow_to_any_time_and_the_times_are_the_recordings() {
         let picture = show.until("/api/v1/tracks", |picture| is_at(picture, time)).await;
         assert_eq!(picture["latency_s"], 6.25);
     }
-    // Beyond the end there is the last slot.
+    // A seek beyond the end shows the last slot.
     show.order("seek?time=2026-06-21T01:00:00Z").await;
     show.until("/api/v1/info", |info| info["replay"]["ended"] == true).await;
     show.until("/api/v1/tracks", |picture| is_at(picture, "2026-06-21T00:00:44.875Z")).await;
@@ -146,7 +146,7 @@ async fn readers_follow_to_any_time_and_the_times_are_the_recordings() {
 }
 
 #[tokio::test]
-async fn a_replay_decides_while_it_goes_on() {
+async fn decision_during_a_replay_is_applied() {
     let show = Show::of(4.0, Profile::Operational);
     let fused = |picture: &Value| {
         let track =
@@ -170,7 +170,7 @@ async fn a_replay_decides_while_it_goes_on() {
     show.until("/api/v1/info", |info| info["replay"]["playing"] == false).await;
     let (status, problem) = show.ask(Request::post(&path)).await;
     assert_eq!(status, StatusCode::CONFLICT, "{problem}");
-    // Whoever goes back sees it come again.
+    // After a seek back, the slots are published again.
     show.order("seek?time=2026-06-20T23:59:30Z").await;
     show.until("/api/v1/correlations", |answer| answer["correlations"] == serde_json::json!([])).await;
     show.order(&format!("seek?time={since}")).await;
@@ -178,7 +178,7 @@ async fn a_replay_decides_while_it_goes_on() {
 }
 
 #[tokio::test]
-async fn raw_inputs_are_there_from_the_first_time_that_they_are_asked_for() {
+async fn raw_inputs_are_kept_from_the_first_request() {
     let show = Show::start(20.0);
     show.until("/api/v1/tracks", |picture| picture["seq"].as_u64() > Some(20)).await;
     let first = show.get("/api/v1/raw").await;

@@ -1,4 +1,4 @@
-//! The shapes of the other routes.
+//! Answers of the other routes.
 
 use axum::http::StatusCode;
 use serde_json::Value;
@@ -26,7 +26,7 @@ fn check_polygon(rings: &Value) {
 #[tokio::test]
 async fn sensors_stand_where_they_are_configured() {
     let site = Site::plain();
-    site.tell(flown().status.clone()).await;
+    site.publish_status(flown().status.clone()).await;
     let json = site.get("/api/v1/sensors").await.json();
     let features = json["features"].as_array().unwrap();
     assert_eq!(features.len(), flown().config.sensors.len());
@@ -89,7 +89,7 @@ async fn coverage_and_areas_are_valid_polygons() {
 }
 
 #[tokio::test]
-async fn the_area_that_a_sensor_covers_is_shown_instead_of_its_circle() {
+async fn coverage_area_replaces_the_range_circle() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("config/areas");
     let file = folder.join("coverage.geojson");
     let outline = [[-0.64, 52.48], [-0.54, 52.48], [-0.54, 52.53], [-0.64, 52.53], [-0.64, 52.48]];
@@ -117,7 +117,7 @@ async fn the_area_that_a_sensor_covers_is_shown_instead_of_its_circle() {
                 check_polygon(&feature["geometry"]["coordinates"]);
             }
         }
-        // Once each: the radars, which have a range, and what has an area.
+        // Once each: radars, which have a range, and the sensor with a coverage area.
         let wanted: Vec<_> = sensors
             .iter()
             .filter(|sensor| matches!(sensor.kind, SensorKind::Radar(_)) || sensor.id == covered.id)
@@ -126,14 +126,14 @@ async fn the_area_that_a_sensor_covers_is_shown_instead_of_its_circle() {
         assert_eq!(seen, wanted);
         let areas = site.get("/api/v1/areas").await.json();
         let properties = &areas["features"][0]["properties"];
-        // What its feature says; the file's name would be "coverage".
+        // Name in the feature; otherwise the file name "coverage" would be used.
         let name = "made up: the receiver's view";
         assert_eq!((&properties["kind"], &properties["name"]), (&"coverage".into(), &name.into()));
         assert_eq!(properties["sensor"], covered.id.as_str());
     }
 }
 
-/// Names, heights and hours of zones; a part of a zone is a feature.
+/// Names, heights and hours of zones. Each part of a zone is a feature.
 #[tokio::test]
 async fn zones_are_shown_with_their_limits_as_they_are_now() {
     let ring = "[[[-0.6,52.5],[-0.5,52.5],[-0.5,52.6],[-0.6,52.5]]]";
@@ -176,17 +176,17 @@ async fn readiness_says_what_is_missing() {
     site.publish(1).await;
     let mut status = flown().status.clone();
     status.sensors[0].lines[0].joined = false;
-    site.tell(status).await;
+    site.publish_status(status).await;
     assert_eq!(site.get("/readyz").await.json()["reasons"], serde_json::json!(["line a line is not open"]));
-    site.tell(flown().status.clone()).await;
+    site.publish_status(flown().status.clone()).await;
     assert_eq!(site.get("/readyz").await.status, StatusCode::OK);
 }
 
 #[tokio::test]
-async fn status_and_info_tell_what_is_known() {
+async fn status_and_info_are_complete() {
     let mut site = Site::plain();
     site.publish(1).await;
-    site.tell(flown().status.clone()).await;
+    site.publish_status(flown().status.clone()).await;
     let status = site.get("/api/v1/status").await.json();
     assert_eq!(status["latency_s"]["p50"], 6.251);
     assert_eq!(status["tally"]["received"], flown().status.tally.received);
@@ -229,7 +229,7 @@ async fn readsb_and_display_data() {
     let positions = recent["recent_positions"].as_array().unwrap();
     assert_eq!(positions.len(), 2, "one a second: {positions:?}");
     assert!(positions[0]["time"]["value"].as_str() < positions[1]["time"]["value"].as_str());
-    // From where it is not any more, but was within the minute.
+    // The track has left the area, but was in it within the last minute.
     let (was, is) = (&positions[0]["position"], &recent["current_state"]["position"]);
     let at = |place: &Value, axis: &str| place[axis].as_f64().unwrap();
     assert!(at(was, "lat") != at(is, "lat") && at(was, "lng") != at(is, "lng"));
@@ -269,16 +269,18 @@ async fn the_server_of_the_tiles_is_the_only_other_one() {
     assert_eq!(info["tiles"], serde_json::json!({ "url": tiles.url, "attribution": tiles.attribution }));
 }
 
-/// On one machine nothing is to be known of a cluster; in one, who owns what and who stands by.
+/// A single machine has no cluster. A cluster reports owners and standbys.
 #[tokio::test]
-async fn who_makes_the_picture_is_said_where_several_machines_do() {
-    use utm_fusion::live::{CellState, ClockDifference, ClockStanding, GatewayState, Members, NodeState};
+async fn cluster_members_are_listed() {
+    use utm_fusion::live::{
+        CellState, ClockDifference, ClockStanding, ClusterMembers, GatewayState, NodeState,
+    };
     let site = Site::plain();
     assert_eq!(site.get("/api/v1/cluster").await.status, StatusCode::NOT_FOUND);
     assert_eq!(site.get("/api/v1/info").await.json()["cluster"], false);
     assert!(!site.get("/metrics").await.text.contains("cluster_"));
 
-    site.writer.tell_members(Members {
+    site.writer.publish_members(ClusterMembers {
         region: "north".to_owned(),
         cells: vec![CellState {
             cell: "all".to_owned(),
@@ -314,11 +316,11 @@ async fn who_makes_the_picture_is_said_where_several_machines_do() {
         shown: 40,
         missing: 1,
         twice: 2,
-        ..Members::default()
+        ..ClusterMembers::default()
     });
     let json = site.get("/api/v1/cluster").await.json();
     assert_eq!((&json["cells"][0]["owner"], json["cells"][0].get("standby")), (&Value::from("node-1"), None));
-    // What nobody knows is not a number, and not good.
+    // An unknown clock has no number, and is not good.
     let clock = |gateway: usize| {
         (&json["gateways"][gateway]["clock"], json["gateways"][gateway].get("clock_bound_s"))
     };

@@ -1,11 +1,11 @@
-//! What the OpenAPI document says of an answer is what is answered. Of JSON Schema what the document uses.
+//! Answers match the OpenAPI document. Supports the part of JSON Schema that the document uses.
 
 use serde_json::Value;
 use utm_fusion::live::SensorState;
 
 use crate::common::Site;
 
-/// Holds `value` against the schema; fails with what is not as it says.
+/// Checks `value` against the schema, and panics at the first mismatch.
 pub(crate) fn check(document: &Value, schema: &Value, value: &Value, at: &str) {
     if let Err(problem) = differs(document, schema, value, at) {
         panic!("{problem}");
@@ -40,7 +40,7 @@ fn differs(document: &Value, schema: &Value, value: &Value, at: &str) -> Result<
             }
             "const" => hold(value == rule, rule)?,
             "enum" => hold(rule.as_array().unwrap().contains(value), rule)?,
-            // Of a number that may be null, null is within all bounds.
+            // Null is within the bounds of a nullable number.
             "minimum" | "maximum" | "exclusiveMaximum" if value.is_null() => {}
             "minimum" => hold(number()? >= rule.as_f64().unwrap(), rule)?,
             "maximum" => hold(number()? <= rule.as_f64().unwrap(), rule)?,
@@ -68,7 +68,7 @@ fn differs(document: &Value, schema: &Value, value: &Value, at: &str) -> Result<
                     }
                 }
             }
-            // Every object says what it can hold: a name that is not described is an error.
+            // Every object describes its properties; an undescribed one is an error.
             "additionalProperties" => {
                 let described = |name: &String| schema["properties"].get(name).is_some();
                 for (name, item) in
@@ -111,14 +111,14 @@ async fn the_picture_is_as_the_document_describes_it() {
         let sensors = schema("/api/v1/sensors");
         assert!(sensors.get("$ref").is_some());
         check(&document, &sensors, &site.get("/api/v1/sensors").await.json(), "no status yet");
-        site.tell(site.status()).await;
+        site.publish_status(site.status()).await;
         check(&document, &sensors, &site.get("/api/v1/sensors").await.json(), "sensors");
         let trails = site.get("/api/v1/tracks?trail_s=60").await.json();
         check(&document, &tracks, &trails, "trails");
     }
 }
 
-/// Those that can be asked with nothing but a path, before there is anything to tell and after; and a problem.
+/// Routes that need only a path, before and after the first slot, and a problem.
 #[tokio::test]
 async fn every_answer_is_as_the_document_describes_it() {
     for mut site in [Site::plain(), Site::operational()] {
@@ -139,7 +139,7 @@ async fn every_answer_is_as_the_document_describes_it() {
             }
             let mut status = site.status();
             status.sensors[0].state = SensorState::Degraded;
-            site.tell(status).await;
+            site.publish_status(status).await;
             site.publish(4).await;
         }
         assert!(!site.get("/api/v1/alerts").await.json()["alerts"].as_array().unwrap().is_empty());

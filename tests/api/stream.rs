@@ -1,4 +1,4 @@
-//! The stream, over real sockets.
+//! The stream over sockets.
 
 use std::collections::BTreeSet;
 
@@ -74,7 +74,7 @@ async fn filters_and_intervals() {
 }
 
 #[tokio::test]
-async fn a_reader_resumes_where_it_was_or_begins_anew() {
+async fn reader_resumes_or_restarts() {
     let mut site = Site::plain();
     site.publish(2).await;
     let address = site.listen().await;
@@ -90,7 +90,7 @@ async fn a_reader_resumes_where_it_was_or_begins_anew() {
         let mut reader = Reader::open(address, STREAM, &format!("Last-Event-ID: {strange}\r\n")).await;
         assert_eq!(reader.next().await.unwrap().name, "snapshot", "{strange}");
     }
-    // The memory holds 64 slots.
+    // The log holds 64 slots.
     for _ in 0..14 {
         site.publish(5).await;
     }
@@ -99,14 +99,14 @@ async fn a_reader_resumes_where_it_was_or_begins_anew() {
 }
 
 #[tokio::test]
-async fn who_does_not_read_costs_others_nothing_and_begins_anew() {
+async fn slow_reader_restarts_without_delaying_others() {
     let mut site = Site::plain();
     let address = site.listen().await;
     site.publish(1).await;
     let mut lazy = Reader::open(address, STREAM, "").await;
     let mut keen = Reader::open(address, STREAM, "").await;
     assert_eq!(keen.next().await.unwrap().name, "snapshot");
-    // Far more than sockets buffer: the same slots, numbered on.
+    // Far more than sockets buffer: the same slots, with new numbers.
     let frames = &flown().frames;
     let mut frame = frames[frames.len() / 2].clone();
     let mut tracks = frame.picture.tracks.clone();
@@ -128,7 +128,7 @@ async fn who_does_not_read_costs_others_nothing_and_begins_anew() {
     assert_eq!((snapshot.name.as_str(), snapshot.data["seq"].as_u64()), ("snapshot", Some(frame.seq)));
 }
 
-/// The same tracks a slot later, each with its new time.
+/// Tracks of the previous slot, one slot later, each with its new time.
 fn next_slot(frame: &mut PublishedPicture) -> PublishedPicture {
     let later = |time: &mut Time| *time = *time + jiff::SignedDuration::from_millis(250);
     frame.seq += 1;
@@ -140,7 +140,7 @@ fn next_slot(frame: &mut PublishedPicture) -> PublishedPicture {
 }
 
 #[tokio::test]
-async fn only_what_changed_is_told_again() {
+async fn only_changed_tracks_are_sent_again() {
     let mut site = Site::plain();
     site.publish(1).await;
     let address = site.listen().await;
@@ -150,7 +150,7 @@ async fn only_what_changed_is_told_again() {
         assert_eq!(reader.next().await.unwrap().name, "snapshot");
         readers.push(reader);
     }
-    // Of the next two slots the first moves one track, the second another; the rest is as it was.
+    // The first of the next two slots moves one track, the second another; everything else is unchanged.
     let mut frame = flown().frames[flown().frames.len() / 2].clone();
     let mut moved = Vec::new();
     for index in [2, 5] {
@@ -183,10 +183,10 @@ async fn only_what_changed_is_told_again() {
     assert_eq!(all["features"][kept]["properties"]["age_s"], 6.625, "its age goes on");
 }
 
-/// A frame, and slots after it of which each lacks one more track.
+/// A frame, followed by slots that each lack one more track.
 fn dwindling() -> (PublishedPicture, impl FnMut() -> (PublishedPicture, Option<String>)) {
     let mut frame = flown().frames[flown().frames.len() / 2].clone();
-    // Enough of them that one may leave each slot.
+    // Enough tracks to remove one per slot.
     let tracks = frame.picture.tracks.clone();
     for copy in 1..8 {
         frame.picture.tracks.extend(tracks.iter().cloned().map(|mut track| {
@@ -235,7 +235,7 @@ async fn an_interval_holds_also_where_tracks_end_in_every_slot() {
         }
     }
     assert_eq!(slots, [8, 16, 24, 32, 40, 48]);
-    // Shown last in the slot before it left, and ended 2 s after that.
+    // A track ends 2 s after the last slot with it.
     let mut owed: Vec<String> = gone[..41].to_vec();
     owed.sort();
     ended.sort();
@@ -243,7 +243,7 @@ async fn an_interval_holds_also_where_tracks_end_in_every_slot() {
 }
 
 #[tokio::test]
-async fn what_comes_back_within_an_interval_has_not_ended() {
+async fn track_that_returns_within_interval_has_not_ended() {
     let site = Site::plain();
     let mut frame = flown().frames[flown().frames.len() / 2].clone();
     let start = frame.seq;
@@ -275,7 +275,7 @@ async fn a_connection_that_ends_within_an_interval_loses_nothing() {
     let address = site.listen().await;
     let path = "/api/v1/stream?interval_ms=2000";
     let id = Reader::open(address, path, "").await.next().await.unwrap().id;
-    // A track changes in the next slot, and never again; the connection ends a slot later.
+    // A track changes in the next slot only. The connection ends one slot later.
     let mut frame = flown().frames[flown().frames.len() / 2].clone();
     let mut still = frame.picture.tracks.clone();
     let moved = next_slot(&mut frame).picture.tracks[3].clone();
@@ -306,7 +306,7 @@ async fn a_connection_that_ends_within_an_interval_loses_nothing() {
 }
 
 #[tokio::test]
-async fn a_replay_that_goes_back_begins_anew_for_everybody() {
+async fn replay_that_jumps_back_restarts_all_readers() {
     let mut site = Site::plain();
     site.publish(4).await;
     let address = site.listen().await;
@@ -370,7 +370,7 @@ async fn a_heartbeat_each_second_and_news_of_sensors() {
     let site = Site::plain();
     let address = site.listen().await;
     let mut status = flown().status.clone();
-    site.tell(status.clone()).await;
+    site.publish_status(status.clone()).await;
     let mut reader = Reader::open(address, STREAM, "").await;
     assert_eq!(reader.next().await.unwrap().name, "snapshot");
     let other = &flown().config.sensors[1].id;
@@ -385,7 +385,7 @@ async fn a_heartbeat_each_second_and_news_of_sensors() {
     }
     status.sensors[0].state = SensorState::Outage;
     status.sensors[0].reasons = vec!["it is dark".to_owned()];
-    site.tell(status.clone()).await;
+    site.publish_status(status.clone()).await;
     let (sensor, alert) = sensor_and_alert(&mut reader).await;
     assert_eq!(sensor["state"], "outage");
     assert!(alert["text"].as_str().unwrap().ends_with("outage: it is dark"), "{alert}");
@@ -393,20 +393,20 @@ async fn a_heartbeat_each_second_and_news_of_sensors() {
     let alerts = site.get("/api/v1/alerts").await.json();
     assert_eq!(alerts["alerts"][0]["since"], alert["since"]);
     status.sensors[0].state = SensorState::Operational;
-    site.tell(status).await;
+    site.publish_status(status).await;
     let (sensor, over) = sensor_and_alert(&mut reader).await;
     assert_eq!((&sensor["state"], &over["id"]), (&"operational".into(), &alert["id"]));
     assert!(over["until"].is_string());
     let alerts = site.get("/api/v1/alerts").await.json();
     assert_eq!((alerts["alerts"].as_array().unwrap().len(), &alerts["ended"][0]["id"]), (0, &alert["id"]));
-    // Who chose another sensor hears of the alerts only.
+    // A reader of another sensor receives the alerts only.
     for id in [&alert["id"], &over["id"]] {
         let event = elsewhere.next().await.unwrap();
         assert_eq!((event.name.as_str(), &event.data["id"]), ("alert", id));
     }
 }
 
-/// The next two events, in whatever order they come.
+/// The next two events, in either order.
 async fn sensor_and_alert(reader: &mut Reader) -> (serde_json::Value, serde_json::Value) {
     let (one, other) = (reader.next().await.unwrap(), reader.next().await.unwrap());
     let (sensor, alert) = if one.name == "sensor" { (one, other) } else { (other, one) };
@@ -415,7 +415,7 @@ async fn sensor_and_alert(reader: &mut Reader) -> (serde_json::Value, serde_json
 }
 
 #[tokio::test]
-async fn there_are_so_many_streams_and_no_more() {
+async fn streams_are_limited() {
     let site = Site::with(Options { streams_per_address: 2, ..Options::default() }, |_| {});
     let address = site.listen().await;
     let first = Reader::open(address, STREAM, "").await;
@@ -450,7 +450,7 @@ async fn a_thousand_readers_get_the_same_octets() {
     site.publish(1).await;
     let mut places = BTreeSet::new();
     for events in &mut bodies {
-        // A heartbeat may come in between; it is shared as well.
+        // A heartbeat may come in between; it is shared too.
         let mut octets = events.next().await.unwrap().unwrap();
         while !octets.windows(13).any(|part| part == b"event: tracks") {
             octets = events.next().await.unwrap().unwrap();

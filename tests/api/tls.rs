@@ -1,4 +1,4 @@
-//! Whoever begins a handshake and does not go on.
+//! Clients that start a TLS handshake and do not complete it.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use utm_fusion::config::TlsFiles;
 use crate::common::{Site, receive, send};
 
 #[tokio::test]
-async fn a_handshake_that_does_not_go_on_ends_and_is_counted() {
+async fn stalled_tls_handshake_ends_and_is_counted() {
     let folder = std::env::temp_dir().join(format!("utm-fusion-tls-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let [certificate, key] = ["certificate.pem", "key.pem"].map(|name| folder.join(name));
@@ -26,7 +26,7 @@ async fn a_handshake_that_does_not_go_on_ends_and_is_counted() {
     for index in 0..20 {
         let socket = TcpStream::connect(address).await.unwrap();
         if index % 2 == 0 {
-            // The head of a record, of which the rest does not come.
+            // Header of a record whose content is never sent.
             send(&socket, &[22, 3, 1, 2, 0]).await;
         }
         half_open.push(socket);

@@ -1,4 +1,4 @@
-//! The picture: its shape, its filters, its ETag.
+//! The picture: format, filters and ETag.
 
 use axum::http::{Request, StatusCode};
 use serde_json::Value;
@@ -65,7 +65,7 @@ async fn each_filter_gives_what_it_says() {
     chosen("source=radar,transponder", &|p| p["source"] != "fused").await;
     assert!(chosen(&format!("bbox={lng},-90,180,90"), &|p| at(p, "lng") >= lng).await > 0);
     chosen(&format!("bbox=-180,{lat},180,90"), &|p| at(p, "lat") >= lat).await;
-    // Around the other side of the world: everything that is not between.
+    // The other way around the world: everything outside the interval.
     let across = format!("bbox={},-90,{},90", lng + 1e-9, lng - 1e-9);
     assert_eq!(chosen(&across, &|p| p["id"] != first["id"]).await, features(&all).len() - 1);
     chosen(&format!("alt_min={alt}"), &|p| at(p, "alt_msl") >= alt).await;
@@ -101,7 +101,7 @@ async fn tracks_are_chosen_by_what_is_known_of_their_transponder() {
         assert_eq!(features(&chosen).iter().collect::<Vec<_>>(), expected, "{state}");
         counts.push(expected.len());
     }
-    // Those with a transponder and those without are there, and no two lists are the same.
+    // Tracks with and without transponders exist, and no two lists are equal.
     assert!(counts[0] + counts[1] > 0 && counts[4] > 0, "{counts:?}");
     assert_eq!(counts[..5].iter().sum::<usize>(), features(&all).len());
     let wrong = site.get("/api/v1/tracks?integrity=trusted").await;
@@ -111,9 +111,9 @@ async fn tracks_are_chosen_by_what_is_known_of_their_transponder() {
     );
 }
 
-/// Somebody on board is no drone: on neither interface.
+/// A crewed aircraft is not a drone, on either interface.
 #[tokio::test]
-async fn who_is_crewed_is_known_by_the_serial_number() {
+async fn crewed_aircraft_is_known_by_serial_number() {
     let serial_of =
         |track: &Value| track["properties"]["uas_id"]["serial_number"].as_str().map(str::to_owned);
     let mut site = Site::plain();
@@ -158,7 +158,7 @@ async fn pages_are_the_whole_picture_once() {
         assert_eq!(turned.iter().map(|track| track["id"].as_str().unwrap()).collect::<Vec<_>>(), ids);
         turned.iter().for_each(|track| assert!(features(&all).contains(track), "{track}"));
     }
-    // A page behind a track that has ended since goes on where it was.
+    // A page after a track that has ended since continues at its position.
     let behind = site.get(&format!("/api/v1/tracks?after={}.", ids[0])).await.json();
     assert_eq!(features(&behind).len(), ids.len() - 1);
     let none = site.get("/api/v1/tracks?after=~&limit=1").await.json();

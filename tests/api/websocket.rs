@@ -1,4 +1,4 @@
-//! The stream as messages of a WebSocket, over real sockets: with clients that behave, and with others.
+//! The stream as WebSocket messages over sockets, with correct and incorrect clients.
 
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -18,7 +18,7 @@ const HANDSHAKE: &str = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSoc
 const PING: u8 = 0x89;
 const CLOSE: u8 = 0x88;
 
-/// A client that knows frames, and may break every rule.
+/// A client that sends raw frames, and may violate every rule.
 struct Client {
     socket: TcpStream,
     came: Vec<u8>,
@@ -76,7 +76,7 @@ impl Client {
         }
     }
 
-    /// The next message but heartbeats, decompressed; control frames are passed over.
+    /// The next message except heartbeats, decompressed. Control frames are skipped.
     async fn message(&mut self) -> Option<Value> {
         loop {
             let text = match self.frame().await? {
@@ -84,7 +84,7 @@ impl Client {
                 (0xc1, mut blocks) => {
                     blocks.extend([0, 0, 0xff, 0xff]);
                     let mut text = Vec::new();
-                    // The stream has no end, and the decoder says so.
+                    // The deflate stream has no end, which the decoder reports.
                     let _ = std::io::Read::read_to_end(&mut DeflateDecoder::new(&blocks[..]), &mut text);
                     text
                 }
@@ -97,14 +97,14 @@ impl Client {
         }
     }
 
-    /// A masked frame.
+    /// Sends a masked frame.
     async fn send(&self, first: u8, octets: &[u8]) {
         let mut frame = vec![first, 0x80 | octets.len() as u8, 1, 2, 3, 4];
         frame.extend(octets.iter().zip([1, 2, 3, 4].iter().cycle()).map(|(octet, mask)| octet ^ mask));
         send(&self.socket, &frame).await;
     }
 
-    /// The code of the last frame, behind which nothing comes.
+    /// Code of the close frame, which must be the last one.
     async fn closed(&mut self) -> u16 {
         loop {
             match self.frame().await.expect("a last frame") {
@@ -124,7 +124,7 @@ async fn dropped(site: &Site, reason: &str) -> u64 {
     text.lines().find_map(|found| found.strip_prefix(&line)?.parse().ok()).unwrap()
 }
 
-/// Asks until it is so.
+/// Waits until a condition holds.
 async fn until(what: &str, mut is_so: impl AsyncFnMut() -> bool) {
     for _ in 0..2_000 {
         if is_so().await {
@@ -136,7 +136,7 @@ async fn until(what: &str, mut is_so: impl AsyncFnMut() -> bool) {
 }
 
 #[tokio::test]
-async fn it_says_what_the_other_stream_says() {
+async fn websocket_sends_the_same_events() {
     for (parameters, extension) in [
         ("", ""),
         (
@@ -157,7 +157,7 @@ async fn it_says_what_the_other_stream_says() {
         assert_eq!(head.contains("permessage-deflate; server_no_context_takeover"), !extension.is_empty());
         let described = site.get("/api/v1/asyncapi.json").await.json();
         site.publish(12).await;
-        site.tell(site.status()).await;
+        site.publish_status(site.status()).await;
         site.state.close();
         let mut count = 0;
         while let Some(event) = events.next().await {
@@ -178,7 +178,7 @@ async fn it_says_what_the_other_stream_says() {
 }
 
 #[tokio::test]
-async fn it_goes_on_where_it_was() {
+async fn websocket_resumes() {
     let mut site = Site::plain();
     site.publish(1).await;
     let address = site.listen().await;
@@ -216,7 +216,7 @@ async fn a_ping_is_answered_and_a_close_too() {
 }
 
 #[tokio::test]
-async fn who_breaks_the_rules_is_shown_out_and_counted() {
+async fn protocol_violation_closes_and_is_counted() {
     let mut site = Site::plain();
     site.publish(1).await;
     let address = site.listen().await;
@@ -236,41 +236,41 @@ async fn who_breaks_the_rules_is_shown_out_and_counted() {
         assert_eq!(client.closed().await, code, "{octets:?}");
         until("it is counted", async || dropped(&site, "protocol").await == count as u64 + 1).await;
     }
-    // More than anybody needs to say between two heartbeats.
+    // More frames than a client needs between two heartbeats.
     let mut client = Client::open(address, WS, "").await;
     let ping = [PING, 0x80, 0, 0, 0, 0];
     send(&client.socket, &ping.repeat(1_000)).await;
     assert_eq!(client.closed().await, 1008);
-    // The service is none the worse for it.
+    // The service still works.
     let mut client = Client::open(address, WS, "").await;
     assert_eq!(client.message().await.unwrap()["event"], "snapshot");
 }
 
 #[tokio::test]
-async fn who_does_not_read_is_dropped_and_so_is_who_does_not_answer() {
+async fn slow_and_silent_clients_are_dropped() {
     let options = Options { patience: Duration::from_millis(300), ..Options::default() };
     let mut site = Site::with(options, |_| {});
     site.publish(1).await;
     let address = site.listen().await;
-    // Reads what comes, and says nothing.
+    // Reads, but sends nothing.
     let mut silent = Client::open(address, WS, "").await;
     while silent.frame().await.is_some() {}
     until("the silent one is counted", async || dropped(&site, "silent").await == 1).await;
-    // Answers, by not reading: its window is small, and what it is sent piles up.
+    // A client that answers pings but reads nothing. Its window is small, so its messages pile up.
     let socket = Socket::new(Domain::IPV4, Type::STREAM, None).unwrap();
     socket.set_recv_buffer_size(2_048).unwrap();
     socket.connect(&address.into()).unwrap();
     socket.set_nonblocking(true).unwrap();
     let slow = Client::over(TcpStream::from_std(socket.into()).unwrap(), WS, HANDSHAKE).await;
     assert_eq!(slow.status(), "101");
-    // Of a city: two slots are more than the kernel keeps for it.
+    // Slots of a city: two exceed the kernel's buffer.
     let mut slots = flown().frames.iter().skip(flown().frames.len() / 2 + 4);
     until("the slow one is counted", async || {
         if let Some(mut frame) = slots.next().cloned() {
             frame.picture.tracks = std::iter::repeat_n(frame.picture.tracks, 100).flatten().collect();
             site.writer.publish(frame);
         }
-        // It is there as far as pings go.
+        // It still answers pings.
         let _ = slow.socket.try_write(&[0x8a, 0x80, 0, 0, 0, 0]);
         dropped(&site, "slow").await == 1
     })
@@ -289,7 +289,7 @@ async fn limits_and_rights_are_those_of_streams() {
     let _second = Reader::open(address, "/api/v1/stream", "").await;
     let third = Client::open(address, WS, "").await;
     assert_eq!(third.status(), "429", "{}", third.head);
-    // What an upgrade makes of a connection is still one.
+    // An upgraded connection still counts.
     drop(third);
     until("its connection counts", async || {
         site.get("/metrics").await.text.contains("\nutm_fusion_http_connections 2\n")
@@ -303,7 +303,7 @@ async fn limits_and_rights_are_those_of_streams() {
 }
 
 #[tokio::test]
-async fn no_strange_page_listens() {
+async fn page_of_another_origin_is_refused() {
     let mut site =
         Site::with(Options::default(), |config| config.http.cors = vec!["https://map.example".to_owned()]);
     site.publish(1).await;
@@ -322,7 +322,7 @@ async fn no_strange_page_listens() {
 }
 
 #[tokio::test]
-async fn what_is_no_handshake_is_refused() {
+async fn invalid_handshake_is_refused() {
     let mut site = Site::plain();
     site.publish(1).await;
     let address = site.listen().await;
@@ -349,7 +349,7 @@ async fn what_is_no_handshake_is_refused() {
     let mut octets = [0; 12];
     assert_eq!(receive(&socket, &mut octets).await, octets.len());
     assert_eq!(&octets, b"HTTP/1.1 426");
-    // Parameters are looked at as they are elsewhere.
+    // Parameters are checked as on other routes.
     let wrong = Client::open(address, &format!("{WS}?bbox=1"), "").await;
     assert_eq!(wrong.status(), "400");
     let unknown = Client::open(address, &format!("{WS}?after=x"), "").await;

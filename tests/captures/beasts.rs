@@ -1,16 +1,16 @@
-//! What a 1090 MHz receiver sent, as a file.
+//! Recordings of a 1090 MHz receiver as files.
 
 use std::io::{Cursor, Read};
 
-use utm_fusion::capture::{Capture, Contents, Format, OpenError, SkipReason};
+use utm_fusion::capture::{Capture, CaptureFormat, OpenError, PayloadKind, SkipReason};
 
 use crate::Trickle;
 
-/// Where octets that belong to no frame begin, and how many they are.
+/// Start and number of the octets outside of any frame.
 fn unframed(reader: Box<dyn Read + Send>) -> Vec<(u64, usize)> {
     let capture =
         Capture::from_reader("x.beast".to_owned(), reader, None).expect("it begins with four frames");
-    let datagrams = capture.map(Result::unwrap).filter(|datagram| datagram.contents == Contents::Unframed);
+    let datagrams = capture.map(Result::unwrap).filter(|datagram| datagram.contents == PayloadKind::Unframed);
     datagrams.map(|datagram| (datagram.origin, datagram.payload.len())).collect()
 }
 
@@ -20,7 +20,7 @@ fn what_is_between_frames_is_the_same_in_however_many_parts_it_is_read() {
     let mut octets: Vec<u8> = (1..=4).flat_map(frame).collect();
     octets.extend([7; 5000]);
     octets.extend(frame(5));
-    // Of two escapes the first belongs to no frame.
+    // The first of two escapes belongs to no frame.
     octets.push(0x1a);
     octets.extend(frame(6));
     octets.extend([7; 10]);
@@ -43,7 +43,7 @@ fn receiver_ids_are_skipped_and_counted() {
     let once = [uuid, (1..=6).flat_map(frame).collect()].concat();
     for (octets, ids) in [(each, 6), (once, 1)] {
         let mut capture = open("x.beast", &octets).unwrap();
-        assert_eq!(capture.format(), &Format::Beast);
+        assert_eq!(capture.format(), &CaptureFormat::Beast);
         assert!(capture.by_ref().next().is_none(), "no octet belongs to no frame");
         let count = |reason| capture.skipped().count(reason);
         assert_eq!(
@@ -53,10 +53,10 @@ fn receiver_ids_are_skipped_and_counted() {
     }
 }
 
-/// An even and an odd position of one aircraft, as the Mode S book prints them (mode-s.org/1090mhz).
+/// An even and an odd position message of one aircraft, from the Mode S book (mode-s.org/1090mhz).
 const PAIR: [&str; 2] = ["8D40621D58C382D690C8AC2863A7", "8D40621D58C386435CC412692AD6"];
 
-/// Lines of AVR, one each five seconds of a counter of 12 MHz.
+/// Lines of AVR, one every five seconds of a 12 MHz counter.
 fn avr(mark: char, count: u64) -> String {
     let line = |number: u64| {
         let stamp = if mark == '*' { String::new() } else { format!("{:012X}", 60_000_000 * (number + 1)) };
@@ -71,7 +71,7 @@ fn avr_lines_with_stamps_are_read_from_a_file() {
     for mark in ['@', '<'] {
         let text = avr(mark, 6);
         let mut capture = open("in-20160213T120000Z.avr", text.as_bytes()).unwrap();
-        assert_eq!((capture.format(), capture.is_dated()), (&Format::Avr, true));
+        assert_eq!((capture.format(), capture.is_dated()), (&CaptureFormat::Avr, true));
         let positions: Vec<_> = capture.by_ref().map(Result::unwrap).collect();
         let times: Vec<_> = positions.iter().map(|position| position.received.unwrap().to_string()).collect();
         assert_eq!(times.len(), 5, "the first one is half a position");
@@ -93,13 +93,13 @@ fn avr_damage_is_counted_at_its_place() {
     let noise_at = text.len() as u64;
     text += "noise";
     text += &avr('@', 6).lines().skip(4).map(|line| format!("{line}\n")).collect::<String>();
-    // A line that another one interrupts.
+    // A line interrupted by another one.
     text += "@0000";
     text += &avr('@', 7).lines().skip(6).collect::<String>();
     let mut capture = open("in.avr", text.as_bytes()).unwrap();
     let all: Vec<_> = capture.by_ref().map(Result::unwrap).collect();
     let (gaps, positions): (Vec<_>, Vec<_>) =
-        all.iter().partition(|datagram| datagram.contents == Contents::Unframed);
+        all.iter().partition(|datagram| datagram.contents == PayloadKind::Unframed);
     assert_eq!((gaps.len(), gaps[0].origin, gaps[0].payload.as_slice()), (1, noise_at, &b"noise"[..]));
     assert_eq!(positions.len(), 6);
     assert!(text.as_bytes()[positions[5].origin as usize..].starts_with(b"@0000"));

@@ -1,4 +1,4 @@
-//! What fuzzing found worth keeping (`fuzz/corpus/captures`), read again as the fuzz target reads it.
+//! The corpus of the fuzzer (`fuzz/corpus/captures`), read like by the fuzz target.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ fn fuzzed_captures() {
     for file in folder.read_dir().unwrap() {
         let path = file.unwrap().path();
         let octets = std::fs::read(&path).unwrap();
-        // Seen only when the test fails, in its last line.
+        // Shown only if the test fails: the last line names the file.
         println!("{}", path.display());
         captures::exercise(&octets);
         count += 1;

@@ -1,4 +1,4 @@
-//! Octets that are lost, added or zeroed in the middle of a file: what they do not touch is read.
+//! Octets lost, added or zeroed in the middle of a file: everything else is read.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected fails")]
 
@@ -6,25 +6,25 @@ use std::fs;
 use std::path::Path;
 
 use asterix::{blocks, profile};
-use utm_fusion::capture::{Capture, Contents, Datagram};
+use utm_fusion::capture::{Capture, CapturedDatagram, PayloadKind};
 
 use crate::writer::final_record;
 use crate::{open, open_in_steps, read};
 
-/// Damages to each file.
+/// Number of damages per file.
 const DAMAGES: u64 = 100;
 
-/// The sound blocks of a capture of the project, one after another.
+/// The valid blocks of a capture of the project in order.
 fn sound_blocks(name: &str) -> Vec<Vec<u8>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata").join(name).join("capture.pcap");
-    let datagrams: Vec<Datagram> = Capture::open(&path).unwrap().map(Result::unwrap).collect();
+    let datagrams: Vec<CapturedDatagram> = Capture::open(&path).unwrap().map(Result::unwrap).collect();
     let all = datagrams.iter().flat_map(|datagram| blocks(&datagram.payload).filter_map(Result::ok));
     let is_sound =
         |block: &asterix::Block<'_>| profile(block.category).is_some_and(|uap| block.measure(uap).is_ok());
     all.filter(is_sound).map(|block| block.octets.to_vec()).collect()
 }
 
-/// A real hour of a radar, where `UTM_FUSION_SHARED_DATA` says it is.
+/// An hour of a real radar, if `UTM_FUSION_SHARED_DATA` names the folder.
 fn real_hour() -> Option<Vec<u8>> {
     let folder = std::env::var_os("UTM_FUSION_SHARED_DATA");
     if folder.is_none() {
@@ -33,7 +33,7 @@ fn real_hour() -> Option<Vec<u8>> {
     Some(fs::read(Path::new(&folder?).join("cat048-barcelona/capture.ast")).unwrap())
 }
 
-/// Numbers that look random and are the same each time (SplitMix64).
+/// Pseudo-random numbers, the same in every run (SplitMix64).
 struct Chance(u64);
 
 impl Chance {
@@ -46,12 +46,12 @@ impl Chance {
     }
 }
 
-/// A file with 1 to 16 octets lost, added or zeroed at a random place.
+/// A file with 1 to 16 octets lost, added or zeroed at a random position.
 struct Damaged {
     octets: Vec<u8>,
-    /// Octets of the sound file that are not as they were.
+    /// Octets of the original file that are changed.
     touched: std::ops::Range<usize>,
-    /// How far what is behind them has moved.
+    /// Shift of the octets after the damage.
     moved: isize,
 }
 
@@ -76,7 +76,7 @@ fn damage(sound: &[u8], seed: u64) -> Damaged {
     }
 }
 
-/// How many of the blocks at these places of the sound file are untouched, and how many of them are not read.
+/// Number of undamaged blocks among those at these positions of the original file, and number of these that are not read.
 fn unread(sound: &[std::ops::Range<usize>], damaged: &Damaged, read: &[(usize, usize)]) -> (usize, usize) {
     let Damaged { touched, moved, .. } = damaged;
     let is_untouched =
@@ -89,9 +89,9 @@ fn unread(sound: &[std::ops::Range<usize>], damaged: &Damaged, read: &[(usize, u
     (untouched.len(), untouched.iter().filter(is_unread).count())
 }
 
-/// Where the whole blocks of what was read stand, and how long they are.
-fn places(datagrams: &[Datagram]) -> Vec<(usize, usize)> {
-    let framed = datagrams.iter().filter(|datagram| datagram.contents == Contents::Blocks);
+/// Positions and lengths of the complete blocks read.
+fn places(datagrams: &[CapturedDatagram]) -> Vec<(usize, usize)> {
+    let framed = datagrams.iter().filter(|datagram| datagram.contents == PayloadKind::Blocks);
     let places = framed.flat_map(|datagram| {
         let whole = blocks(&datagram.payload).flatten();
         whole.map(|block| (datagram.origin as usize + block.offset, block.octets.len()))
@@ -99,10 +99,10 @@ fn places(datagrams: &[Datagram]) -> Vec<(usize, usize)> {
     places.collect()
 }
 
-/// Damages a file a hundred times; all its octets are handed out, and of its untouched blocks all but one in a thousand.
+/// Damages a file a hundred times. All its octets must be passed on, and of its undamaged blocks 999 in 1,000 must be read.
 fn each_damage_costs_only_what_it_touches(name: &str, sound: &[u8], is_raw: bool) {
     let (datagrams, error) = read(sound, &mut open(sound).unwrap());
-    assert!(error.is_none() && datagrams.iter().all(|datagram| datagram.contents == Contents::Blocks));
+    assert!(error.is_none() && datagrams.iter().all(|datagram| datagram.contents == PayloadKind::Blocks));
     let blocks: Vec<_> = places(&datagrams).into_iter().map(|(at, length)| at..at + length).collect();
     let mut lost = 0;
     for seed in 0..DAMAGES {
@@ -115,7 +115,7 @@ fn each_damage_costs_only_what_it_touches(name: &str, sound: &[u8], is_raw: bool
             let octets: Vec<u8> = datagrams.iter().flat_map(|datagram| datagram.payload.clone()).collect();
             assert!(octets == damaged.octets, "{name}, seed {seed}: an octet is missing");
         }
-        let gaps = datagrams.iter().filter(|datagram| datagram.contents == Contents::Unframed);
+        let gaps = datagrams.iter().filter(|datagram| datagram.contents == PayloadKind::Unframed);
         let gaps: u64 = gaps.map(|datagram| datagram.payload.len() as u64).sum();
         assert_eq!(capture.gaps().octets, gaps);
         let (untouched, unread) = unread(&blocks, &damaged, &places(&datagrams));
@@ -149,7 +149,7 @@ fn final_recordings() {
     }
 }
 
-/// Many damages in one file, and how it arrives changes nothing.
+/// Several damages in one file, read in pieces of any size with the same result.
 #[test]
 fn a_file_that_is_damaged_in_many_places() {
     let sound = sound_blocks("demo").concat();
@@ -161,13 +161,13 @@ fn a_file_that_is_damaged_in_many_places() {
     let mut capture = open(&octets).unwrap();
     let (datagrams, error) = read(&octets, &mut capture);
     assert!(error.is_none());
-    // Each damage touches at most two blocks of the sound file's, and its 16 octets may look like one more.
+    // A damage affects at most two blocks of the original file, and its 16 octets may resemble another one.
     assert!(places(&datagrams).len() + 3 * 30 >= count, "{} of {count}", places(&datagrams).len());
     assert!(capture.gaps().places > 10, "{}", capture.gaps());
     assert_eq!(read(&octets, &mut open_in_steps(&octets, 1).unwrap()).0, datagrams);
 }
 
-/// A category that comes late, blocks longer than any before, and blocks of one octet: LEN is followed.
+/// A category that occurs late, blocks longer than any before, and blocks of one octet: LEN is followed.
 #[test]
 fn a_sound_file_is_read_as_it_is_whatever_is_in_it() {
     let block = |category: u8, length: usize, fill: u8| {

@@ -1,10 +1,10 @@
-//! Captures that practitioners had trouble with, where `UTM_FUSION_SHARED_DATA` names them.
+//! Captures that caused problems in practice, from the folder that `UTM_FUSION_SHARED_DATA` names.
 
 use std::path::{Path, PathBuf};
 
 use remote_id::messages;
-use utm_fusion::capture::{Capture, Datagram};
-use utm_fusion::gateways::remote_id::{Line, lines};
+use utm_fusion::capture::{Capture, CapturedDatagram};
+use utm_fusion::gateways::remote_id::{BroadcastLine, lines};
 
 fn folder() -> Option<PathBuf> {
     let folder =
@@ -15,7 +15,7 @@ fn folder() -> Option<PathBuf> {
     folder
 }
 
-fn datagrams(file: impl AsRef<Path>) -> Vec<Datagram> {
+fn datagrams(file: impl AsRef<Path>) -> Vec<CapturedDatagram> {
     Capture::open(file.as_ref())
         .expect("the field case is there")
         .map(|datagram| datagram.expect("it can be read"))
@@ -37,10 +37,11 @@ fn mirrored_datagrams_are_all_read() {
     }
 }
 
-/// Sound messages and faults of all lines.
-fn counts(read: &[Datagram]) -> (usize, usize) {
+/// Number of valid messages and of faults in all lines.
+fn counts(read: &[CapturedDatagram]) -> (usize, usize) {
     let all = read.iter().flat_map(|datagram| lines(&datagram.payload));
-    let all = all.flat_map(|line| messages(&Line::parse(line).expect("a line").octets).collect::<Vec<_>>());
+    let all = all
+        .flat_map(|line| messages(&BroadcastLine::parse(line).expect("a line").octets).collect::<Vec<_>>());
     let (sound, faults): (Vec<_>, Vec<_>) = all.partition(Result::is_ok);
     (sound.len(), faults.len())
 }
@@ -82,7 +83,7 @@ fn packs_of_every_size_are_read_as_far_as_they_are_sound() {
 #[test]
 fn positions_of_receivers_with_ids_and_stamps_are_all_read() {
     let Some(folder) = folder() else { return };
-    // Two frames in turn, 1.4 km apart. The first one alone is half a position. In `mixed` two are copies within half a second.
+    // Two alternating frames, 1.4 km apart. One alone is half a position. In `mixed` two are copies within half a second.
     for (name, positions, first, last) in [
         (
             "10-traffic213-radarcape-midnight/rc-20220622T235955Z.beast",
@@ -116,7 +117,7 @@ fn positions_of_receivers_with_ids_and_stamps_are_all_read() {
         ),
     ] {
         let read = datagrams(folder.join(name));
-        let time = |datagram: &Datagram| datagram.received.unwrap().to_string();
+        let time = |datagram: &CapturedDatagram| datagram.received.unwrap().to_string();
         let ends = read.first().zip(read.last()).map(|(first, last)| (time(first), time(last)));
         assert_eq!((read.len(), ends), (positions, Some((first.to_owned(), last.to_owned()))), "{name}");
     }

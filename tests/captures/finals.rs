@@ -2,7 +2,9 @@
 
 use jiff::civil::date;
 use proptest::prelude::*;
-use utm_fusion::capture::{Contents, Damage, Datagram, Format, Merged, ReceptionKind};
+use utm_fusion::capture::{
+    CaptureFormat, CapturedDatagram, Damage, MergedCaptures, PayloadKind, ReceptionKind,
+};
 
 use crate::writer::final_record;
 use crate::{BLOCKS, open, open_in_steps, payloads, read};
@@ -13,7 +15,7 @@ fn three_records() -> Vec<u8> {
     (NOON..).zip(BLOCKS).flat_map(|(time, block)| final_record(time, block)).collect()
 }
 
-fn format(octets: &[u8]) -> Option<Format> {
+fn format(octets: &[u8]) -> Option<CaptureFormat> {
     let format = open(octets).ok().map(|capture| *capture.format());
     assert_eq!(format, open_in_steps(octets, 1).ok().map(|capture| *capture.format()));
     format
@@ -39,7 +41,7 @@ fn each_record_is_a_datagram_with_a_time_of_day() {
 fn the_first_record_is_received_on_the_given_day_and_midnight_begins_the_next() {
     let times = [8_639_950, 8_639_999, 0, 8_639_998, 100];
     let octets: Vec<u8> = times.into_iter().flat_map(|time| final_record(time, BLOCKS[2])).collect();
-    let merged = Merged::new(vec![open(&octets).unwrap()], date(2026, 6, 20));
+    let merged = MergedCaptures::new(vec![open(&octets).unwrap()], date(2026, 6, 20));
     let receptions: Vec<_> = merged.map(Result::unwrap).collect();
     let times: Vec<_> = receptions.iter().map(|reception| reception.received.unwrap().to_string()).collect();
     assert_eq!(
@@ -61,7 +63,7 @@ fn a_record_whose_time_no_day_has_is_received_when_the_one_before_was() {
     let octets = [final_record(NOON, block), final_record(8_640_000, block)].concat();
     let (datagrams, _) = read(&octets, &mut open(&octets).unwrap());
     assert_eq!(datagrams[1].since_midnight, None);
-    let merged = Merged::new(vec![open(&octets).unwrap()], date(2026, 6, 20));
+    let merged = MergedCaptures::new(vec![open(&octets).unwrap()], date(2026, 6, 20));
     let receptions: Vec<_> = merged.map(Result::unwrap).collect();
     assert_eq!(receptions[1].kind, ReceptionKind::Record);
     assert_eq!(receptions[1].received, receptions[0].received);
@@ -95,7 +97,7 @@ fn cut_at_every_length_it_gives_the_whole_records_and_says_where_it_was_cut() {
     }
 }
 
-/// Its data are read where they still begin with a block, and the other octets up to the next record handed out as they are.
+/// Data are read if they begin with a block; the other octets up to the next record are passed on unchanged.
 #[test]
 fn behind_damage_the_next_record_is_read() {
     let sound = three_records();
@@ -105,12 +107,12 @@ fn behind_damage_the_next_record_is_read() {
         octets
     };
     let cases = [
-        // The trailer, and the length in three ways: too long by one, below the least, past the end.
+        // The trailer, and three wrong lengths: too long by one, below the minimum, beyond the end.
         (with(36, 0), 20..37),
         (with(21, 18), 20..37),
         (with(21, 11), 20..37),
         (with(20, 1), 20..37),
-        // One octet lost, and one added.
+        // One octet lost, one octet added.
         ([&sound[..30], &sound[31..]].concat(), 20..36),
         ([&sound[..30], &[7], &sound[30..]].concat(), 20..38),
         ([sound.clone(), vec![0; 40]].concat(), 61..101),
@@ -129,14 +131,14 @@ fn behind_damage_the_next_record_is_read() {
             .flat_map(|datagram| datagram.payload.clone())
             .collect();
         assert_eq!(rest, octets[damaged.clone()]);
-        let is_gap = |datagram: &&Datagram| datagram.contents == Contents::Unframed;
+        let is_gap = |datagram: &&CapturedDatagram| datagram.contents == PayloadKind::Unframed;
         let gaps: usize = datagrams.iter().filter(is_gap).map(|datagram| datagram.payload.len()).sum();
         assert_eq!(
             (capture.gaps().octets, capture.gaps().first_offset),
             (gaps as u64, Some(damaged.start as u64))
         );
     }
-    // A record of which only the length is wrong.
+    // A record in which only the length is wrong.
     let block = &[48, 0, 7, 0x80, 25, 200, 0xFF][..6];
     let block = [&[48, 0, 6][..], &block[3..]].concat();
     let mut octets =
@@ -145,7 +147,7 @@ fn behind_damage_the_next_record_is_read() {
     let (datagrams, error) = read(&octets, &mut open(&octets).unwrap());
     assert!(error.is_none());
     assert_eq!(payloads(&datagrams), [&block[..], &octets[18..26], &block, &[0xA5; 4], &block]);
-    assert_eq!(datagrams[2].contents, Contents::Blocks);
+    assert_eq!(datagrams[2].contents, PayloadKind::Blocks);
 }
 
 #[test]
@@ -162,34 +164,34 @@ fn a_recording_that_goes_on_with_something_longer_than_itself_is_cut() {
 
 #[test]
 fn recordings_are_told_from_raw_files_by_their_trailer() {
-    // Blocks that could begin a raw file too: a record of 257 octets looks like category 1, 257 octets.
+    // Blocks that could also begin a raw file: a record of 257 octets resembles category 1 with 257 octets.
     let mut block = vec![0x81; 245];
     block[..3].copy_from_slice(&[48, 0, 245]);
     let lookalike = final_record(NOON, &block);
     assert_eq!(lookalike[..3], [1, 1, 1]);
     for octets in [three_records(), lookalike.clone(), lookalike.repeat(2)] {
-        assert_eq!(format(&octets), Some(Format::Final));
+        assert_eq!(format(&octets), Some(CaptureFormat::Final));
     }
-    // Without its trailer it is what it looks like.
+    // Without its trailer it is what it resembles.
     let mut octets = lookalike.repeat(2);
     octets[256] = 0xA4;
-    assert_eq!(format(&octets), Some(Format::Raw));
-    // Octets of a5 in a raw file are not a trailer, and a time must be one that a day has.
+    assert_eq!(format(&octets), Some(CaptureFormat::Raw));
+    // Octets a5 in a raw file are no trailer, and a time must be within a day.
     let filled = [&[48, 1, 0][..], &[0xA5; 253]].concat().repeat(200);
-    assert_eq!(format(&filled), Some(Format::Raw));
-    assert_eq!(format(&[0xA5; 50_000]), Some(Format::Raw));
+    assert_eq!(format(&filled), Some(CaptureFormat::Raw));
+    assert_eq!(format(&[0xA5; 50_000]), Some(CaptureFormat::Raw));
     assert_eq!(format(&final_record(8_640_000, BLOCKS[0])), None);
-    // Data that begin with no block, or with one that is longer than they are.
+    // Data that do not begin with a block, or begin with one longer than the data.
     assert_eq!(format(&final_record(NOON, &[0; 20])), None);
     assert_eq!(format(&final_record(NOON, &[48, 0, 99, 1, 2])), None);
     assert_eq!(format(&final_record(NOON, &[])), None);
-    // A trailer by chance at the end of what would be the first record, and nothing of the kind thereafter.
+    // A trailer by chance at the end of the first record, and none thereafter.
     let mut chance = BLOCKS[0].repeat(2000);
     chance[..12].copy_from_slice(&[48, 0, 12, 0x80, 0, 0, 0, 0, 48, 0, 8, 0x80]);
     chance[12..16].copy_from_slice(&[48, 0, 4, 0x80]);
     let length = 48 * 256;
     chance[length - 8..length].copy_from_slice(&[48, 0, 8, 0xFF, 0xA5, 0xA5, 0xA5, 0xA5]);
-    assert_eq!(format(&chance), Some(Format::Raw));
+    assert_eq!(format(&chance), Some(CaptureFormat::Raw));
 }
 
 proptest! {

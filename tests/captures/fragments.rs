@@ -1,20 +1,20 @@
-//! Datagrams that came in IP fragments.
+//! Datagrams received in IP fragments.
 
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
-use utm_fusion::capture::{Datagram, SkipReason};
+use utm_fusion::capture::{CapturedDatagram, SkipReason};
 
 use crate::writer::{PcapWriter, PcapngWriter, UDP, ipv4, ipv6, udp};
 use crate::{BLOCKS, endpoints, open, payloads, read};
 
-/// A block as no Ethernet carries in one piece.
+/// A block too long for one Ethernet frame.
 fn block(octets: u16, filled: u8) -> Vec<u8> {
     let length = octets.to_be_bytes();
     [&[48, length[0], length[1]][..], &vec![filled; usize::from(octets) - 3]].concat()
 }
 
-/// The packets of a datagram with that number, each with so many octets of it.
+/// The packets of a datagram with this number, each with `size` octets of it.
 fn fragments(version: u8, number: u16, payload: &[u8], size: usize) -> Vec<Vec<u8>> {
     let datagram = udp(payload);
     let parts = datagram.chunks(size).collect::<Vec<_>>();
@@ -34,15 +34,15 @@ fn fragments(version: u8, number: u16, payload: &[u8], size: usize) -> Vec<Vec<u
     parts.iter().enumerate().map(packet).collect()
 }
 
-/// A capture of raw IP packets, each with its second.
+/// A capture of raw IP packets, each with its time in seconds.
 fn capture(packets: &[(u32, Vec<u8>)]) -> Vec<u8> {
     let mut file = PcapWriter::new(false, false, 101);
     packets.iter().for_each(|(second, packet)| file.record(*second, 0, packet));
     file.octets
 }
 
-/// What is read of it, and how many fragments were left.
-fn of(packets: &[(u32, Vec<u8>)]) -> (Vec<Datagram>, u64) {
+/// The datagrams read, and the number of fragments left over.
+fn of(packets: &[(u32, Vec<u8>)]) -> (Vec<CapturedDatagram>, u64) {
     let octets = capture(packets);
     let mut capture = open(&octets).expect("a capture");
     let (datagrams, error) = read(&octets, &mut capture);
@@ -65,7 +65,7 @@ fn fragments_in_any_order_and_of_several_datagrams_at_once_are_put_together() {
         assert_eq!(datagrams[0].fragments, 3);
         for datagram in &datagrams {
             assert_eq!(datagram.endpoints, endpoints(version));
-            // The beginning of the payload lies there, though it may have come last.
+            // The origin is the beginning of the payload, even if that arrived last.
             let octets = capture(&packets);
             assert!(octets[datagram.origin as usize..].starts_with(&datagram.payload[..1_472]));
         }
@@ -92,12 +92,12 @@ fn of_a_datagram_that_is_not_whole_all_fragments_are_counted() {
         packets.remove(missing);
         assert_eq!(of(&packets), (Vec::new(), 2), "{missing}");
     }
-    // The number comes again, for another datagram, an hour later.
+    // The number is used again for another datagram an hour later.
     let mut packets = vec![(10, whole[0].clone())];
     packets.extend(fragments(4, 7, &block(2_000, 9), 1_480).into_iter().map(|packet| (3_610, packet)));
     let (datagrams, left) = of(&packets);
     assert_eq!((payloads(&datagrams), left), (vec![&block(2_000, 9)[..]], 1));
-    // One that contradicts the others: two ends.
+    // A fragment that contradicts the others: two ends.
     let packets = [whole[2].clone(), fragments(4, 7, &block(2_000, 9), 1_480)[1].clone()];
     assert_eq!(of(&packets.map(|packet| (10, packet))), (Vec::new(), 2));
 }
@@ -109,7 +109,7 @@ fn memory_is_for_64_datagrams() {
     let mut packets: Vec<_> = (0..65).map(|number| (10, of_number(number)[0].clone())).collect();
     packets.extend((0..65).rev().map(|number| (11, of_number(number)[1].clone())));
     let (datagrams, left) = of(&packets);
-    // The first one was given up for the last.
+    // The first datagram was given up to make space for the last.
     assert_eq!((datagrams.len(), left), (64, 2));
     let again: Vec<_> = (0..65).flat_map(of_number).map(|packet| (10, packet)).collect();
     assert_eq!(of(&again).0.len(), 65);

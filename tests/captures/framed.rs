@@ -1,12 +1,12 @@
-//! Recordings in the framings of ORADIS and GPS recorders, and datagrams in the former.
+//! Recordings with the framings of ORADIS and GPS recorders, and datagrams with the former.
 
 use jiff::civil::date;
-use utm_fusion::capture::{Contents, Damage, Format, Merged};
+use utm_fusion::capture::{CaptureFormat, Damage, MergedCaptures, PayloadKind};
 
 use crate::writer::{PcapWriter, WRAPPINGS};
 use crate::{endpoints, open, open_in_steps, payloads, read};
 
-/// CAT048 with I048/010 alone, of these systems.
+/// CAT048 with I048/010 only, from these systems.
 fn block(systems: &[u8]) -> Vec<u8> {
     let records: Vec<u8> = systems.iter().flat_map(|sic| [0x80, 25, *sic]).collect();
     [&[48, 0, 3 + records.len() as u8], &records[..]].concat()
@@ -14,13 +14,13 @@ fn block(systems: &[u8]) -> Vec<u8> {
 
 const NOON_MS: u32 = 43_200_000;
 
-/// An ORADIS record that was received this many milliseconds after midnight.
+/// An ORADIS record, received this number of milliseconds after midnight.
 fn oradis(milliseconds: u32, data: &[u8]) -> Vec<u8> {
     let length = (6 + data.len() as u16).to_be_bytes();
     [&length[..], &milliseconds.to_be_bytes(), data].concat()
 }
 
-/// A block with the ten octets of a GPS recorder behind it.
+/// A block followed by the ten octets of a GPS recorder.
 fn gps(count: u8, data: &[u8]) -> Vec<u8> {
     [data, &[0x11, 0xd2, 0x8f, 0x0a, 0, 0, 0, 1, count, 0]].concat()
 }
@@ -32,14 +32,14 @@ fn oradis_record_is_a_datagram_with_a_time_of_day() {
         blocks.iter().zip(NOON_MS..).flat_map(|(block, time)| oradis(time, block)).collect();
     for step in [0, 1] {
         let mut capture = open_in_steps(&octets, step).unwrap();
-        assert_eq!((capture.format(), capture.is_dated()), (&Format::Oradis, false));
+        assert_eq!((capture.format(), capture.is_dated()), (&CaptureFormat::Oradis, false));
         let (datagrams, error) = read(&octets, &mut capture);
         assert!(error.is_none() && capture.gaps().is_empty());
         assert_eq!(payloads(&datagrams), blocks);
         let times: Vec<_> = datagrams.iter().map(|datagram| datagram.since_midnight.unwrap()).collect();
         assert_eq!(times, [0, 1, 2].map(|ms| (i64::from(NOON_MS) + ms) * 1_000_000));
     }
-    let merged = Merged::new(vec![open(&octets).unwrap()], date(2026, 6, 20));
+    let merged = MergedCaptures::new(vec![open(&octets).unwrap()], date(2026, 6, 20));
     let last = merged.map(Result::unwrap).last().unwrap();
     assert_eq!(last.received.unwrap().to_string(), "2026-06-20T12:00:00.002Z");
 }
@@ -47,7 +47,7 @@ fn oradis_record_is_a_datagram_with_a_time_of_day() {
 #[test]
 fn oradis_record_behind_damage_is_found() {
     let records: Vec<Vec<u8>> = (0..6).map(|count| oradis(NOON_MS, &block(&[count]))).collect();
-    // The length of the fourth one is wrong.
+    // The length of the fourth record is wrong.
     let mut octets = records.concat();
     let fourth = 3 * records[0].len();
     octets[fourth + 1] += 3;
@@ -55,8 +55,8 @@ fn oradis_record_behind_damage_is_found() {
     let (datagrams, error) = read(&octets, &mut capture);
     assert!(error.is_none());
     let read = |contents| datagrams.iter().filter(move |datagram| datagram.contents == contents);
-    assert_eq!(read(Contents::Blocks).count(), 5);
-    let gap = read(Contents::Unframed).next().unwrap();
+    assert_eq!(read(PayloadKind::Blocks).count(), 5);
+    let gap = read(PayloadKind::Unframed).next().unwrap();
     assert_eq!((gap.origin as usize, gap.payload.len()), (fourth, records[3].len()));
     assert_eq!(capture.gaps().octets as usize, records[2].len());
 }
@@ -73,7 +73,7 @@ fn oradis_file_that_ends_within_a_record_says_so() {
 fn oradis_datagram_gives_a_datagram_for_each_record() {
     let blocks = [block(&[1]), block(&[2, 3])];
     let payload: Vec<u8> = blocks.iter().flat_map(|block| oradis(NOON_MS, block)).collect();
-    // A record that claims more than is there: the datagram stays as it is.
+    // The record claims more octets than are present, so the datagram remains as it is.
     let cut = &payload[..payload.len() - 1];
     let mut file = PcapWriter::new(false, false, 1);
     file.record(1_700_000_000, 0, &WRAPPINGS[0].frame(4, &payload));
@@ -93,7 +93,7 @@ fn gps_framing_is_read_with_and_without_its_header() {
         let octets = [&header[..], &body].concat();
         for step in [0, 1] {
             let mut capture = open_in_steps(&octets, step).unwrap();
-            assert_eq!(capture.format(), &Format::Gps, "{} octets of header", header.len());
+            assert_eq!(capture.format(), &CaptureFormat::Gps, "{} octets of header", header.len());
             let (datagrams, error) = read(&octets, &mut capture);
             assert!(error.is_none() && capture.gaps().is_empty());
             assert_eq!(payloads(&datagrams), blocks);
@@ -107,7 +107,7 @@ fn gps_framing_is_read_with_and_without_its_header() {
 fn gps_block_behind_damage_is_found() {
     let mut octets: Vec<u8> = (0..8).flat_map(|count| gps(count, &block(&[count]))).collect();
     let length = octets.len() / 8;
-    // LEN of the fourth one is wrong, and an octet of the sixth is lost.
+    // LEN of the fourth record is wrong, and the sixth has lost an octet.
     octets[3 * length + 2] += 4;
     octets.remove(5 * length + 9);
     let mut capture = open(&octets).unwrap();
@@ -115,18 +115,18 @@ fn gps_block_behind_damage_is_found() {
     assert!(error.is_none());
     let found: Vec<u8> = datagrams
         .iter()
-        .filter(|datagram| datagram.contents == Contents::Blocks && datagram.payload.len() == 6)
+        .filter(|datagram| datagram.contents == PayloadKind::Blocks && datagram.payload.len() == 6)
         .map(|datagram| datagram.payload[5])
         .collect();
     assert_eq!(found, [0, 1, 2, 4, 5, 6, 7]);
-    // The fourth one with what is behind it, and nine octets behind the sixth.
+    // The fourth record with its trailer, and nine octets after the sixth.
     assert_eq!(capture.gaps().octets as usize, length + 10 + 9, "{}", capture.gaps());
 }
 
 #[test]
 fn raw_blocks_stay_raw() {
     let raw: Vec<u8> = (0..20).flat_map(|count| block(&[count])).collect();
-    assert_eq!(open(&raw).unwrap().format(), &Format::Raw);
-    // A single block with something behind it is no framing.
+    assert_eq!(open(&raw).unwrap().format(), &CaptureFormat::Raw);
+    // A single block followed by other octets is no framing.
     assert!(open(&[&raw[..6], &[0x11; 10]].concat()).is_err());
 }

@@ -1,4 +1,4 @@
-//! Captures built in memory, and the recordings of the project, through the public reader.
+//! Captures built in memory, and the recordings of the project, read through the public reader.
 
 mod beasts;
 mod corpus;
@@ -19,13 +19,13 @@ mod writer;
 
 use std::io::{self, Read};
 
-use utm_fusion::capture::{Capture, Datagram, Endpoints, OpenError, ReadError};
+use utm_fusion::capture::{Capture, CapturedDatagram, Endpoints, OpenError, ReadError};
 
-/// Two CAT048-like blocks and one CAT129-like: the reader looks at no more than CAT and LEN.
+/// Two blocks like CAT048 and one like CAT129: the reader uses only CAT and LEN.
 const BLOCKS: [&[u8]; 3] =
     [&[48, 0, 8, 0xFF, 1, 2, 3, 4], &[48, 0, 5, 0x80, 0], &[129, 0, 12, 9, 8, 7, 6, 5, 4, 3, 2, 1]];
 
-/// Gives `step` octets at a time, more and more if `step` is 0, and is interrupted before every one.
+/// A reader that returns `step` octets at a time, or an increasing number if `step` is 0, and is interrupted before each read.
 struct Trickle {
     octets: io::Cursor<Vec<u8>>,
     step: usize,
@@ -54,9 +54,9 @@ fn open(octets: &[u8]) -> Result<Capture, OpenError> {
     Capture::from_reader("test".to_owned(), Box::new(reader), Some(octets.len() as u64))
 }
 
-/// All datagrams, and the error that ended them. Checks what holds for every capture: a payload lies at its origin in the
-/// (unpacked) octets, if it came in one piece, and after the end there is nothing.
-fn read(octets: &[u8], capture: &mut Capture) -> (Vec<Datagram>, Option<ReadError>) {
+/// All datagrams, and the error that ended them. Checks two properties of every capture: an unfragmented payload is at its origin
+/// in the (decompressed) octets, and nothing follows the end.
+fn read(octets: &[u8], capture: &mut Capture) -> (Vec<CapturedDatagram>, Option<ReadError>) {
     let mut datagrams = Vec::new();
     let mut error = None;
     for item in capture.by_ref() {
@@ -77,7 +77,7 @@ fn read(octets: &[u8], capture: &mut Capture) -> (Vec<Datagram>, Option<ReadErro
     (datagrams, error)
 }
 
-/// The endpoints that every frame of `writer.rs` has.
+/// The endpoints of every frame of `writer.rs`.
 fn endpoints(version: u8) -> Option<Endpoints> {
     let (source, destination) = if version == 4 {
         ("127.0.0.1:8048", "239.192.48.1:8049")
@@ -88,6 +88,6 @@ fn endpoints(version: u8) -> Option<Endpoints> {
     Some(Endpoints { source: address(source), destination: address(destination) })
 }
 
-fn payloads(datagrams: &[Datagram]) -> Vec<&[u8]> {
+fn payloads(datagrams: &[CapturedDatagram]) -> Vec<&[u8]> {
     datagrams.iter().map(|datagram| datagram.payload.as_slice()).collect()
 }

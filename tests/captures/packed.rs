@@ -1,11 +1,11 @@
-//! gzip around captures.
+//! Captures compressed with gzip.
 
 use std::io::{self, Read, Write};
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use proptest::prelude::*;
-use utm_fusion::capture::{Capture, Damage, Datagram, GzipError, OpenError};
+use utm_fusion::capture::{Capture, CapturedDatagram, Damage, GzipError, OpenError};
 
 use crate::writer::{PcapWriter, PcapngWriter, WRAPPINGS, final_record};
 use crate::{BLOCKS, open, open_in_steps, payloads, read};
@@ -16,7 +16,7 @@ fn gzip(octets: &[u8]) -> Vec<u8> {
     encoder.finish().expect("memory takes it")
 }
 
-/// Each format with the three blocks.
+/// The three blocks in each format.
 fn formats() -> [Vec<u8>; 4] {
     let frame = |block| WRAPPINGS[0].frame(4, block);
     let mut pcap = PcapWriter::new(false, true, 1);
@@ -30,7 +30,7 @@ fn formats() -> [Vec<u8>; 4] {
     [BLOCKS.concat(), pcap.octets, pcapng.octets, recording]
 }
 
-fn whole(octets: &[u8]) -> Vec<Datagram> {
+fn whole(octets: &[u8]) -> Vec<CapturedDatagram> {
     let (datagrams, error) = read(octets, &mut open(octets).expect("a capture"));
     assert!(error.is_none());
     datagrams
@@ -90,7 +90,7 @@ fn cut_anywhere_it_gives_what_is_whole_and_says_that_it_was_cut() {
                 }
             }
         }
-        // Only the check sum is missing.
+        // Only the checksum is missing.
         assert_eq!(most, 3);
     }
 }
@@ -156,7 +156,7 @@ proptest! {
         let mut packed = gzip(octets);
         let place = place.index(packed.len());
         packed[place] = octet;
-        // How much is unpacked before damage is found does depend on it.
+        // The amount decompressed before damage is found depends on the size of the pieces.
         let all = |capture: Result<Capture, OpenError>| capture.ok()?.collect::<Result<Vec<_>, _>>().ok();
         prop_assert_eq!(all(open(&packed)), all(open_in_steps(&packed, step)));
     }

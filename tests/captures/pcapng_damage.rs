@@ -1,4 +1,4 @@
-//! pcapng that is cut or damaged.
+//! Truncated and damaged pcapng.
 
 use proptest::prelude::*;
 use utm_fusion::capture::Damage;
@@ -6,13 +6,13 @@ use utm_fusion::capture::Damage;
 use crate::writer::{PcapngWriter, WRAPPINGS};
 use crate::{BLOCKS, open, open_in_steps, payloads, read};
 
-/// What ends a file, as a message.
+/// Message of the error that ends a file.
 fn damage(octets: &[u8]) -> String {
     let (_, error) = read(octets, &mut open(octets).expect("a capture"));
     error.expect("damage").to_string()
 }
 
-/// Three datagrams on one Ethernet interface, and where each block ends.
+/// Three datagrams on one Ethernet interface, and the end of each block.
 fn three_datagrams(big_endian: bool) -> (Vec<u8>, Vec<usize>) {
     let mut file = PcapngWriter::new(big_endian);
     let mut ends = vec![0, file.octets.len()];

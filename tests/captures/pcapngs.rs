@@ -1,7 +1,7 @@
 //! pcapng.
 
 use fusion::time::Time;
-use utm_fusion::capture::{Datagram, Format, Merged, ReceptionKind, SkipReason};
+use utm_fusion::capture::{CaptureFormat, CapturedDatagram, MergedCaptures, ReceptionKind, SkipReason};
 
 use crate::writer::{PcapngWriter, WRAPPINGS};
 use crate::{BLOCKS, endpoints, open, payloads, read};
@@ -10,8 +10,8 @@ const RESOLUTION: u16 = 9;
 const OFFSET: u16 = 14;
 const SECOND: i64 = 1_000_000_000;
 
-/// Reads a file that must be sound.
-fn sound(file: &PcapngWriter) -> Vec<Datagram> {
+/// Reads a file that must be valid.
+fn sound(file: &PcapngWriter) -> Vec<CapturedDatagram> {
     let (datagrams, error) = read(&file.octets, &mut open(&file.octets).expect("a capture"));
     assert!(error.is_none(), "{error:?}");
     datagrams
@@ -36,7 +36,10 @@ fn both_byte_orders_with_every_link_type_and_ip_version_give_payload_time_and_or
             }
         }
         let mut capture = open(&all.octets).unwrap();
-        assert_eq!((*capture.format(), capture.format().to_string().as_str()), (Format::Pcapng, "pcapng"));
+        assert_eq!(
+            (*capture.format(), capture.format().to_string().as_str()),
+            (CaptureFormat::Pcapng, "pcapng")
+        );
         let (datagrams, error) = read(&all.octets, &mut capture);
         assert!(error.is_none() && capture.skipped().total() == 0);
         assert_eq!(capture.consumed(), all.octets.len() as u64);
@@ -61,21 +64,21 @@ fn times_have_the_unit_and_the_offset_of_their_interface() {
         (&[6], 5, 1, Some(5 * SECOND + 1000)),
         (&[6], -5, 0, Some(-5 * SECOND)),
         (&[9], 0, 1_700_000_000_123_456_789, Some(1_700_000_000_123_456_789)),
-        // To the nanosecond below.
+        // Rounded down to the nanosecond.
         (&[12], 0, 1_999, Some(1)),
         (&[19], 0, u64::MAX, Some(1_844_674_407)),
         (&[38], 0, u64::MAX, Some(0)),
         (&[127], 0, u64::MAX, Some(0)),
         (&[0x80], 0, 3, Some(3 * SECOND)),
         (&[0x81], 0, 3, Some(1_500_000_000)),
-        // 1/128 s, the unit of ASTERIX, to the last nanosecond.
+        // 1/128 s, the unit of ASTERIX, exact to the nanosecond.
         (&[0x87], 0, 1, Some(7_812_500)),
         (&[0xA0], 1_700_000_000, 1 << 31, Some(1_700_000_000 * SECOND + SECOND / 2)),
         (&[0xFF], 0, u64::MAX, Some(0)),
-        // No time that there is.
+        // A time out of range.
         (&[0], 0, u64::MAX, None),
         (&[6], i64::MAX, 0, None),
-        // An option of another length says nothing.
+        // An option of another length has no meaning.
         (&[9, 9], 0, 1_000_001, Some(1_000_001_000)),
     ];
     for big_endian in [false, true] {
@@ -123,7 +126,7 @@ fn simple_and_obsolete_packets_are_read() {
         let kept = frame(BLOCKS[1]).len() - 2;
         file.interface(1, kept as u32, &[]);
         file.interface(101, 0, &[]);
-        // Of the second one its padding (2 octets) was not kept.
+        // The 2 octets of padding of the second frame were not captured.
         file.simple_packet(kept - 3, &frame(BLOCKS[1])[..kept - 3]);
         file.simple_packet(kept + 2, &frame(BLOCKS[1])[..kept]);
         file.obsolete_packet(1, 7, &WRAPPINGS[6].frame(6, BLOCKS[2]));
@@ -145,9 +148,10 @@ fn records_of_simple_packets_have_the_time_of_what_came_before() {
     file.simple_packet(first.len(), &first);
     file.packet(0, 1_700_000_000_000_000, &frame(BLOCKS[2]));
     file.simple_packet(first.len(), &first);
-    let receptions: Vec<_> = Merged::new(vec![open(&file.octets).unwrap()], jiff::civil::date(2026, 1, 1))
-        .map(|reception| reception.map(|reception| (reception.kind, reception.received)).unwrap())
-        .collect();
+    let receptions: Vec<_> =
+        MergedCaptures::new(vec![open(&file.octets).unwrap()], jiff::civil::date(2026, 1, 1))
+            .map(|reception| reception.map(|reception| (reception.kind, reception.received)).unwrap())
+            .collect();
     let time = Some(Time::from_nanos(1_700_000_000 * SECOND));
     let records = receptions.iter().filter(|(kind, _)| *kind == ReceptionKind::Record).count();
     assert_eq!((receptions[0].1, records), (None, receptions.len() - 1));
@@ -160,7 +164,7 @@ fn what_is_of_no_interest_is_passed_over() {
         let mut file = PcapngWriter::new(true);
         file.block(4, &vec![7; length]); // names
         file.interface(1, 0, &[(1, b"a comment"), (11, b"\0udp")]);
-        file.block(0x0BAD, &vec![0xA5; length]); // somebody's own
+        file.block(0x0BAD, &vec![0xA5; length]); // a private block
         file.packet_of(
             0,
             1,
@@ -179,7 +183,7 @@ fn what_is_no_datagram_is_counted_by_reason() {
     let mut file = PcapngWriter::new(false);
     file.interface(119, 0, &[]);
     file.interface(1, 0, &[]);
-    file.block(1, &[1, 0]); // an interface cut short is the third nevertheless
+    file.block(1, &[1, 0]); // a truncated interface block is still the third interface
     file.packet(0, 1, &frame(BLOCKS[0]));
     file.packet(2, 1, &frame(BLOCKS[0]));
     file.packet(3, 1, &frame(BLOCKS[0]));

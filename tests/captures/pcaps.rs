@@ -12,7 +12,7 @@ use crate::{BLOCKS, endpoints, open, open_in_steps, payloads, read};
 const IPV4: [u8; 2] = [0x08, 0x00];
 const IPV6: [u8; 2] = [0x86, 0xDD];
 
-/// Three datagrams with something else in between, and the end of each record.
+/// Three datagrams with other records between them, and the end of each record.
 fn three_datagrams() -> (Vec<u8>, Vec<usize>) {
     let mut file = PcapWriter::new(false, false, 1);
     let mut ends = vec![file.octets.len()];
@@ -198,7 +198,7 @@ fn any_octet_may_be_wrong() {
 #[test]
 fn a_record_of_absurd_length_ends_the_capture() {
     let (mut octets, ends) = three_datagrams();
-    octets[ends[1] + 10] = 0x10; // captured length of the second record: a megabyte
+    octets[ends[1] + 10] = 0x10; // captured length of the second record: about 1 MB
     let mut capture = open(&octets).unwrap();
     let (datagrams, error) = read(&octets, &mut capture);
     assert_eq!(payloads(&datagrams), [BLOCKS[0]]);
@@ -265,7 +265,7 @@ proptest! {
     ) {
         let mut file = PcapWriter::new(false, true, 1);
         for (wrapping, payload, lost) in frames {
-            // Frames of other link types are noise here.
+            // Frames of other link types are noise in this one.
             let frame = WRAPPINGS[wrapping].frame(WRAPPINGS[wrapping].versions[0], &payload);
             file.record(7, 8, &frame[..frame.len() - lost]);
         }

@@ -1,10 +1,10 @@
-//! Raw ASTERIX, and files that are something else.
+//! Raw ASTERIX, and files in other formats.
 
 use std::io::{self, Read};
 use std::path::Path;
 
 use proptest::prelude::*;
-use utm_fusion::capture::{Capture, Contents, Format, OpenError};
+use utm_fusion::capture::{Capture, CaptureFormat, OpenError, PayloadKind};
 
 use crate::{BLOCKS, open, open_in_steps, payloads, read};
 
@@ -12,7 +12,10 @@ use crate::{BLOCKS, open, open_in_steps, payloads, read};
 fn each_block_is_a_datagram_without_a_time() {
     let octets = BLOCKS.concat();
     let mut capture = open(&octets).unwrap();
-    assert_eq!((capture.format(), capture.format().to_string().as_str()), (&Format::Raw, "raw ASTERIX"));
+    assert_eq!(
+        (capture.format(), capture.format().to_string().as_str()),
+        (&CaptureFormat::Raw, "raw ASTERIX")
+    );
     assert_eq!((capture.name(), capture.size()), ("test", Some(25)));
     let (datagrams, error) = read(&octets, &mut capture);
     assert!(error.is_none());
@@ -22,15 +25,15 @@ fn each_block_is_a_datagram_without_a_time() {
     assert_eq!(capture.consumed(), 25);
 }
 
-/// An FSPEC whose first octet announces nothing but a second one.
+/// An FSPEC whose first octet announces only a second one.
 #[test]
 fn raw_file_whose_fspec_begins_with_01_is_read() {
     let block = [48, 0, 7, 0x01, 0x80, 1, 2];
     let octets = [block, block].concat();
     let mut capture = open(&octets).unwrap();
-    assert_eq!(capture.format(), &Format::Raw);
+    assert_eq!(capture.format(), &CaptureFormat::Raw);
     assert_eq!(payloads(&read(&octets, &mut capture).0), [block, block]);
-    // Without an item there is no record.
+    // A record needs at least one item.
     for empty in [[0, 1, 0, 0], [1, 0, 1, 2], [1, 1, 1, 0], [1, 1, 1, 1]] {
         let block = [&[48, 0, 7], &empty[..]].concat();
         let error = open(&block.repeat(2)).unwrap_err().to_string();
@@ -49,16 +52,16 @@ fn what_follows_the_last_whole_block_is_handed_out_as_it_is() {
         assert_eq!(payloads(&datagrams), [BLOCKS[0], BLOCKS[1], tail]);
         assert_eq!(capture.consumed(), capture.size().unwrap());
     }
-    // After a single block too, where the tail cannot be anything but padding or a cut block.
+    // After a single block, too, where the tail must be padding or a truncated block.
     for tail in [&[0][..], &[48, 0], &[0; 40], &[48, 0, 9, 0xFF]] {
         let octets = [BLOCKS[0], tail].concat();
         assert_eq!(payloads(&read(&octets, &mut open(&octets).unwrap()).0), [BLOCKS[0], tail]);
     }
-    // Before a whole block that ends where the file ends, it is not the end.
+    // Before a complete block at the end of the file it is not the end.
     let octets = [BLOCKS[0], BLOCKS[1], &[0, 0, 1], &[48, 0, 4, 0]].concat();
     let (datagrams, _) = read(&octets, &mut open(&octets).unwrap());
     assert_eq!(payloads(&datagrams), [BLOCKS[0], BLOCKS[1], &[0, 0, 1], &[48, 0, 4, 0]]);
-    assert_eq!(datagrams[2].contents, Contents::Unframed);
+    assert_eq!(datagrams[2].contents, PayloadKind::Unframed);
 }
 
 #[test]
@@ -69,7 +72,9 @@ fn the_rest_behind_damage_comes_in_parts() {
     assert!(error.is_none());
     assert_eq!(payloads(&datagrams).concat(), octets);
     assert!(
-        datagrams[2..].iter().all(|rest| rest.contents == Contents::Unframed && rest.payload.len() <= 65_535)
+        datagrams[2..]
+            .iter()
+            .all(|rest| rest.contents == PayloadKind::Unframed && rest.payload.len() <= 65_535)
     );
     assert_eq!(capture.gaps().to_string(), "200003 octets in 1 place (at offset 13)");
 }
@@ -116,7 +121,7 @@ fn large_blocks_are_believed_between_their_like_and_as_video() {
         [&[category, length_octets[0], length_octets[1]][..], &vec![0x80; length.into()][3..]].concat()
     };
     let (large, small, video) = (block(48, 2304), block(34, 20), block(240, 9000));
-    // All octets of the large block but LEN are neither text nor control characters, so it gets some.
+    // All octets of the large block except LEN are neither text nor control characters, so some are replaced.
     let large = [&large[..20], &[0; 4], &large[24..]].concat();
     let video = [&video[..20], &[0; 4], &video[24..]].concat();
     for believed in [[&large, &large], [&small, &video], [&video, &small], [&video, &video]] {
@@ -129,7 +134,7 @@ fn large_blocks_are_believed_between_their_like_and_as_video() {
     assert_eq!(read(&large, &mut open(&large).unwrap()).0.len(), 1);
 }
 
-/// The window never grows; here a hundred megabytes that exist nowhere go through it.
+/// The window has a fixed size: a hundred megabytes that are not stored pass through it.
 #[test]
 fn a_long_file_is_streamed() {
     let block = [&[48, 1, 0][..], &[5; 253]].concat();
@@ -203,7 +208,7 @@ fn foreign_files_are_refused_with_what_they_look_like() {
         assert!(message.starts_with("test: is not a capture: it looks like "), "{message}");
         assert!(message.contains(words), "{message}");
     }
-    // Text of every length and any alignment of what would be the second block.
+    // Text of any length, with any alignment of a supposed second block.
     for length in (1..long_text.len()).step_by(997) {
         assert!(refusal(&long_text.as_bytes()[length..]).contains("text"));
     }

@@ -1,8 +1,8 @@
-//! The recordings of the project, where `UTM_FUSION_SHARED_DATA` says they are.
+//! The recordings of the project, from the folder that `UTM_FUSION_SHARED_DATA` names.
 
 use std::path::PathBuf;
 
-use utm_fusion::capture::{Capture, Datagram};
+use utm_fusion::capture::{Capture, CapturedDatagram};
 
 fn recording(name: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("UTM_FUSION_SHARED_DATA");
@@ -12,16 +12,16 @@ fn recording(name: &str) -> Option<PathBuf> {
     Some(PathBuf::from(folder?).join(name))
 }
 
-/// Reads a recording to its end: no damage, every octet consumed.
-fn whole(name: &str) -> Option<(Capture, Vec<Datagram>)> {
+/// Reads a recording to its end, without damage and with every octet consumed.
+fn whole(name: &str) -> Option<(Capture, Vec<CapturedDatagram>)> {
     let mut capture = Capture::open(&recording(name)?).expect(name);
-    let datagrams: Vec<Datagram> = capture.by_ref().map(|item| item.expect(name)).collect();
+    let datagrams: Vec<CapturedDatagram> = capture.by_ref().map(|item| item.expect(name)).collect();
     assert_eq!(Some(capture.consumed()), capture.size(), "{name}");
     Some((capture, datagrams))
 }
 
-/// How many blocks the payloads hold, if they are filled with whole blocks.
-fn blocks(datagrams: &[Datagram]) -> Option<usize> {
+/// Number of blocks in the payloads, if these consist of complete blocks.
+fn blocks(datagrams: &[CapturedDatagram]) -> Option<usize> {
     let mut count = 0;
     for datagram in datagrams {
         let mut rest = datagram.payload.as_slice();
@@ -36,7 +36,7 @@ fn blocks(datagrams: &[Datagram]) -> Option<usize> {
 
 #[test]
 fn captures_hold_the_datagrams_their_headers_say() {
-    // Records of the file, and the sum of their UDP lengths without the headers, both counted by another program.
+    // Number of records in the file, and sum of their UDP lengths without headers, both counted by another program.
     let expected = [
         ("cat048-croatia/capture.pcap", 100, 6882),
         ("conformance/bias/capture.pcap", 1387, 177_731),
@@ -52,7 +52,7 @@ fn captures_hold_the_datagrams_their_headers_say() {
         assert_eq!(datagrams.len(), count, "{name}");
         let sum: usize = datagrams.iter().map(|datagram| datagram.payload.len()).sum();
         assert_eq!(sum, octets, "{name}");
-        // Only the hostile feed is not made of whole blocks: padding that slipped in would show.
+        // Only the hostile feed does not consist of complete blocks: padding in a payload would be detected.
         assert_eq!(blocks(&datagrams).is_some(), !name.contains("hostile"), "{name}");
     }
 }

@@ -1,14 +1,14 @@
 //! MAVLink telemetry logs.
 
 use asterix::{blocks, cat129};
-use utm_fusion::capture::{Contents, Format, SkipReason};
+use utm_fusion::capture::{CaptureFormat, PayloadKind, SkipReason};
 
 use crate::{open, open_in_steps};
 
 /// Microseconds of 2026-11-20T10:00:00Z.
 const START_US: u64 = 1_795_168_800_000_000;
 
-/// The checksum of MAVLink (X.25), of these octets and the seed of the message.
+/// The MAVLink checksum (X.25) of these octets and the seed of the message.
 fn checksum(octets: &[u8], seed: u8) -> [u8; 2] {
     let crc = octets.iter().chain([&seed]).fold(0xffff_u16, |crc, octet| {
         let octet = octet ^ (crc as u8);
@@ -18,7 +18,7 @@ fn checksum(octets: &[u8], seed: u8) -> [u8; 2] {
     crc.to_le_bytes()
 }
 
-/// A frame of version 2.
+/// A frame of MAVLink version 2.
 fn frame(system: u8, message: u8, seed: u8, contents: &[u8]) -> Vec<u8> {
     let mut frame = vec![0xfd, contents.len() as u8, 0, 0, 0, system, 1, message, 0, 0];
     frame.extend(contents);
@@ -38,8 +38,8 @@ fn position(system: u8, longitude: i32) -> Vec<u8> {
     frame(system, 33, 104, &contents)
 }
 
-/// Frames of pymavlink: ADSB_VEHICLE, OPEN_DRONE_ID_BASIC_ID and OPEN_DRONE_ID_LOCATION. The tests of `gateways::mavlink` have the
-/// calls that made them.
+/// Frames of pymavlink: ADSB_VEHICLE, OPEN_DRONE_ID_BASIC_ID and OPEN_DRONE_ID_LOCATION. The tests of `gateways::mavlink` show
+/// the calls that created them.
 const HEARD: [&str; 3] = [
     "fd2600000009ecf600001d624000e0d0251f900d560260ac1100282370176aff9f00b004004b4c4d31303233000005010234",
     "fd2c00000009ec643200000000000000000000000000000000000000000000000102313538314634464b44323239313030304134423213ca",
@@ -61,7 +61,7 @@ fn record(milliseconds: u64, frame: &[u8]) -> Vec<u8> {
     [&(START_US + 1000 * milliseconds).to_be_bytes()[..], frame].concat()
 }
 
-/// Ten seconds of a drone, once a second, and of its ground station.
+/// Ten seconds of a drone and its ground station, once a second.
 fn log() -> Vec<Vec<u8>> {
     let second = |second: u64| {
         let at = 1000 * second;
@@ -76,12 +76,12 @@ fn log_gives_a_position_as_cat129_with_the_time_of_the_log() {
     let octets = log().concat();
     for step in [0, 1] {
         let mut capture = open_in_steps(&octets, step).unwrap();
-        assert_eq!((capture.format(), capture.is_dated()), (&Format::Tlog, true));
+        assert_eq!((capture.format(), capture.is_dated()), (&CaptureFormat::Tlog, true));
         let datagrams: Vec<_> = capture.by_ref().map(Result::unwrap).collect();
         assert_eq!(datagrams.len(), 10);
         assert_eq!(capture.skipped().count(SkipReason::NotPosition), 20);
         let last = datagrams.last().unwrap();
-        assert_eq!(last.contents, Contents::Translated);
+        assert_eq!(last.contents, PayloadKind::Translated);
         assert_eq!(last.received.unwrap().to_string(), "2026-11-20T10:00:09.250Z");
         assert!(octets[last.origin as usize..].starts_with(&(START_US + 9_250_000).to_be_bytes()));
         let block = blocks(&last.payload).next().unwrap().unwrap();
@@ -94,13 +94,13 @@ fn log_gives_a_position_as_cat129_with_the_time_of_the_log() {
 #[test]
 fn log_goes_on_behind_damage() {
     let mut seconds = log();
-    // The length of a position's frame, and with it its checksum, is wrong.
+    // The length of a position's frame, and therefore its checksum, is wrong.
     let length = seconds[4].len();
     seconds[4][length - 39] ^= 0x40;
     let octets = seconds.concat();
     let mut capture = open(&octets).unwrap();
     let datagrams: Vec<_> = capture.by_ref().map(Result::unwrap).collect();
-    let positions = datagrams.iter().filter(|datagram| datagram.contents == Contents::Translated);
+    let positions = datagrams.iter().filter(|datagram| datagram.contents == PayloadKind::Translated);
     assert_eq!(positions.count(), 9);
     let lost = capture.gaps().octets + capture.skipped().count(SkipReason::Checksum);
     assert!(lost > 0, "the damage is counted");
@@ -113,7 +113,7 @@ fn log_gives_aircraft_and_remote_id_that_were_heard() {
     let mut capture = open(&log).unwrap();
     let datagrams: Vec<_> = capture.by_ref().map(Result::unwrap).collect();
     let [vehicle, id, location] = &datagrams[10..] else { panic!("{}", datagrams.len()) };
-    assert_eq!((vehicle.payload[0], vehicle.contents), (21, Contents::Translated));
+    assert_eq!((vehicle.payload[0], vehicle.contents), (21, PayloadKind::Translated));
     for line in [id, location] {
         let text = std::str::from_utf8(&line.payload).unwrap();
         assert!(text.contains("\"transmitter\":\"mavlink-9-236\"") && !text.contains("receiver"), "{text}");

@@ -1,4 +1,4 @@
-//! Datagrams within tags, labels and tunnels, as mirror ports and other link types have them.
+//! Datagrams inside tags, labels and tunnels, as from mirror ports and other link types.
 
 use proptest::prelude::*;
 use utm_fusion::capture::{Capture, OpenError, SkipReason};
@@ -19,14 +19,14 @@ fn frame() -> Vec<u8> {
     [ethernet(&[], IPV4), packet()].concat()
 }
 
-/// A datagram to that port.
+/// A datagram to this port.
 fn to_port(port: u16, payload: &[u8]) -> Vec<u8> {
     let mut datagram = udp(payload);
     datagram[2..4].copy_from_slice(&port.to_be_bytes());
     ipv4(UDP, 0, &datagram)
 }
 
-/// An Ethernet frame of that ether type.
+/// An Ethernet frame with this ether type.
 fn of_type(ether_type: u16, contents: &[&[u8]]) -> Vec<u8> {
     [ethernet(&[], ether_type.to_be_bytes()), contents.concat()].concat()
 }
@@ -35,7 +35,7 @@ fn on_ethernet(packet: impl AsRef<[u8]>) -> Vec<u8> {
     of_type(0x0800, &[packet.as_ref()])
 }
 
-/// PPP over Ethernet from its own header on.
+/// PPP over Ethernet, from its own header on.
 fn pppoe(protocol: &[u8], packet: &[u8]) -> Vec<u8> {
     let length = ((protocol.len() + packet.len()) as u16).to_be_bytes();
     [&[0x11, 0, 0, 1][..], &length, protocol, packet].concat()
@@ -45,7 +45,7 @@ fn gre(header: &[u8], contents: impl AsRef<[u8]>) -> Vec<u8> {
     on_ethernet(ipv4(GRE, 0, &[header, contents.as_ref()].concat()))
 }
 
-/// A header of that many octets without meaning, with two that have one.
+/// A header of `length` octets, of which only the first and the last two have a meaning.
 fn erspan(length: usize, first: u8, last: [u8; 2]) -> Vec<u8> {
     let mut header = vec![0; length];
     header[0] = first;
@@ -175,14 +175,14 @@ fn encapsulated_datagram_is_read() {
     assert!(datagrams.iter().all(|datagram| datagram.endpoints == endpoints(6)));
 }
 
-/// A VLAN tag and what follows its ether type, before the packet.
+/// A VLAN tag, and the octets between its ether type and the packet.
 fn tag_of(contents: &[u8]) -> Vec<u8> {
     let is_whole = contents.len() > 20;
     let packet = if is_whole { Vec::new() } else { packet() };
     of_type(0x8100, &[contents, &packet])
 }
 
-/// A packet of the firewall's log, with a prefix of three octets in front of it.
+/// A packet of the firewall's log, after a prefix of three octets.
 fn nflog(number: fn(u16) -> [u8; 2]) -> Vec<u8> {
     let value = |kind: u16, contents: &[u8]| {
         let padding = vec![0; contents.len().wrapping_neg() % 4];
@@ -198,7 +198,7 @@ fn datagram_to_the_port_of_a_tunnel_stays_one() {
             let octets = capture(101, &[to_port(port, payload)]);
             let mut capture = open(&octets).unwrap();
             let (datagrams, _) = read(&octets, &mut capture);
-            // MPLS and GRE have nothing by which they are known but their port.
+            // MPLS and GRE can be recognised by their port only.
             if ![6635, 4754].contains(&port) || payload == BLOCKS[0] {
                 assert_eq!(payloads(&datagrams), [payload], "{port}");
             }
@@ -215,7 +215,7 @@ fn nesting_is_read_to_a_limit() {
     assert_eq!(payloads(&datagrams), [BLOCKS[0]]);
     assert_eq!(capture_of_all.skipped().count(SkipReason::TooDeep), 2);
     assert_eq!(capture_of_all.skipped().to_string(), "2 nested too deeply");
-    // Tags and bridged frames count as well.
+    // Tags and bridged frames count as encapsulation, too.
     let tagged = of_type(0x8100, &[&[0, 7, 0x81, 0].repeat(100), &IPV4, &packet()]);
     let octets = capture(1, &[tagged]);
     let mut of_tags = open(&octets).unwrap();
@@ -240,7 +240,7 @@ fn fragmented_tunnel_is_put_together() {
     let (datagrams, _) = read(&octets, &mut of_one);
     assert_eq!((payloads(&datagrams), datagrams[0].fragments), (vec![&block[..]], 2));
     assert_eq!(of_one.skipped().total(), 0);
-    // Fragments within fragments: two datagrams' worth of frames.
+    // Fragments inside fragments: frames of two datagrams.
     let datagram = udp(&[&[48, 11, 184][..], &[2; 2_997]].concat());
     let (first, last) = datagram.split_at(1_600);
     let frames = [outer(&ipv4(UDP, 0x2000, first), 8), outer(&ipv4(UDP, 200, last), 9)].concat();
@@ -249,7 +249,7 @@ fn fragmented_tunnel_is_put_together() {
     let (datagrams, _) = read(&octets, &mut of_four);
     assert_eq!((datagrams[0].payload.len(), datagrams[0].fragments), (3_000, 4));
     assert_eq!(of_four.skipped().total(), 0);
-    // A reassembled packet that holds no datagram is counted by its kind.
+    // A reassembled packet without a datagram is counted by its kind.
     let octets = capture(101, &outer(&ipv4(6, 0, &[0; 1_500]), 7));
     let mut of_tcp = open(&octets).unwrap();
     assert!(read(&octets, &mut of_tcp).0.is_empty());
@@ -258,7 +258,7 @@ fn fragmented_tunnel_is_put_together() {
 
 #[test]
 fn ppi_names_the_link_type_behind_it() {
-    // A field of what Wi-Fi radios have in common, whose flags say that a checksum follows the frame.
+    // A field common to Wi-Fi radios, whose flags state that a checksum follows the frame.
     let field = [&[2, 0, 20, 0][..], &[0; 8], &[1, 0], &[0; 10]].concat();
     let header = [&[0, 0, 32, 0, 105, 0, 0, 0][..], &field].concat();
     let element = [&[221, 30, 0xfa, 0x0b, 0xbc, 0x0d, 7][..], &[0x32], &[0; 24]].concat();

@@ -1,4 +1,4 @@
-//! A little writer of captures, octet by octet and without the crates the reader uses, so that both are not wrong alike.
+//! A small writer of captures, independent of the crates that the reader uses, so that both do not share an error.
 
 /// A classic pcap file under construction.
 pub(crate) struct PcapWriter {
@@ -6,7 +6,7 @@ pub(crate) struct PcapWriter {
     big_endian: bool,
 }
 
-/// The four magic numbers: byte order, and whether the fraction is nanoseconds.
+/// The four magic numbers: byte order, and whether fractions are in nanoseconds.
 pub(crate) const MAGICS: [(bool, bool); 4] = [(false, false), (false, true), (true, false), (true, true)];
 
 impl PcapWriter {
@@ -25,7 +25,7 @@ impl PcapWriter {
         self.record_of(seconds, fraction, frame, frame.len());
     }
 
-    /// A record of which `original` octets were on the wire and only `frame` was kept.
+    /// A record with `original` octets on the wire, of which only `frame` was captured.
     pub(crate) fn record_of(&mut self, seconds: u32, fraction: u32, frame: &[u8], original: usize) {
         for field in [seconds, fraction, frame.len() as u32, original as u32] {
             self.u32(field);
@@ -49,7 +49,7 @@ pub(crate) struct PcapngWriter {
 }
 
 impl PcapngWriter {
-    /// With one section and no interface.
+    /// A file with one section and no interface.
     pub(crate) fn new(big_endian: bool) -> Self {
         let mut file = Self { octets: Vec::new(), big_endian };
         file.section(big_endian);
@@ -62,7 +62,7 @@ impl PcapngWriter {
         self.block(0x0A0D_0D0A, &body);
     }
 
-    /// A block of any type; the body is padded.
+    /// A block of any type, with its body padded.
     pub(crate) fn block(&mut self, kind: u32, body: &[u8]) {
         let padding = vec![0; body.len().wrapping_neg() % 4];
         let length = self.u32((12 + body.len() + padding.len()) as u32);
@@ -79,7 +79,7 @@ impl PcapngWriter {
         self.packet_of(interface, time, frame, frame.len(), &[]);
     }
 
-    /// An enhanced packet block that claims a number of captured octets.
+    /// An enhanced packet block that states this number of captured octets.
     pub(crate) fn packet_of(
         &mut self,
         interface: u32,
@@ -93,7 +93,7 @@ impl PcapngWriter {
         self.block(6, &body);
     }
 
-    /// The packet block of before 2009, after 3 lost packets.
+    /// The packet block used before 2009, after 3 lost packets.
     pub(crate) fn obsolete_packet(&mut self, interface: u16, time: u64, frame: &[u8]) {
         let body = [self.u16(interface), self.u16(3), self.packet_body(time, frame, frame.len())].concat();
         self.block(2, &body);
@@ -127,13 +127,13 @@ impl PcapngWriter {
     }
 }
 
-/// A record of a FINAL recording, received this many hundredths of a second after midnight.
+/// A record of a FINAL recording, received this number of hundredths of a second after midnight.
 pub(crate) fn final_record(hundredths: u32, data: &[u8]) -> Vec<u8> {
     let length = (data.len() as u16 + 12).to_be_bytes();
     [&length, &[1, 2, 3][..], &hundredths.to_be_bytes()[1..], data, &[0xA5; 4]].concat()
 }
 
-/// From port 8048 to 8049.
+/// A UDP datagram from port 8048 to 8049.
 pub(crate) fn udp(payload: &[u8]) -> Vec<u8> {
     let length = (8 + payload.len() as u16).to_be_bytes();
     [&[0x1F, 0x70, 0x1F, 0x71], &length[..], &[0, 0], payload].concat()
@@ -141,7 +141,7 @@ pub(crate) fn udp(payload: &[u8]) -> Vec<u8> {
 
 pub(crate) const UDP: u8 = 17;
 
-/// From 127.0.0.1 to 239.192.48.1.
+/// An IPv4 packet from 127.0.0.1 to 239.192.48.1.
 pub(crate) fn ipv4(protocol: u8, fragment: u16, payload: &[u8]) -> Vec<u8> {
     let mut packet = vec![0x45, 0];
     packet.extend((20 + payload.len() as u16).to_be_bytes());
@@ -152,7 +152,7 @@ pub(crate) fn ipv4(protocol: u8, fragment: u16, payload: &[u8]) -> Vec<u8> {
     packet
 }
 
-/// From ::1 to ff02::30.
+/// An IPv6 packet from ::1 to ff02::30.
 pub(crate) fn ipv6(next_header: u8, payload: &[u8]) -> Vec<u8> {
     let mut packet = vec![0x60, 0, 0, 0];
     packet.extend((payload.len() as u16).to_be_bytes());
@@ -162,7 +162,7 @@ pub(crate) fn ipv6(next_header: u8, payload: &[u8]) -> Vec<u8> {
     packet
 }
 
-/// How frames of one capture are wrapped: the link type's number, a name, and what precedes an IP packet of a version.
+/// The encapsulation of a capture's frames: number of the link type, name, and the octets before an IP packet of each version.
 pub(crate) struct Wrapping {
     pub(crate) link: u32,
     pub(crate) shown: &'static str,
@@ -188,7 +188,7 @@ fn cooked_2(version: u8) -> Vec<u8> {
 
 const BOTH: &[u8] = &[4, 6];
 
-/// Every link type that is read, Ethernet with each kind of tag.
+/// Every supported link type; Ethernet with each kind of tag.
 pub(crate) const WRAPPINGS: &[Wrapping] = &[
     Wrapping { link: 1, shown: "Ethernet", versions: BOTH, header: |v| ethernet(&[], ether_type(v)) },
     Wrapping {
@@ -203,7 +203,7 @@ pub(crate) const WRAPPINGS: &[Wrapping] = &[
         versions: BOTH,
         header: |v| ethernet(&[0x88, 0xA8, 0, 7, 0x81, 0, 0, 8], ether_type(v)),
     },
-    // Announces a frame check sequence of 4 octets in the upper half of the field.
+    // States a frame check sequence of 4 octets in the upper half of the field.
     Wrapping {
         link: 0x4400_0001,
         shown: "Ethernet",
@@ -232,7 +232,7 @@ pub(crate) const WRAPPINGS: &[Wrapping] = &[
 ];
 
 impl Wrapping {
-    /// A frame with one UDP datagram, and two octets of padding after it.
+    /// A frame with one UDP datagram, followed by two octets of padding.
     pub(crate) fn frame(&self, version: u8, payload: &[u8]) -> Vec<u8> {
         let packet = if version == 4 { ipv4(UDP, 0, &udp(payload)) } else { ipv6(UDP, &udp(payload)) };
         [(self.header)(version), packet, vec![0xEE, 0xEE]].concat()

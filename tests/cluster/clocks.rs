@@ -1,4 +1,4 @@
-//! Gateways whose clocks are wrong, by libfaketime, or that say so, in the place of `chronyc`.
+//! Gateways whose clocks are wrong (libfaketime), or reported as wrong by a substitute of `chronyc`.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -8,15 +8,15 @@ use std::time::{Duration, Instant};
 use fusion::Identity;
 use jiff::SignedDuration;
 use serde_json::Value;
-use utm_fusion::cluster::{GatewayReport, Log, Output, WHOLE, pictures};
-use utm_fusion::picture::Picture;
+use utm_fusion::cluster::{CellOutput, GatewayReport, Log, WHOLE, pictures};
+use utm_fusion::picture::{Picture, PictureTrack};
 
 use crate::site::{GATEWAYS, GOOD_CLOCK, LOST_CLOCK, SLACK_S, Setup, Site, until, variable};
 
-/// The region of one process that is right.
+/// Region of a single process with a right clock.
 const ALONE: &str = "alone";
 
-/// The library that shifts a process's clock; `None`, and a word about it, where there is none.
+/// Path of the library that shifts a process's clock; `None`, with a message, if it is not installed.
 pub fn faketime() -> Option<PathBuf> {
     let named = std::env::var_os("UTM_FUSION_FAKETIME").map(PathBuf::from);
     let machine = std::env::consts::ARCH;
@@ -30,7 +30,7 @@ pub fn faketime() -> Option<PathBuf> {
     found
 }
 
-/// The texts of the alerts about clocks that last.
+/// Texts of the active alerts about clocks.
 async fn alerts(site: &Site) -> Option<Vec<String>> {
     let (_, alerts) = site.ask("/api/v1/alerts").await?;
     let is_of_clocks = |alert: &&Value| {
@@ -41,51 +41,50 @@ async fn alerts(site: &Site) -> Option<Vec<String>> {
     Some(alerts.filter_map(|alert| alert["text"].as_str().map(str::to_owned)).collect())
 }
 
-/// What the map shows of the clocks of both gateways.
+/// Difference of the gateways' clocks as shown on the map, in seconds.
 async fn difference_s(site: &Site) -> Option<f64> {
     site.ask("/api/v1/cluster").await?.1["clocks"][0]["difference_s"].as_f64()
 }
 
-/// What is published from now on, by slot.
+/// Outputs published from now on, by slot.
 async fn published(log: &Log, slots: usize) -> BTreeMap<i64, Picture> {
     let (last, _) = until("an output", async || log.last(WHOLE).await.ok().flatten()).await;
     let mut outputs = log.outputs(WHOLE, last + 1);
     let mut found = BTreeMap::new();
     while found.len() < slots {
         let next = tokio::time::timeout(Duration::from_secs(60), outputs.next()).await.expect("slots come");
-        let output = Output::parse(&next.expect("the stream is there").1).unwrap();
+        let output = CellOutput::parse(&next.expect("the stream is there").1).unwrap();
         found.insert(output.slot.0, pictures(&output.picture).unwrap().0);
     }
     found
 }
 
-/// How two clusters that were sent the same differ, aircraft by aircraft.
+/// Differences between two clusters with the same sensor data, aircraft by aircraft.
 #[derive(Default)]
-struct Compared {
-    /// Aircraft and slots that both have; of these, in how many position and all that is known of it are equal to the bit.
+struct PictureDifference {
+    /// Number of pairs of aircraft and slot in both, and of those with identical position and estimate.
     both: usize,
     equal: usize,
-    /// That one of them has.
+    /// Numbers of those in only one of them.
     lost: usize,
     besides: usize,
-    /// How far apart their positions are, metres.
+    /// Distances between their positions, in metres.
     distances_m: Vec<f64>,
 }
 
-impl Compared {
+impl PictureDifference {
     fn of(right: &BTreeMap<i64, Picture>, found: &BTreeMap<i64, Picture>) -> Self {
         let mut compared = Self::default();
         for (slot, right) in right {
             let Some(found) = found.get(slot) else { continue };
             let mut left: Vec<_> = found.tracks.iter().collect();
             for track in &right.tracks {
-                let place = |track: &utm_fusion::picture::PictureTrack| track.point.position.0;
-                let identity = |track: &utm_fusion::picture::PictureTrack| -> Option<Identity> {
+                let place = |track: &PictureTrack| track.point.position.0;
+                let identity = |track: &PictureTrack| -> Option<Identity> {
                     track.point.source.transponder().map(|part| part.identity)
                 };
-                // Numbers of what radar sees alone are another node's: the nearest one is it.
-                let distance_m =
-                    |other: &utm_fusion::picture::PictureTrack| (place(other) - place(track)).norm();
+                // Track numbers of radar-only aircraft differ between nodes: match the nearest one.
+                let distance_m = |other: &PictureTrack| (place(other) - place(track)).norm();
                 let same = left.iter().enumerate().filter(|(_, other)| identity(other) == identity(track));
                 let nearest = same.min_by(|a, b| distance_m(a.1).total_cmp(&distance_m(b.1)));
                 let Some((index, _)) = nearest.filter(|(_, other)| distance_m(other) < 50.0) else {
@@ -111,7 +110,7 @@ impl Compared {
     }
 }
 
-impl fmt::Display for Compared {
+impl fmt::Display for PictureDifference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { both, equal, lost, besides, distances_m } = self;
         let [p50_m, p99_m, max_m] = [0.5, 0.99, 1.0].map(|share| self.at_m(share));
@@ -123,9 +122,9 @@ impl fmt::Display for Compared {
     }
 }
 
-/// `UTM_FUSION_CLOCK_MS`: by how much a clock is wrong; `UTM_FUSION_COMPARED`: slots that are compared.
+/// `UTM_FUSION_CLOCK_MS` is the clock's error; `UTM_FUSION_COMPARED` is the number of slots compared.
 #[tokio::test(flavor = "multi_thread")]
-async fn clocks_that_differ_are_said_and_what_is_published_is_nearly_the_same() {
+async fn differing_gateway_clocks_are_reported_and_harmless() {
     let Some(library) = faketime() else { return };
     let off_ms = variable("UTM_FUSION_CLOCK_MS", 50.0);
     let slots = variable("UTM_FUSION_COMPARED", 40.0) as usize;
@@ -133,7 +132,7 @@ async fn clocks_that_differ_are_said_and_what_is_published_is_nearly_the_same() 
     let Some(mut site) = Site::start(setup).await else { return };
     let alone = site.beside(ALONE).await;
     until("the one that is alone", async || alone.last(WHOLE).await.ok().flatten()).await;
-    // Both know what there is to be known after the longest memory of an engine.
+    // After the longest memory of an engine both have the same knowledge.
     tokio::time::sleep(Duration::from_secs(30)).await;
     let difference = until("a difference", async || difference_s(&site).await).await;
     assert!(difference.abs() < 0.015, "{difference}");
@@ -144,15 +143,15 @@ async fn clocks_that_differ_are_said_and_what_is_published_is_nearly_the_same() 
     assert!(text.contains("±3.0 ms") && text.contains(" ms from g1"), "{text}");
     let compare = async || {
         let (right, found) = tokio::join!(published(&alone, slots), published(&site.log, slots));
-        let compared = Compared::of(&right, &found);
+        let compared = PictureDifference::of(&right, &found);
         println!("{compared}");
         compared
     };
     println!("both right:");
     let compared = compare().await;
-    // Not all: what came just in time for one of them may have been late for the other.
+    // Some differ: data just in time for one may have been late for the other.
     assert!(compared.both > slots && compared.lost + compared.besides < slots / 10, "{compared}");
-    // They did not begin at once, and what they have learnt of the sensors meanwhile is not the same to the bit.
+    // They started at different times, so the learned sensor values differ slightly.
     assert!(compared.at_m(0.9) < 0.3, "{compared}");
 
     site.shift(GATEWAYS[1], SignedDuration::from_micros((off_ms * 1e3) as i64));
@@ -164,7 +163,7 @@ async fn clocks_that_differ_are_said_and_what_is_published_is_nearly_the_same() 
         difference_s(&site).await.filter(|found| (found.abs() * 1e3 - off_ms.abs()).abs() < 15.0)
     })
     .await;
-    // Of the first by name, how much later.
+    // The sign is that of the second gateway's delay relative to the first, by name.
     assert!(difference * off_ms < 0.0, "{difference}");
     let (_, status) = site.ask("/api/v1/status").await.unwrap();
     assert_eq!(status["state"], "degraded", "{status}");
@@ -183,12 +182,12 @@ async fn clocks_that_differ_are_said_and_what_is_published_is_nearly_the_same() 
     println!("none after {:.1} s", began.elapsed().as_secs_f64());
 }
 
-/// Messages that a gateway has handed on until its report: those in the log, and those on their way.
+/// Number of messages that a gateway has sent by its report: those in the log, and those waiting.
 const fn handed_on(report: &GatewayReport) -> u64 {
     report.counts.written + report.counts.waiting
 }
 
-/// Whether a gateway hands anything on within some seconds.
+/// Whether a gateway sends messages within some seconds.
 async fn writes(site: &Site, gateway: &str) -> bool {
     let report = async || site.gateway(gateway).await;
     let before = until("its word", report).await;
@@ -196,8 +195,8 @@ async fn writes(site: &Site, gateway: &str) -> bool {
     handed_on(&until("its word", report).await) > handed_on(&before)
 }
 
-/// Waits until a gateway has said that it is silent for some seconds without a break: on a busy machine the report of the other
-/// gateway may be late, and it publishes for a moment. Nothing is handed on in that time, and what is heard is counted.
+/// Waits until a gateway has reported silence for some seconds without a break. On a busy machine the other gateway's report may
+/// be late, and this one publishes for a moment. While silent it sends nothing, and counts what it receives.
 async fn stays_silent(site: &Site, gateway: &str) {
     until("silence without a break", async || {
         let before = is_silent(site, gateway, true).await;
@@ -208,20 +207,23 @@ async fn stays_silent(site: &Site, gateway: &str) {
             return None;
         }
         assert_eq!(handed_on(&after), handed_on(&before), "{after:?}");
-        assert!(after.counts.withheld > before.counts.withheld && !after.heard.is_empty(), "{after:?}");
+        assert!(
+            after.counts.withheld > before.counts.withheld && !after.recent_datagrams.is_empty(),
+            "{after:?}"
+        );
         Some(())
     })
     .await;
 }
 
-/// Waits until a gateway is silent, or speaks; what it says of itself then.
+/// Waits until a gateway is silent or publishes. Returns its report.
 async fn is_silent(site: &Site, gateway: &str, silent: bool) -> GatewayReport {
     let what = if silent { "it is silent" } else { "it speaks" };
     until(what, async || site.gateway(gateway).await.filter(|report| report.clock.is_silent == silent)).await
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_gateway_with_a_lost_clock_is_silent_while_another_one_carries_the_feed() {
+async fn unsynchronised_gateway_is_silent_while_another_is_fit() {
     let Some(mut site) = Site::start(Setup::default()).await else { return };
     let watcher = site.watch().await;
     let [carries, lost] = GATEWAYS;
@@ -243,9 +245,9 @@ async fn a_gateway_with_a_lost_clock_is_silent_while_another_one_carries_the_fee
     })
     .await;
     stays_silent(&site, lost).await;
-    assert!(site.said(lost).contains("publishes nothing"), "{}", site.said(lost));
+    assert!(site.log_text(lost).contains("publishes nothing"), "{}", site.log_text(lost));
 
-    // The other one is gone: better a wrong stamp than none.
+    // The other gateway is gone: wrong timestamps are better than no data.
     let before = watcher.slots();
     site.kill(carries);
     let began = Instant::now();

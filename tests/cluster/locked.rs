@@ -16,10 +16,10 @@ use crate::program::{Scratch, utm_fusion};
 use crate::servers::{self, Lock, Servers};
 use crate::site::{Setup, Site, proven, until};
 
-/// A server does not answer a refused request: time after which a request counts as refused.
+/// Time after which a request counts as refused. A server does not answer a refused request.
 const REFUSED: Duration = Duration::from_millis(700);
 
-/// Locked servers of the region "trial"; `None` where there is no server, or nothing to make certificates with.
+/// Locked servers of the region "trial"; `None` without nats-server or openssl.
 fn locked(count: usize) -> Option<(Servers, Scratch)> {
     let binary = servers::binary()?;
     let scratch = Scratch::new();
@@ -54,7 +54,7 @@ fn member(servers: &Servers) -> Cluster {
     }
 }
 
-/// A client that is no utm-fusion, with the certificate of a role.
+/// A plain NATS client with the certificate of a role.
 async fn client(servers: &Servers, certificates: &Path, role: &str) -> Client {
     let own = certificates.join(role);
     ConnectOptions::new()
@@ -97,7 +97,7 @@ const ASKED: [&str; 6] = [
 ];
 
 #[tokio::test(flavor = "multi_thread")]
-async fn each_role_writes_what_is_its_own_and_nothing_else() {
+async fn each_role_writes_only_its_own_subjects() {
     let Some((servers, scratch)) = locked(1) else { return };
     let directory = scratch.path("certificates");
     let log = Log::open(&proven(&member(&servers), Some(&directory), "node")).await.unwrap();
@@ -125,9 +125,9 @@ async fn each_role_writes_what_is_its_own_and_nothing_else() {
     }
 }
 
-/// Servers send an answer wherever its request says, whether who asks may write there or not.
+/// Servers send an answer to the subject that the request names, even if the requester may not publish to it.
 #[tokio::test(flavor = "multi_thread")]
-async fn answers_to_a_gateway_are_no_messages_of_the_log() {
+async fn server_answers_to_a_gateway_do_not_reach_the_log() {
     let Some((servers, scratch)) = locked(1) else { return };
     let directory = scratch.path("certificates");
     let log = Log::open(&proven(&member(&servers), Some(&directory), "node")).await.unwrap();
@@ -148,7 +148,7 @@ async fn answers_to_a_gateway_are_no_messages_of_the_log() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn no_role_reads_the_answers_to_another() {
+async fn roles_cannot_read_each_others_answers() {
     let Some((servers, scratch)) = locked(1) else { return };
     let directory = scratch.path("certificates");
     Log::open(&proven(&member(&servers), Some(&directory), "node")).await.unwrap();
@@ -166,7 +166,7 @@ async fn no_role_reads_the_answers_to_another() {
     }
 }
 
-/// All of a region's processes, each with the certificate of its role.
+/// Runs all processes of a region, each with the certificate of its role.
 #[tokio::test(flavor = "multi_thread")]
 async fn locked_region_shows_its_picture_and_nothing_is_refused() {
     let Some((servers, scratch)) = locked(1) else { return };
@@ -177,7 +177,7 @@ async fn locked_region_shows_its_picture_and_nothing_is_refused() {
         (status == 200 && tracks["features"].as_array().is_some_and(|tracks| tracks.len() >= 3)).then_some(())
     })
     .await;
-    // Nodes take over with what they may do, and an operator does what operators do.
+    // Nodes take over with their permissions, and an operator's commands work with the operator's.
     let operator = operator(&site);
     let [owner, standby] = site.pair().await;
     let drained = asked(&operator, &["drain", owner]).await;
@@ -192,14 +192,14 @@ async fn locked_region_shows_its_picture_and_nothing_is_refused() {
     let refused: Vec<String> =
         site.servers.log(0).lines().filter(|line| line.contains("Violation")).map(str::to_owned).collect();
     assert!(refused.is_empty(), "{}", refused.join("\n"));
-    // A picture is no operator.
+    // A picture does not have an operator's permissions.
     let picture = asked(&site.file("p0"), &["drain", standby]).await;
     assert!(!picture.status.success(), "{picture:?}");
     let said = String::from_utf8_lossy(&picture.stderr).into_owned();
     assert!(said.contains("Permissions Violation for Publish to") && said.contains("drain."), "{said}");
 }
 
-/// The file of an operator of the site.
+/// Configuration file of an operator of the site.
 fn operator(site: &Site) -> PathBuf {
     let text = fs::read_to_string(site.file("p0")).unwrap();
     let text = text.replace("/picture/", "/operator/").replace("_INBOX.picture", "_INBOX.operator");
@@ -209,14 +209,14 @@ fn operator(site: &Site) -> PathBuf {
     file
 }
 
-/// `utm-fusion cluster` with these arguments and that file.
+/// Runs `utm-fusion cluster` with these arguments and that file.
 async fn asked(file: &Path, arguments: &[&str]) -> Output {
     let mut command = utm_fusion("cluster");
     command.args(arguments).arg("--config").arg(file);
     tokio::task::spawn_blocking(move || command.output().unwrap()).await.unwrap()
 }
 
-/// A site's file with what a process proves itself with.
+/// A site's configuration file with these credentials.
 fn site_file(scratch: &Scratch, servers: &[String], proofs: &str) -> PathBuf {
     scratch.file(
         "site.toml",
@@ -231,7 +231,7 @@ fn site_file(scratch: &Scratch, servers: &[String], proofs: &str) -> PathBuf {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn refused_proof_is_an_error_that_names_the_cause() {
+async fn refused_credentials_are_an_error_with_the_cause() {
     let Some((servers, scratch)) = locked(1) else { return };
     let Some(()) = certificates(&scratch.path("others")) else { return };
     let path = |of: &str| scratch.path(of).display().to_string();
@@ -244,10 +244,10 @@ async fn refused_proof_is_an_error_that_names_the_cause() {
         text.lines().nth(1).unwrap().to_owned()
     });
     for (proofs, cause) in [
-        // No certificate, and none whose issuer the servers trust.
+        // No certificate, then one whose issuer the servers do not trust.
         (format!("ca = \"{own}/server/ca.pem\""), "wants one: cluster.certificate and cluster.key"),
         (proofs(&own, &format!("{others}/picture")), "does not take the certificate of this process"),
-        // A server that the own authority does not know.
+        // A server whose certificate the configured authority has not issued.
         (proofs(&others, &format!("{own}/picture")), "is not issued by one of cluster.ca"),
         // A certificate of no role.
         (proofs(&own, &format!("{own}/server")), "knows no user of this certificate"),
@@ -269,7 +269,7 @@ async fn refused_proof_is_an_error_that_names_the_cause() {
 }
 
 #[test]
-fn file_that_proves_nothing_is_named_without_what_it_holds() {
+fn invalid_credentials_file_is_named_without_its_content() {
     let scratch = Scratch::new();
     if certificates(&scratch.path("certificates")).is_none() {
         return;
@@ -308,7 +308,7 @@ fn file_that_proves_nothing_is_named_without_what_it_holds() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn nkey_of_a_file_is_a_proof() {
+async fn nkey_file_is_accepted() {
     let Some(binary) = servers::binary() else { return };
     let scratch = Scratch::new();
     let Some([seed, user]) = nkey(&scratch) else { return };
@@ -324,7 +324,7 @@ async fn nkey_of_a_file_is_a_proof() {
     assert!(said.contains("authorization violation") && !said.contains(&seed), "{said}");
 }
 
-/// A seed and who it is of, as NATS writes keys of Ed25519: a prefix, the key and a CRC, in base 32.
+/// A seed and its public key in the format of NATS for Ed25519 keys: prefix, key and CRC, in base 32.
 fn nkey(scratch: &Scratch) -> Option<[String; 2]> {
     let openssl = |arguments: &[&str]| Command::new("openssl").args(arguments).output();
     let file = scratch.path("key.pem").display().to_string();

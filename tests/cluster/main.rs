@@ -1,5 +1,5 @@
-//! The log between machines, with real `nats-server` processes on loopback: what the cluster relies on, and for how long it
-//! does not answer.
+//! Tests with real `nats-server` processes on loopback: features of the log that the cluster relies on, and the duration of
+//! outages.
 #![expect(
     clippy::unwrap_used,
     clippy::disallowed_methods,
@@ -38,7 +38,7 @@ use async_nats::jetstream::stream::{Config, StorageType};
 use crate::program::Scratch;
 use crate::servers::Servers;
 
-/// A cluster and its directory; `None` where there is no server.
+/// Servers and their directory; `None` if nats-server is not installed.
 async fn cluster(count: usize) -> Option<(Servers, Scratch)> {
     let binary = servers::binary()?;
     let scratch = Scratch::new();
@@ -48,7 +48,7 @@ async fn cluster(count: usize) -> Option<(Servers, Scratch)> {
     Some((servers, scratch))
 }
 
-/// A stream in memory on three servers, of all below that subject.
+/// A stream in memory on three servers, for all subjects below `below`.
 fn in_memory(name: &str, below: &str) -> Config {
     Config {
         name: name.to_owned(),
@@ -61,7 +61,7 @@ fn in_memory(name: &str, below: &str) -> Config {
     }
 }
 
-/// Appends a message, and waits for its number.
+/// Appends a message, and waits for its acknowledgement.
 async fn append(
     streams: &jetstream::Context,
     subject: &str,

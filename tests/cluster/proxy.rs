@@ -1,4 +1,4 @@
-//! A way to a server that can stall: what a client sees of a network that is cut, without an end of its connections.
+//! A proxy to a server that can stall, which clients experience as a network failure: connections stay open without data.
 
 use std::net::{Ipv4Addr, SocketAddr};
 use std::time::Duration;
@@ -8,12 +8,12 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tokio::task::{JoinHandle, JoinSet};
 
-/// Octets that it holds at most in each direction of a connection; what is beyond them waits at the sender.
-const HELD: usize = 64 * 1024;
-/// Connections at once; further ones wait.
-const CONNECTIONS: usize = 64;
+/// Maximum number of octets held in each direction of a connection. Further ones wait at the sender.
+const MAX_HELD_OCTETS: usize = 64 * 1024;
+/// Maximum number of concurrent connections; further ones wait.
+const MAX_CONNECTIONS: usize = 64;
 
-/// Takes connections on a port of loopback and passes them on, both ways, unless stalled.
+/// Accepts connections on a loopback port and forwards them in both directions unless stalled.
 pub struct Proxy {
     address: SocketAddr,
     open: watch::Sender<bool>,
@@ -21,7 +21,7 @@ pub struct Proxy {
 }
 
 impl Proxy {
-    /// In front of that address.
+    /// Starts a proxy to that address.
     pub async fn start(server: SocketAddr) -> Self {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
         let address = listener.local_addr().unwrap();
@@ -30,18 +30,18 @@ impl Proxy {
         Self { address, open, task }
     }
 
-    /// Where clients connect.
+    /// URL for clients.
     pub fn url(&self) -> String {
         format!("nats://{}", self.address)
     }
 
-    /// Nothing passes from now on, in either direction; connections stay, and new ones are taken and hear nothing.
+    /// Stops forwarding in both directions. Connections stay open, and new ones are accepted without an answer.
     pub fn stall(&self) {
         self.open.send_replace(false);
     }
 
-    /// What was held passes, and all else again.
-    pub fn go_on(&self) {
+    /// Forwards the held octets, and continues.
+    pub fn resume(&self) {
         self.open.send_replace(true);
     }
 }
@@ -53,17 +53,17 @@ impl Drop for Proxy {
 }
 
 async fn accept(listener: TcpListener, server: SocketAddr, is_open: watch::Receiver<bool>) {
-    // Dropped with this task, it ends all connections.
+    // Dropped with this task, which ends all connections.
     let mut connections = JoinSet::new();
     loop {
-        while connections.len() >= CONNECTIONS {
+        while connections.len() >= MAX_CONNECTIONS {
             connections.join_next().await;
         }
         match listener.accept().await {
             Ok((client, _)) => {
                 connections.spawn(connection(client, server, is_open.clone()));
             }
-            // No more descriptors, or the peer has gone: neither is this listener's end.
+            // No more descriptors, or the peer has gone: the listener continues.
             Err(_) => tokio::time::sleep(Duration::from_millis(10)).await,
         }
         while connections.try_join_next().is_some() {}
@@ -78,7 +78,7 @@ async fn connection(mut client: TcpStream, server: SocketAddr, mut is_open: watc
     let _ = (client.set_nodelay(true), server.set_nodelay(true));
     let (from_client, to_client) = client.split();
     let (from_server, to_server) = server.split();
-    // Either side's end is the connection's: NATS knows no half of one.
+    // If either side closes, the connection is closed: NATS does not use half-open ones.
     tokio::select! {
         () = pass(from_client, to_server, is_open.clone()) => {}
         () = pass(from_server, to_client, is_open.clone()) => {}
@@ -90,10 +90,10 @@ async fn pass(
     mut to: impl AsyncWrite + Unpin,
     mut is_open: watch::Receiver<bool>,
 ) {
-    let mut held = vec![0; HELD];
+    let mut held = vec![0; MAX_HELD_OCTETS];
     loop {
         let Ok(read @ 1..) = from.read(&mut held).await else { return };
-        // Checked after the read: what arrives while it is stalled does not pass.
+        // Check after the read, so that data that arrives during a stall does not pass.
         if is_open.wait_for(|open| *open).await.is_err() || to.write_all(&held[..read]).await.is_err() {
             return;
         }

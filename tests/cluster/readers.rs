@@ -1,4 +1,4 @@
-//! Reading from a sequence on, by one subject filter, whatever becomes of the consumer.
+//! Reading from a sequence on with a subject filter, across failures of the consumer.
 
 use std::time::{Duration, Instant};
 
@@ -7,13 +7,13 @@ use async_nats::jetstream::consumer::{AckPolicy, DeliverPolicy, pull};
 use async_nats::jetstream::stream::{Config, DirectGetErrorKind};
 use fusion::slots::Slot;
 use futures_util::{FutureExt, StreamExt};
-use utm_fusion::cluster::{Appended, Checkpoint, Log, Mark, Output, Step};
+use utm_fusion::cluster::{AppendResult, CellOutput, Checkpoint, Log, Mark, SheddingLevel};
 use utm_fusion::config::Cluster;
 
 use crate::servers::Servers;
 use crate::{append, cluster, in_memory};
 
-/// A consumer without replicas of all messages from that sequence on whose subject matches, and the name of its server.
+/// A consumer without replicas for all matching messages from that sequence on, and the name of its server.
 async fn consumer(streams: &jetstream::Context, from: u64, filter: &str) -> Option<(pull::Stream, String)> {
     let config = pull::Config {
         deliver_policy: DeliverPolicy::ByStartSequence { start_sequence: from },
@@ -26,13 +26,13 @@ async fn consumer(streams: &jetstream::Context, from: u64, filter: &str) -> Opti
     };
     let consumer = streams.create_consumer_on_stream(config, "IN").await.ok()?;
     let server = consumer.cached_info().cluster.as_ref()?.leader.clone()?;
-    // Few at once, so that the server's end comes between them.
+    // Small batches, so that the server is killed between them.
     let requests = consumer.stream().max_messages_per_batch(5).expires(Duration::from_secs(5));
     Some((requests.heartbeat(Duration::from_millis(500)).messages().await.ok()?, server))
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_reader_goes_on_after_the_server_of_its_consumer_was_killed() {
+async fn reader_continues_after_its_server_was_killed() {
     let Some((mut servers, _scratch)) = cluster(3).await else { return };
     let mut streams = jetstream::new(servers.client().await);
     streams.create_stream(Config { allow_direct: true, ..in_memory("IN", "in") }).await.unwrap();
@@ -52,11 +52,11 @@ async fn a_reader_goes_on_after_the_server_of_its_consumer_was_killed() {
     while read.len() < wanted.len() {
         assert!(began.elapsed() < Duration::from_secs(30), "{} of {}", read.len(), wanted.len());
         let Some((mut messages, server)) = consumer(&streams, from, "in.1.2").await else {
-            // Nobody leads: its answer is at once.
+            // The servers have no leader, and answer at once.
             tokio::time::sleep(Duration::from_millis(50)).await;
             continue;
         };
-        // What ends it: a heartbeat that is missing, or a consumer that is gone.
+        // The loop ends if a heartbeat is missing or the consumer is gone.
         while read.len() < wanted.len()
             && let Some(Ok(message)) = messages.next().await
         {
@@ -74,7 +74,7 @@ async fn a_reader_goes_on_after_the_server_of_its_consumer_was_killed() {
     assert_eq!(without_a_consumer(&streams, 50, "in.1.2").await, wanted);
 }
 
-/// The same asked for one by one, which any server of the stream answers, whoever leads.
+/// Reads the same messages one by one, which any server of the stream answers, even without a leader.
 async fn without_a_consumer(streams: &jetstream::Context, mut from: u64, filter: &str) -> Vec<u64> {
     let stream = streams.get_stream_no_info("IN").await.unwrap();
     let (mut read, began) = (Vec::new(), Instant::now());
@@ -90,7 +90,7 @@ async fn without_a_consumer(streams: &jetstream::Context, mut from: u64, filter:
     }
 }
 
-/// The streams of a region of its own.
+/// The streams of a separate region.
 async fn log_of(servers: &Servers) -> Log {
     let settings = Cluster {
         servers: servers.urls(),
@@ -102,27 +102,28 @@ async fn log_of(servers: &Servers) -> Log {
     Log::open(&settings).await.unwrap()
 }
 
-/// The picture looks up every 20 ms, others wait for two streams at once: no reader is begun anew for it, nor a silence begun anew.
+/// The picture checks every 20 ms, and other readers wait for two streams at once: a cancelled wait must not restart the reader
+/// or its timeout.
 #[tokio::test(flavor = "multi_thread")]
-async fn whoever_gives_up_waiting_and_asks_again_gets_every_message() {
+async fn cancelled_reads_lose_no_message() {
     let Some((servers, _scratch)) = cluster(1).await else { return };
     let log = log_of(&servers).await;
-    let output = |slot: i64| Output {
+    let output = |slot: i64| CellOutput {
         slot: Slot(slot),
         epoch: 1,
         refused: Vec::new(),
-        behind: 1,
-        step: Step::default(),
+        after_input: 1,
+        level: SheddingLevel::default(),
         picture: vec![7; 100],
     };
     let mut reading = log.outputs("cell", 1);
     let (mut read, mut given_up) = (Vec::new(), 0);
     for slot in 0..200_u64 {
-        assert_eq!(log.append("cell", slot, &output(slot as i64)).await, Appended::Stored(slot + 1));
+        assert_eq!(log.append("cell", slot, &output(slot as i64)).await, AppendResult::Stored(slot + 1));
     }
     let began = Instant::now();
     while read.len() < 200 {
-        // One look, and no waiting at all: nothing that takes its time would ever be done if it were begun anew.
+        // Poll once without waiting: work that restarted with every call would never be completed.
         match reading.next().now_or_never() {
             Some(message) => read.push(message.expect("the stream is there").0),
             None => {
@@ -144,9 +145,9 @@ async fn whoever_gives_up_waiting_and_asks_again_gets_every_message() {
     assert!(readers <= 2, "{readers} readers were made for one");
 }
 
-/// Whoever begins to read one that is replaced just then reads the next.
+/// A reader whose checkpoint is replaced during reading reads the next one.
 #[tokio::test(flavor = "multi_thread")]
-async fn a_checkpoint_is_read_while_others_take_its_place() {
+async fn checkpoint_is_read_while_being_replaced() {
     let Some((servers, _scratch)) = cluster(1).await else { return };
     let log = log_of(&servers).await;
     let checkpoint = |published| Checkpoint {
@@ -155,11 +156,11 @@ async fn a_checkpoint_is_read_while_others_take_its_place() {
         published,
         engine: vec![7; 300_000],
     };
-    log.keep("all", &checkpoint(0)).await.unwrap();
+    log.put_checkpoint("all", &checkpoint(0)).await.unwrap();
     let (writer, began) = (log.clone(), Instant::now());
     let writing = tokio::spawn(async move {
         for published in 1.. {
-            writer.keep("all", &checkpoint(published)).await.unwrap();
+            writer.put_checkpoint("all", &checkpoint(published)).await.unwrap();
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
     });

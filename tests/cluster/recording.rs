@@ -1,24 +1,24 @@
-//! What a cluster sends is what one service would: its recording, replayed, gives the same octets.
+//! A recording of a cluster replays to the same octets that the picture sends.
 
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::Duration;
 
 use utm_fusion::capture::Capture;
-use utm_fusion::net::listen::Line;
+use utm_fusion::net::listen::ConfiguredLine;
 
 use crate::program::{Scratch, utm_fusion};
 use crate::site::{NODES, Setup, Site};
 
-/// For how long it is recorded.
+/// Duration of the recording.
 const LASTS: &str = "15s";
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_the_picture_sends_is_what_replay_makes_of_the_cells_recording() {
+async fn replay_of_a_recording_equals_the_published_output() {
     let Some(site) = Site::start(Setup::default()).await else { return };
     let sink = &site.config.output.asterix[0];
     let (address, port) = (sink.address, sink.port);
-    let line = Line { address, port, sources: Vec::new(), sensors: Vec::new(), connection: None };
+    let line = ConfiguredLine { address, port, sources: Vec::new(), sensors: Vec::new(), connection: None };
     let (socket, _) = line.open().unwrap();
     let socket = tokio::net::UdpSocket::from_std(socket).unwrap();
 
@@ -44,13 +44,13 @@ async fn what_the_picture_sends_is_what_replay_makes_of_the_cells_recording() {
     let replayed = scratch.path("replayed.pcap");
     let mut replay = utm_fusion("replay");
     replay.arg(&input).arg("--config").arg(only(&directory, "input-", ".site.toml"));
-    // It begins with the state that the cell had then.
+    // The replay starts from the cell's state at the beginning of the recording.
     replay.arg("--state").arg(&input).arg("-o").arg(&replayed);
     let replay = replay.output().unwrap();
     assert!(replay.status.success(), "{}", String::from_utf8_lossy(&replay.stderr));
     let (made, replayed) = (payloads(&output), payloads(&replayed));
     assert!(made.len() > 30 && replayed.len() >= made.len(), "{} {}", made.len(), replayed.len());
-    // Behind these are the slots that the window still held when the recording ended.
+    // The replay continues with the slots that the window still held when the recording ended.
     assert!(replayed[..made.len()] == made, "the recording replays to something else");
     let first = made.iter().position(|octets| *octets == sent[0]).expect("what was sent first is recorded");
     let both = (made.len() - first).min(sent.len());

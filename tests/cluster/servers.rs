@@ -1,4 +1,4 @@
-//! A cluster of `nats-server` processes on loopback: killed, stopped and started again by index; gone with the test.
+//! A cluster of `nats-server` processes on loopback. They can be killed, suspended and restarted by index, and end with the test.
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
@@ -13,13 +13,13 @@ use async_nats::jetstream::stream::{Config, StorageType};
 use async_nats::{Client, ConnectOptions, jetstream};
 use futures_util::TryStreamExt;
 
-/// Servers that do not answer within this time never do.
+/// Timeout for the servers' answers.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// Where ports are looked for: below those that systems give to outgoing connections.
+/// Range in which free ports are searched, below the usual ephemeral ports.
 const PORTS: std::ops::Range<u16> = 26_000..32_000;
 
-/// The server to test with: of the variable, of the path, or of where Debian has it; `None`, and a word about it, where there
-/// is none.
+/// The server to test with: from the environment variable, from the path, or from Debian's directory. `None`, with a message, if
+/// it is not installed.
 pub fn binary() -> Option<PathBuf> {
     let named = std::env::var_os("UTM_FUSION_NATS_SERVER").map(PathBuf::from);
     if let Some(named) = named {
@@ -36,7 +36,7 @@ pub fn binary() -> Option<PathBuf> {
     found
 }
 
-/// Major and minor version of a server, as in "nats-server: v2.9.10".
+/// Major and minor version of a server, from a text such as "nats-server: v2.9.10".
 pub fn version(binary: &Path) -> Option<(u32, u32)> {
     let said = Command::new(binary).arg("--version").stderr(Stdio::null()).output().ok()?;
     let said = String::from_utf8(said.stdout).ok()?;
@@ -44,25 +44,25 @@ pub fn version(binary: &Path) -> Option<(u32, u32)> {
     Some((parts.next()?.parse().ok()?, parts.next()?.parse().ok()?))
 }
 
-/// Processor time of a process so far, of the user and of the system, in seconds.
+/// Processor time of a process so far, in user and system mode, in seconds.
 pub fn cpu_seconds(process: u32) -> Option<f64> {
     let line = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-    // The name may hold anything; what follows its bracket is fields from the third on. Ticks are of 10 ms on Linux.
+    // The process name may contain anything. After its bracket follow the fields from the third on. A tick is 10 ms on Linux.
     let mut fields = line.rsplit_once(')')?.1.split_whitespace().skip(11);
     let (user, system): (f64, f64) = (fields.next()?.parse().ok()?, fields.next()?.parse().ok()?);
     Some((user + system) / 100.0)
 }
 
-/// What a server starts with after it ended.
+/// Data with which a server is restarted.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Store {
     /// Its directory as it left it.
     Kept,
-    /// An empty directory, as of a new machine.
+    /// An empty directory, as on a new machine.
     Empty,
 }
 
-/// A server, and a shell that ends it where the test itself is killed.
+/// A server, and a shell that kills it if the test itself is killed.
 struct Process {
     server: Child,
     guard: Child,
@@ -70,7 +70,7 @@ struct Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // The guard first: later the number may be another process's.
+        // End the guard first: later another process may have the server's process id.
         let _ = self.guard.kill();
         let _ = self.guard.wait();
         let _ = self.server.kill();
@@ -79,9 +79,9 @@ impl Drop for Process {
 }
 
 struct Server {
-    /// No other server's of this machine.
+    /// Unique on this machine.
     name: String,
-    /// Of clients, and of the other servers.
+    /// Ports for clients and for other servers.
     ports: [u16; 2],
     process: Option<Process>,
 }
@@ -89,13 +89,13 @@ struct Server {
 /// Configuration and certificates of locked servers.
 #[derive(Clone)]
 pub struct Lock {
-    /// The configuration: TLS and permissions.
+    /// Configuration file with TLS and permissions.
     pub configuration: PathBuf,
-    /// Where its certificates are.
+    /// Directory of the servers' certificates.
     pub certificates: PathBuf,
 }
 
-/// One server, or a cluster of several, each with JetStream and a directory.
+/// One server, or a cluster of several, each with JetStream and its own directory.
 pub struct Servers {
     binary: PathBuf,
     version: (u32, u32),
@@ -105,14 +105,14 @@ pub struct Servers {
 }
 
 impl Servers {
-    /// Starts that many servers with their files in the directory, and waits until they keep streams.
+    /// Starts `count` servers with their files in the directory, and waits until they store streams.
     pub async fn start(binary: &Path, directory: &Path, count: usize) -> Self {
         let mut started = Self::new(binary, directory, count, None);
         started.start_all(Store::Empty).await;
         started
     }
 
-    /// Starts locked ones, and waits until they accept connections. A client without a role cannot ask whether they keep streams.
+    /// Starts locked servers, and waits until they accept connections. A client without a role cannot query their streams.
     pub fn start_locked(binary: &Path, directory: &Path, count: usize, lock: Lock) -> Self {
         let mut started = Self::new(binary, directory, count, Some(lock));
         (0..count).for_each(|index| started.spawn(index, Store::Empty));
@@ -141,42 +141,42 @@ impl Servers {
         self.version
     }
 
-    /// How many there are, running or not.
+    /// Number of servers, running or not.
     pub fn count(&self) -> usize {
         self.servers.len()
     }
 
-    /// The address of each for clients.
+    /// URLs for clients.
     pub fn urls(&self) -> Vec<String> {
         (0..self.count()).map(|index| self.url(index)).collect()
     }
 
-    /// The address of one for clients.
+    /// URL of a server for clients.
     pub fn url(&self, index: usize) -> String {
         format!("nats://{}", self.address(index))
     }
 
-    /// The address of one for clients.
+    /// Address of a server for clients.
     pub fn address(&self, index: usize) -> SocketAddr {
         (Ipv4Addr::LOCALHOST, self.servers[index].ports[0]).into()
     }
 
-    /// The processes that run.
+    /// Process ids of the running servers.
     pub fn processes(&self) -> Vec<u32> {
         self.servers.iter().filter_map(|server| Some(server.process.as_ref()?.server.id())).collect()
     }
 
-    /// The one of that name, as streams state their leader's.
+    /// Index of a server by its name, as streams state their leader.
     pub fn index_of(&self, name: &str) -> usize {
         self.servers.iter().position(|server| server.name == name).expect("a server of this cluster")
     }
 
-    /// A client that knows all of them, asks again soon and gives up none.
+    /// A client that has the addresses of all servers, and retries soon and without end.
     pub async fn client(&self) -> Client {
         options().connect(self.urls()).await.unwrap()
     }
 
-    /// The one that leads the stream now; `None` while there is none.
+    /// Index of the server that leads the stream; `None` if it has no leader.
     pub async fn leader(&self, streams: &jetstream::Context, stream: &str) -> Option<usize> {
         let info = streams.get_stream(stream).await.ok()?.cached_info().clone();
         match info.cluster {
@@ -185,12 +185,12 @@ impl Servers {
         }
     }
 
-    /// Ends it at once, as `kill -9` does.
+    /// Kills a server like `kill -9`.
     pub fn kill(&mut self, index: usize) {
         assert!(self.servers[index].process.take().is_some(), "server {index} does not run");
     }
 
-    /// Ends it as a machine does that is shut down: it hands over what it leads before.
+    /// Shuts a server down in order: it hands over its leadership first.
     pub fn end(&mut self, index: usize) {
         signal("-TERM", self.process(index));
         let mut process = self.servers[index].process.take().expect("the server runs");
@@ -201,9 +201,9 @@ impl Servers {
         }
     }
 
-    /// Ends all of them at once.
+    /// Kills all servers at once.
     pub fn kill_all(&mut self) {
-        // All signals before the first wait: no two may go on and choose a leader.
+        // Send all signals before the first wait, so that no two servers elect a leader.
         for process in self.processes() {
             signal("-KILL", process);
         }
@@ -212,9 +212,9 @@ impl Servers {
         }
     }
 
-    /// Halts a server as a machine without processor time would: connections stay, nothing answers.
+    /// Suspends a server like a machine without processor time: connections stay open without answers.
     ///
-    /// On a busy machine some time passes between the signal and the halt, in which the server goes on answering.
+    /// On a busy machine the server may still answer for a moment after the signal.
     pub fn halt(&self, index: usize) {
         let process = self.process(index);
         signal("-STOP", process);
@@ -225,18 +225,18 @@ impl Servers {
         }
     }
 
-    /// Lets a halted server go on.
-    pub fn go_on(&self, index: usize) {
+    /// Continues a suspended server.
+    pub fn resume(&self, index: usize) {
         signal("-CONT", self.process(index));
     }
 
-    /// Starts one that ended; it may need some time to catch up with the others: [`Self::ready`].
+    /// Starts a server that has ended. It may need time to catch up: see [`Self::ready`].
     pub fn restart(&mut self, index: usize, store: Store) {
         self.spawn(index, store);
         self.answers(index);
     }
 
-    /// Starts all that ended, and waits until they keep streams.
+    /// Starts all servers that have ended, and waits until they store streams.
     pub async fn start_all(&mut self, store: Store) {
         let ended: Vec<usize> =
             (0..self.count()).filter(|&index| self.servers[index].process.is_none()).collect();
@@ -249,7 +249,7 @@ impl Servers {
         self.ready().await;
     }
 
-    /// Waits until a stream can be made on all of them, and those that there are have a leader and followers that are current.
+    /// Waits until a stream can be created on all servers, and existing streams have a leader and current followers.
     pub async fn ready(&self) {
         let (began, streams) = (Instant::now(), jetstream::new(self.client().await));
         for attempt in 0.. {
@@ -262,7 +262,7 @@ impl Servers {
         }
     }
 
-    /// Each attempt has a stream of its own: what became of one that failed is not known.
+    /// Uses a new stream for each attempt, because the result of a failed one is unknown.
     async fn is_ready(&self, streams: &jetstream::Context, attempt: u32) -> Result<(), async_nats::Error> {
         let (name, subject) = (format!("PROBE_{attempt}"), format!("probe.{attempt}"));
         let probe = Config {
@@ -286,7 +286,7 @@ impl Servers {
         Ok(())
     }
 
-    /// What a server has said since it started for the first time.
+    /// Log of a server since its first start.
     pub fn log(&self, index: usize) -> String {
         fs::read_to_string(self.file(index, "log")).unwrap_or_default()
     }
@@ -299,7 +299,7 @@ impl Servers {
         self.directory.join(format!("{}.{end}", self.servers[index].name))
     }
 
-    /// Waits until it takes connections of clients, and is who answers there.
+    /// Waits until the server accepts clients, and checks that no other process answers there.
     fn answers(&mut self, index: usize) {
         let (began, address) = (Instant::now(), self.address(index));
         loop {
@@ -320,7 +320,7 @@ impl Servers {
 
     fn configuration(&self, index: usize) -> String {
         let Server { name, ports: [clients, own], .. } = &self.servers[index];
-        // Acknowledged is stored: servers before 2.10 do not know the key, and end on what they do not know.
+        // Acknowledged messages have to be on disk. Servers before 2.10 end on this unknown key.
         let sync = if self.version >= (2, 10) { "sync_interval: always" } else { "" };
         let store = self.file(index, "store");
         let mut text = format!(
@@ -333,7 +333,7 @@ impl Servers {
                 .iter()
                 .map(|server| format!("\"nats-route://127.0.0.1:{}\"", server.ports[1]))
                 .collect();
-            // Not advertised: a client behind a stalled proxy is not to find a way around it.
+            // Not advertised, so that a client behind a stalled proxy does not connect directly.
             text += &format!(
                 "cluster {{ name: test, listen: \"127.0.0.1:{own}\", no_advertise: true, routes: [{}] }}\n",
                 others.join(", ")
@@ -342,7 +342,7 @@ impl Servers {
         text
     }
 
-    /// Arguments of a locked server beside the common configuration.
+    /// Arguments of a locked server in addition to the common configuration.
     fn arguments(&self, index: usize) -> Vec<String> {
         let Server { name, ports: [clients, own], .. } = &self.servers[index];
         let store = self.file(index, "store").display().to_string();
@@ -377,7 +377,7 @@ impl Servers {
             }
         }
         let log = fs::File::options().create(true).append(true).open(self.file(index, "log")).unwrap();
-        // Its read ends when this process does, however it does. Started first: without it no server is.
+        // Its read ends when this process ends for any reason. It is started first: no server runs without it.
         let mut guard = Command::new("sh")
             .args(["-c", "read -r server; read -r _; kill -9 \"$server\""])
             .stdin(Stdio::piped())
@@ -394,8 +394,8 @@ impl Servers {
     }
 }
 
-/// How a client connects that is to notice a server's end soon: none is given up, and none waited for. Requests have more
-/// time, since a stream's first leader is chosen meanwhile: what is to be quicker says so (`Context::set_timeout`).
+/// Options of a client that has to notice the end of a server soon, and retries without end. Requests have more time, because a
+/// stream's first leader may be elected meanwhile; tests that need less set it (`Context::set_timeout`).
 pub fn options() -> ConnectOptions {
     ConnectOptions::new()
         .retry_on_initial_connect()
@@ -405,7 +405,7 @@ pub fn options() -> ConnectOptions {
         .reconnect_delay_callback(|attempts| Duration::from_millis(if attempts <= 1 { 0 } else { 100 }))
 }
 
-/// What a process does, in proc(5)'s letter; `None` where there is no such file.
+/// State of a process, as the letter of proc(5); `None` if it does not exist.
 fn state(process: u32) -> Option<char> {
     let line = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
     line.rsplit_once(") ")?.1.chars().next()
@@ -416,7 +416,7 @@ fn signal(signal: &str, process: u32) {
     assert!(sent.success(), "kill {signal} {process}");
 }
 
-/// The name of the server that takes connections of clients there: the first thing it says.
+/// Name of the server that accepts clients at this address: the first line that it sends.
 fn named(address: SocketAddr) -> Option<String> {
     let stream = TcpStream::connect(address).ok()?;
     stream.set_read_timeout(Some(Duration::from_secs(1))).unwrap();
@@ -430,7 +430,7 @@ fn random() -> u32 {
     getrandom::u32().unwrap()
 }
 
-/// Ports that nobody listens on. A process gives none twice: that of a server which was killed stays its own.
+/// Free ports. A process returns none twice, so that a killed server keeps its own.
 fn free_ports(count: usize) -> Vec<u16> {
     static NEXT: LazyLock<AtomicU32> = LazyLock::new(|| (random() / 2).into());
     let all = PORTS.end - PORTS.start;

@@ -1,4 +1,4 @@
-//! A site over several processes: servers of the log, nodes, gateways and a picture, with a flight that is sent to them by UDP.
+//! A site with several processes: servers of the log, nodes, gateways and a picture. A simulated flight is sent to them by UDP.
 
 use std::fs::{self, File};
 use std::io::{Read, Write};
@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use fusion::time::{SECOND, Time};
 use jiff::SignedDuration;
 use serde_json::Value;
-use utm_fusion::cluster::{Cells, GatewayReport, Holder, Log, NodeReport, Part};
+use utm_fusion::cluster::{Cells, GatewayReport, Holder, Log, NodeReport, NodeRole};
 use utm_fusion::config::{Address, Category, CellArea, Cluster, Config, Input, PictureKind, Role, Sink};
 use utm_fusion::live::now;
 use utm_fusion::net::send::socket;
@@ -24,30 +24,32 @@ use crate::program::{Scratch, utm_fusion};
 use crate::servers::Servers;
 use crate::watcher::Watcher;
 
-/// A state that is not reached within this time never is. Cells move one in 10 s, and slower on a machine that does other things, too.
+/// Timeout for any awaited state. Cells move one in 10 s, and more slowly on a busy machine.
 pub const PATIENCE: Duration = Duration::from_secs(90);
-/// Beyond what is promised: machines that run tests are slow, and do other things, too.
+/// Additional time allowed in all limits, in seconds: machines that run tests are slow and busy.
 pub const SLACK_S: f64 = 4.0;
-/// Who is of the site.
+/// The default lease, in seconds.
+pub const LEASE_S: f64 = 2.0;
+/// Names of the members.
 pub const NODES: [&str; 3] = ["n0", "n1", "n2"];
 pub const GATEWAYS: [&str; 2] = ["g0", "g1"];
 pub const PICTURE: &str = "p0";
 
-/// A clock that is off by 3 ms at most, as `chronyc -c tracking` says it.
+/// Output of `chronyc -c tracking` for a clock with an error of at most 3 ms.
 pub const GOOD_CLOCK: &str =
     "C0A80001,192.168.0.1,2,1795573492.6,0.0001,0.0001,0.0002,-12.1,0.0,0.1,0.0038,0.001,64.2,Normal\n";
-/// And one that follows nothing.
+/// Output of `chronyc -c tracking` for an unsynchronised clock.
 pub const LOST_CLOCK: &str = "00000000,,0,0.0,0.0,0.0,0.0,0.0,0.0,0.0,1.0,1.0,0.0,Not synchronised\n";
 
 const SCENARIO: &str = "name = \"trial\"\nduration_s = 900\n[airspace]\nradius_m = 400\n\
     [drones]\npattern = \"crossing\"\nmultirotors = 4\nequipped = 3\n[birds]\ncount = 2\n";
 
-/// A test's variable, or that number.
+/// Value of a test's environment variable, or the default.
 pub fn variable(name: &str, otherwise: f64) -> f64 {
     std::env::var(name).map_or(otherwise, |text| text.parse().unwrap())
 }
 
-/// Waits until there is what is looked for.
+/// Waits until `look` returns a value.
 pub async fn until<T>(what: &str, mut look: impl AsyncFnMut() -> Option<T>) -> T {
     let began = Instant::now();
     loop {
@@ -59,7 +61,7 @@ pub async fn until<T>(what: &str, mut look: impl AsyncFnMut() -> Option<T>) -> T
     }
 }
 
-/// A process of the site; it ends with this.
+/// A process of the site, killed on drop.
 #[derive(Debug)]
 struct Running {
     child: Child,
@@ -73,21 +75,21 @@ impl Drop for Running {
     }
 }
 
-/// How a site is to be.
+/// Parameters of a site.
 pub struct Setup {
-    /// Servers of the log, each with a copy of every stream.
+    /// Number of servers of the log. Each has a copy of every stream.
     pub servers: usize,
     pub lease_s: f64,
     pub checkpoint_s: f64,
-    /// Whether the site is four cells, which meet where the radar is.
+    /// Whether the site is divided into four cells that meet at the radar.
     pub is_divided: bool,
-    /// Where the processes find the log, if not at its servers.
+    /// Addresses of the log for each process, if not the servers themselves.
     pub through: Vec<(&'static str, String)>,
-    /// Gateways whose clocks can be shifted, by this library of libfaketime.
+    /// Gateway whose clock can be shifted, and the library of libfaketime.
     pub shifted: Option<(&'static str, PathBuf)>,
-    /// Whether so many fly that a node has something to do.
+    /// Whether enough aircraft fly to load a node.
     pub is_crowded: bool,
-    /// Where the certificates of the roles are, if the servers are locked.
+    /// Directory of the roles' certificates, if the servers are locked.
     pub certificates: Option<PathBuf>,
 }
 
@@ -95,7 +97,7 @@ impl Default for Setup {
     fn default() -> Self {
         Self {
             servers: 1,
-            lease_s: 3.0,
+            lease_s: LEASE_S,
             checkpoint_s: 30.0,
             is_divided: false,
             through: Vec::new(),
@@ -106,7 +108,7 @@ impl Default for Setup {
     }
 }
 
-/// The flight on its way to the gateways; it ends with this.
+/// Sends the flight to the gateways until dropped.
 struct Feed {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -119,11 +121,11 @@ impl Drop for Feed {
     }
 }
 
-/// A site. Its processes end before its servers, and its directory last.
+/// A site. Its processes end before its servers, and its directory is removed last.
 pub struct Site {
     running: Vec<(&'static str, Running)>,
     feed: Option<Feed>,
-    /// The log, as this test reads it.
+    /// The log, as read by the test.
     pub log: Log,
     pub cluster: Cluster,
     pub config: Arc<Config>,
@@ -134,17 +136,17 @@ pub struct Site {
 }
 
 impl Site {
-    /// All of its processes and a flight, as soon as a node owns the cell and another one stands by. `None` where there is no
-    /// server.
+    /// Starts all processes and a flight, and waits until a node owns the cell and another one stands by. `None` if nats-server
+    /// is not installed.
     pub async fn start(setup: Setup) -> Option<Self> {
         let (servers, scratch) = crate::cluster(setup.servers).await?;
         Some(Self::over(servers, scratch, setup).await)
     }
 
-    /// The same over servers that there are.
+    /// Starts the site with existing servers.
     pub async fn over(servers: Servers, scratch: Scratch, setup: Setup) -> Self {
         let start = Time::from_nanos((now().nanos() / SECOND + 2) * SECOND);
-        // Where cells meet they fly over the radar.
+        // In a divided site the aircraft fly over the radar, where the cells meet.
         let corner = "east_m = 0\nnorth_m = 0\nradius_m = 400";
         let mut scenario = SCENARIO.to_owned();
         if setup.is_divided {
@@ -174,7 +176,7 @@ impl Site {
             owns: vec!["*".to_owned()],
             gateways: Vec::new(),
             halo_m: 1000.0,
-            // Small, so that aircraft which fly in circles of 400 m change their cells often.
+            // Small, so that aircraft on circles of 400 m often change their cells.
             hysteresis_m: 40.0,
             replicas: setup.servers as u32,
             lease_s: setup.lease_s,
@@ -213,7 +215,7 @@ impl Site {
         site
     }
 
-    /// One process that is gateway and node of a region of its own, on the same lines; its log.
+    /// Starts a process that is gateway and node of a separate region on the same lines. Returns its log.
     pub async fn beside(&mut self, name: &'static str) -> Log {
         let cluster = Cluster { region: name.to_owned(), ..self.cluster.clone() };
         let before = std::mem::replace(&mut self.cluster, cluster);
@@ -225,7 +227,7 @@ impl Site {
         log
     }
 
-    /// A further node, configured otherwise, which ends by itself: its code.
+    /// Starts another node with this configuration, which has to end by itself. Returns its exit code.
     pub async fn node_with(&mut self, name: &'static str, cluster: Cluster) -> Option<i32> {
         let before = std::mem::replace(&mut self.cluster, cluster);
         self.configure(name, vec![Role::Node], None);
@@ -239,22 +241,22 @@ impl Site {
                 self.running.pop();
                 return status.code();
             }
-            assert!(began.elapsed() < PATIENCE, "{name} goes on\n{}", self.said(name));
+            assert!(began.elapsed() < PATIENCE, "{name} goes on\n{}", self.log_text(name));
             tokio::time::sleep(Duration::from_millis(50)).await;
         }
     }
 
-    /// What `chronyc -c tracking` says from now on where a process asks it.
+    /// Sets the output of `chronyc -c tracking` for a process.
     pub fn clock(&self, name: &str, said: &str) {
         self.replaced(&format!("{name}.clock"), said);
     }
 
-    /// By how much the clock of a process is wrong from now on, or within a second, if it is one that can be shifted.
+    /// Sets the error of a process's clock, within a second, if that clock can be shifted.
     pub fn shift(&self, name: &str, by: SignedDuration) {
         self.replaced(&format!("{name}.shift"), &format!("{:+.6}\n", by.as_secs_f64()));
     }
 
-    /// A file that is never half written.
+    /// Replaces a file atomically.
     fn replaced(&self, name: &str, contents: &str) {
         let new = self.scratch.file(&format!("{name}.new"), contents);
         fs::rename(new, self.scratch.path(name)).unwrap();
@@ -270,7 +272,7 @@ impl Site {
         self.scratch.file(&format!("{name}.toml"), config.to_string());
     }
 
-    /// The configuration of a process.
+    /// Configuration file of a process.
     pub fn file(&self, name: &str) -> PathBuf {
         self.scratch.path(format!("{name}.toml"))
     }
@@ -294,7 +296,7 @@ impl Site {
         self.running.push((name, Running { child: child.unwrap(), log }));
     }
 
-    /// Sends the datagrams at their times, each as much later as its category says.
+    /// Sends the datagrams at their times, plus the delay of their category.
     fn fly(&mut self, datagrams: Vec<(Time, Vec<u8>)>, late: impl Fn(u8) -> SignedDuration) {
         let mut sent: Vec<_> =
             datagrams.into_iter().map(|(at, payload)| (at + late(payload[0]), payload)).collect();
@@ -321,7 +323,7 @@ impl Site {
         self.feed = Some(Feed { stop, thread: Some(thread) });
     }
 
-    /// Flies anew, with that sensor's datagrams later by so much.
+    /// Starts the flight again, with one sensor's datagrams delayed.
     pub fn fly_late(&mut self, category: u8, late: SignedDuration) {
         self.feed = None;
         let start = Time::from_nanos((now().nanos() / SECOND + 2) * SECOND);
@@ -331,51 +333,51 @@ impl Site {
         self.fly(datagrams, |of| if of == category { late } else { SignedDuration::ZERO });
     }
 
-    /// Ends a process as `kill -9` does.
+    /// Kills a process like `kill -9`.
     pub fn kill(&mut self, name: &str) {
         let at = self.running.iter().position(|(of, _)| *of == name).expect("it runs");
         drop(self.running.remove(at));
     }
 
-    /// Halts it, or lets it go on: `-STOP`, `-CONT`.
+    /// Sends `-STOP` or `-CONT` to a process.
     pub fn signal(&self, name: &str, signal: &str) {
         let running = self.process(name);
         let sent = Command::new("kill").args([signal, &running.child.id().to_string()]).status().unwrap();
         assert!(sent.success(), "kill {signal} {name}");
     }
 
-    /// How much of a core a process takes while that goes on, of so long a time.
+    /// Share of a core that a process uses during `meanwhile`.
     pub async fn share(&self, name: &str, lasts: Duration, meanwhile: impl AsyncFnOnce(Duration)) -> f64 {
         let (before, began) = (self.processor_s(name), Instant::now());
         meanwhile(lasts).await;
         (self.processor_s(name) - before) / began.elapsed().as_secs_f64()
     }
 
-    /// Lets a process have no more than so much of a core for so long: it is halted most of the time, and goes on about once
-    /// in so many seconds, until it has had its share, however long that takes beside all else.
+    /// Limits a process to a share of a core for the time `lasts`. It is suspended most of the time, and continues about every
+    /// `turn_s` seconds until it has used its share.
     pub async fn starve(&self, name: &str, share: f64, lasts: Duration, turn_s: f64) {
         let (before, began) = (self.processor_s(name), Instant::now());
-        // Processor time that it may still have; below 0 where it was halted too late.
+        // Processor time that it may still use, in seconds; negative if it was suspended too late.
         let left_s = || share * began.elapsed().as_secs_f64() - (self.processor_s(name) - before);
         while began.elapsed() < lasts {
             self.signal(name, "-STOP");
             let halted = Instant::now();
-            // No lease is to end because it was halted too late before.
+            // Limit the suspension, so that no lease expires because the last turn was too long.
             while left_s() < share * turn_s && halted.elapsed().as_secs_f64() < 2.0 * turn_s {
                 tokio::time::sleep(Duration::from_millis(10)).await;
             }
             self.signal(name, "-CONT");
-            // It may need no more.
+            // The process may need less than its share.
             while left_s() > 0.0 && began.elapsed() < lasts {
                 tokio::time::sleep(Duration::from_millis(1)).await;
             }
         }
     }
 
-    /// Processor time that a process has had, in steps of 10 ms.
+    /// Processor time used by a process, in steps of 10 ms.
     fn processor_s(&self, name: &str) -> f64 {
         let id = self.process(name).child.id();
-        // Ticks in user and system mode, behind the name in parentheses (proc_pid_stat(5)).
+        // Ticks in user and system mode, after the name in parentheses (proc_pid_stat(5)).
         let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap();
         let fields = stat.rsplit_once(')').unwrap().1.split_whitespace().skip(11).take(2);
         fields.map(|field| field.parse::<u64>().unwrap()).sum::<u64>() as f64 * 0.01
@@ -385,28 +387,28 @@ impl Site {
         &self.running.iter().find(|(of, _)| *of == name).expect("it runs").1
     }
 
-    /// What a process has said since it was started for the first time.
-    pub fn said(&self, name: &str) -> String {
+    /// Log of a process since its first start.
+    pub fn log_text(&self, name: &str) -> String {
         fs::read_to_string(self.scratch.path(format!("{name}.log"))).unwrap_or_default()
     }
 
-    /// Who owns the first cell.
+    /// Owner of the first cell.
     pub async fn owner(&self) -> Option<Holder> {
         self.owner_of(&Cells::of(&self.config).unwrap().names()[0]).await
     }
 
-    /// Who owns that cell.
+    /// Owner of a cell.
     pub async fn owner_of(&self, cell: &CellName) -> Option<Holder> {
         self.log.holder(&format!("{cell}.owner")).await.ok().flatten().map(|held| held.by)
     }
 
-    /// What a node says of itself.
+    /// Report of a node.
     pub async fn report(&self, node: &str) -> Option<NodeReport> {
-        let said = self.log.said(&format!("node.{node}")).await.ok().flatten()?;
+        let said = self.log.entry(&format!("node.{node}")).await.ok().flatten()?;
         postcard::from_bytes(&said).ok()
     }
 
-    /// The owner and who stands by for the first cell, both with its state; waits for those of all cells.
+    /// Owner and standby of the first cell, once both have its state. Waits for those of all cells.
     pub async fn pair(&self) -> [&'static str; 2] {
         let mut first = None;
         for cell in Cells::of(&self.config).unwrap().names() {
@@ -416,7 +418,7 @@ impl Site {
         first.unwrap()
     }
 
-    /// The same for that cell.
+    /// Owner and standby of a cell, once both have its state.
     pub async fn pair_of(&self, cell: &CellName) -> [&'static str; 2] {
         let owner =
             async || self.log.holder(&format!("{cell}.owner")).await.ok().flatten().map(|held| held.by);
@@ -427,8 +429,8 @@ impl Site {
                 let Some(report) = self.report(node).await else { continue };
                 let counts = report.counts(cell.as_str());
                 match counts.part {
-                    Part::Owner if report.holder == owner && counts.published > 0 => pair[0] = Some(node),
-                    Part::Standby if counts.behind < 4 => pair[1] = Some(node),
+                    NodeRole::Owner if report.holder == owner && counts.published > 0 => pair[0] = Some(node),
+                    NodeRole::Standby if counts.behind < 4 => pair[1] = Some(node),
                     _ => {}
                 }
             }
@@ -437,40 +439,40 @@ impl Site {
         .await
     }
 
-    /// Who owns the cell after that one; waits for it.
+    /// Waits for another owner of the first cell.
     pub async fn owner_other_than(&self, before: &Holder) -> Holder {
         until("another owner", async || self.owner().await.filter(|owner| owner != before)).await
     }
 
-    /// Reads along what is published.
+    /// Watches the outputs of the first cell.
     pub async fn watch(&self) -> Watcher {
         self.watch_cell(&Cells::of(&self.config).unwrap().names()[0]).await
     }
 
-    /// The same of that cell.
+    /// Watches the outputs of a cell.
     pub async fn watch_cell(&self, cell: &CellName) -> Watcher {
         Watcher::start(&self.log, &self.cluster, &self.config, cell).await
     }
 
-    /// What a gateway says of itself.
+    /// Report of a gateway.
     pub async fn gateway(&self, gateway: &str) -> Option<GatewayReport> {
-        let said = self.log.said(&format!("gateway.{gateway}")).await.ok().flatten()?;
+        let said = self.log.entry(&format!("gateway.{gateway}")).await.ok().flatten()?;
         postcard::from_bytes(&said).ok()
     }
 
-    /// `utm-fusion cluster` with these arguments.
+    /// Runs `utm-fusion cluster` with these arguments.
     pub async fn command(&self, arguments: &[&str]) -> Output {
         let mut command = utm_fusion("cluster");
         command.args(arguments).arg("--config").arg(self.file(NODES[0]));
         tokio::task::spawn_blocking(move || command.output().unwrap()).await.unwrap()
     }
 
-    /// An answer of the picture: status and JSON.
+    /// Answer of the picture: status and JSON.
     pub async fn ask(&self, path: &str) -> Option<(u16, Value)> {
         self.request(&format!("GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")).await
     }
 
-    /// Its answer to something that an operator decides.
+    /// Answer of the picture to an operator's decision.
     pub async fn decide(&self, path: &str, body: &Value) -> Option<(u16, Value)> {
         let body = body.to_string();
         self.request(&format!(
@@ -481,7 +483,7 @@ impl Site {
         .await
     }
 
-    /// Where the picture serves the map.
+    /// Address at which the picture serves the map.
     pub fn address(&self) -> Option<String> {
         let log = fs::read_to_string(&self.process(PICTURE).log).ok()?;
         Some(log.rsplit_once("url=\"http://")?.1.split('/').next()?.to_owned())
@@ -507,7 +509,7 @@ impl Drop for Site {
     fn drop(&mut self) {
         if std::thread::panicking() {
             for (name, _) in &self.running {
-                let said = self.said(name);
+                let said = self.log_text(name);
                 let lines: Vec<&str> = said.lines().collect();
                 println!("--- {name}\n{}", lines[lines.len().saturating_sub(25)..].join("\n"));
             }
@@ -515,7 +517,7 @@ impl Drop for Site {
     }
 }
 
-/// The same for who has the certificate of that role, where servers are locked.
+/// Adds the certificate of a role, if the servers are locked.
 pub fn proven(cluster: &Cluster, certificates: Option<&Path>, role: &str) -> Cluster {
     let Some(own) = certificates.map(|certificates| certificates.join(role)) else { return cluster.clone() };
     Cluster {
@@ -527,7 +529,7 @@ pub fn proven(cluster: &Cluster, certificates: Option<&Path>, role: &str) -> Clu
     }
 }
 
-/// Four cells that meet where the site's frame begins.
+/// Four cells that meet at the origin of the site's frame.
 fn quarters(config: &Config) -> Vec<CellArea> {
     let (latitude, longitude, _) = config.origin();
     let quarter = |name: &str, [east, north]: [f64; 2]| {
@@ -546,7 +548,7 @@ fn quarters(config: &Config) -> Vec<CellArea> {
     ]
 }
 
-/// A configuration in which everything stays here: groups of this process, ports of this site.
+/// Keeps the site local: multicast groups of this process, ports of this site.
 fn on_own_ports(mut config: Config) -> Config {
     static SITES: AtomicU16 = AtomicU16::new(0);
     let port = 18_000 + 20 * SITES.fetch_add(1, Ordering::Relaxed);

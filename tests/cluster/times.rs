@@ -1,17 +1,17 @@
-//! Clocks that are seconds and minutes wrong, by libfaketime: of one of two gateways, of one of three nodes. No single clock decides.
+//! Clocks that are seconds or minutes wrong (libfaketime), of one of two gateways or one of three nodes: no single clock decides.
 
 use std::time::{Duration, Instant};
 
 use jiff::SignedDuration;
 use serde_json::Value;
 
-use utm_fusion::cluster::{Output, WHOLE, pictures};
+use utm_fusion::cluster::{CellOutput, WHOLE, pictures};
 
 use crate::clocks::faketime;
-use crate::site::{GATEWAYS, NODES, SLACK_S, Setup, Site, until};
+use crate::site::{GATEWAYS, LEASE_S, NODES, SLACK_S, Setup, Site, until};
 use crate::watcher::{Summary, Watcher};
 
-/// Seconds by which clocks are wrong: those of `UTM_FUSION_WRONG_S`, with commas between them, or these.
+/// Clock errors in seconds: the comma-separated values of `UTM_FUSION_WRONG_S`, or the default.
 fn errors_s(otherwise: &[i64]) -> Vec<i64> {
     match std::env::var("UTM_FUSION_WRONG_S") {
         Ok(text) => text.split(',').map(|error_s| error_s.parse().unwrap()).collect(),
@@ -19,8 +19,8 @@ fn errors_s(otherwise: &[i64]) -> Vec<i64> {
     }
 }
 
-/// The text of the alert that names a member's clock.
-async fn named(site: &Site, member: &str) -> Option<String> {
+/// Text of the alert about a member's clock.
+async fn clock_alert(site: &Site, member: &str) -> Option<String> {
     let (_, alerts) = site.ask("/api/v1/alerts").await?;
     let is_of = |alert: &&Value| {
         alert["part"] == format!("cluster reference clock {member}").as_str() && alert.get("until").is_none()
@@ -29,13 +29,13 @@ async fn named(site: &Site, member: &str) -> Option<String> {
     Some(alerts["text"].as_str()?.to_owned())
 }
 
-/// Sets the clock of a member, waits until it is named, and until `meanwhile` is through; then sets it right again.
+/// Sets a member's clock, waits for the alert and for the end of `meanwhile`, and sets the clock right again.
 async fn set(site: &Site, member: &str, error_s: i64, meanwhile: impl AsyncFnOnce()) {
     site.shift(member, SignedDuration::from_secs(error_s));
     let began = Instant::now();
-    let text = until("an alert", async || named(site, member).await).await;
+    let text = until("an alert", async || clock_alert(site, member).await).await;
     println!("{member} by {error_s:+} s: named after {:.1} s: {text}", began.elapsed().as_secs_f64());
-    // Until libfaketime reads its file again 1 s.
+    // Up to 1 s passes until libfaketime reads its file again.
     assert!(began.elapsed().as_secs_f64() < 10.0 + SLACK_S, "{text}");
     let words = format!(" {member} is ");
     assert!(text.contains(&words) && text.contains(if error_s > 0 { "ahead" } else { "behind" }), "{text}");
@@ -46,11 +46,11 @@ async fn set(site: &Site, member: &str, error_s: i64, meanwhile: impl AsyncFnOnc
     meanwhile().await;
     site.shift(member, SignedDuration::ZERO);
     let began = Instant::now();
-    until("no alert", async || named(site, member).await.is_none().then_some(())).await;
+    until("no alert", async || clock_alert(site, member).await.is_none().then_some(())).await;
     println!("  right again, and so said after {:.1} s", began.elapsed().as_secs_f64());
 }
 
-/// Watches the cell from when its aircraft are shown and its slots are in time.
+/// Watches the cell once its aircraft are shown and its slots are in time.
 async fn watched(site: &Site) -> Watcher {
     until("aircraft", async || {
         let (_, tracks) = site.ask("/api/v1/tracks").await?;
@@ -62,9 +62,9 @@ async fn watched(site: &Site) -> Watcher {
     watcher
 }
 
-/// No slot from that place on was early or empty; that none was missing or doubled was looked at before.
-fn full(summary: &Summary, from: usize) {
-    let count = |slot: &(i64, Vec<crate::watcher::Called>)| slot.1.len();
+/// Checks that no slot from `from` on was early or empty. Missing and duplicate slots are checked elsewhere.
+fn assert_complete(summary: &Summary, from: usize) {
+    let count = |slot: &(i64, Vec<crate::watcher::AircraftName>)| slot.1.len();
     let fewest = summary.aircraft.0[from..].iter().map(count).min().unwrap();
     println!("fewest aircraft in a slot {fewest}; {summary:?}");
     assert!(fewest >= 3, "{summary:?}");
@@ -89,17 +89,17 @@ async fn gateway_with_wrong_clock_is_refused_and_named() {
     let [owner, _] = site.pair().await;
     assert!(until("its word", async || refused(owner).await).await > 0, "nothing was refused");
     assert!(watcher.silence_s(before) < 1.0 + SLACK_S);
-    full(&watcher.checked().await, before);
+    assert_complete(&watcher.checked().await, before);
     picture_goes_on_behind_a_slot_to_come(&site).await;
 }
 
-/// A valid output of a slot in an hour, which no owner has written.
+/// A valid output of a slot one hour ahead, which no owner has written.
 async fn picture_goes_on_behind_a_slot_to_come(site: &Site) {
     let (_, last) = until("an output", async || site.log.last(WHOLE).await.ok().flatten()).await;
     let (mut picture, now) = pictures(&last.picture).unwrap();
     picture.slot = picture.slot.plus(14_400);
     let forged =
-        Output { slot: picture.slot, picture: postcard::to_stdvec(&(&picture, &now)).unwrap(), ..last };
+        CellOutput { slot: picture.slot, picture: postcard::to_stdvec(&(&picture, &now)).unwrap(), ..last };
     let streams = async_nats::jetstream::new(site.servers.client().await);
     let sent = streams.publish(format!("utm.out.trial.{WHOLE}"), forged.body().into()).await.unwrap();
     sent.await.unwrap();
@@ -109,7 +109,7 @@ async fn picture_goes_on_behind_a_slot_to_come(site: &Site) {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn node_with_wrong_clock_decides_nothing_and_hands_over() {
+async fn node_with_wrong_clock_hands_over_its_cell() {
     let Some(library) = faketime() else { return };
     let wrong = NODES[0];
     let setup = Setup { shifted: Some((wrong, library)), checkpoint_s: 5.0, ..Setup::default() };
@@ -139,8 +139,8 @@ async fn node_with_wrong_clock_decides_nothing_and_hands_over() {
         })
         .await;
         println!("  silence of slots meanwhile {:.2} s", watcher.silence_s(began));
-        assert!(watcher.silence_s(began) < 3.0 + 1.0 + SLACK_S);
+        assert!(watcher.silence_s(began) < LEASE_S + 1.0 + SLACK_S);
     }
     tokio::time::sleep(Duration::from_secs(1)).await;
-    full(&watcher.checked().await, before);
+    assert_complete(&watcher.checked().await, before);
 }

@@ -1,4 +1,4 @@
-//! Servers killed, halted and cut off, and how long the log does not take anything.
+//! Servers killed, suspended and cut off: time for which the log stores nothing.
 
 use std::time::{Duration, Instant};
 
@@ -11,7 +11,7 @@ use crate::{append, cluster, in_memory};
 
 const MSG_ID: &str = "Nats-Msg-Id";
 
-/// Appends until it is stored; each try is the same message.
+/// Repeats the same message until it is stored.
 async fn stored_within(
     streams: &jetstream::Context,
     subject: &str,
@@ -33,7 +33,7 @@ async fn messages(streams: &jetstream::Context, stream: &str) -> u64 {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn appends_go_on_after_the_leader_was_killed_and_nothing_acknowledged_is_lost() {
+async fn killed_leader_loses_no_acknowledged_append() {
     let Some((mut servers, _scratch)) = cluster(3).await else { return };
     let mut streams = jetstream::new(servers.client().await);
     streams.create_stream(in_memory("OUT", "out")).await.unwrap();
@@ -49,7 +49,7 @@ async fn appends_go_on_after_the_leader_was_killed_and_nothing_acknowledged_is_l
 
     servers.restart(leader, Store::Empty);
     servers.ready().await;
-    // Three again, or the next would have no majority.
+    // All three servers are needed, or the next loss would leave no majority.
     let leader = servers.leader(&streams, "OUT").await.unwrap();
     servers.end(leader);
     let silence = stored_within(&streams, "out.a", "after that", Duration::from_secs(20)).await;
@@ -58,7 +58,7 @@ async fn appends_go_on_after_the_leader_was_killed_and_nothing_acknowledged_is_l
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn all_killed_and_started_anew_know_what_is_on_disk_and_nothing_else() {
+async fn restarted_servers_keep_only_what_is_on_disk() {
     let Some((mut servers, _scratch)) = cluster(3).await else { return };
     let on_disk = Config { storage: StorageType::File, max_age: Duration::ZERO, ..in_memory("NUM", "num") };
     let streams = jetstream::new(servers.client().await);
@@ -68,7 +68,7 @@ async fn all_killed_and_started_anew_know_what_is_on_disk_and_nothing_else() {
         append(&streams, subject, (MSG_ID, "1")).await.unwrap();
     }
 
-    // Streams in memory are made again by their names, and are empty.
+    // Streams in memory are created again under their names, and are empty.
     servers.kill_all();
     servers.start_all(Store::Kept).await;
     assert_eq!((messages(&streams, "OUT").await, messages(&streams, "NUM").await), (0, 1));
@@ -83,7 +83,7 @@ async fn all_killed_and_started_anew_know_what_is_on_disk_and_nothing_else() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_halted_server_and_a_cut_line_are_waited_out() {
+async fn paused_server_and_cut_connection_are_waited_out() {
     let Some((servers, _scratch)) = cluster(1).await else { return };
     let proxy = Proxy::start(servers.address(0)).await;
     let mut streams = jetstream::new(servers::options().connect(proxy.url()).await.unwrap());
@@ -94,13 +94,13 @@ async fn a_halted_server_and_a_cut_line_are_waited_out() {
 
     proxy.stall();
     append(&streams, "out.a", (MSG_ID, "cut off")).await.unwrap_err();
-    proxy.go_on();
+    proxy.resume();
     stored_within(&streams, "out.a", "cut off", Duration::from_secs(10)).await;
 
     servers.halt(0);
     append(&streams, "out.a", (MSG_ID, "halted")).await.unwrap_err();
-    servers.go_on(0);
+    servers.resume(0);
     stored_within(&streams, "out.a", "halted", Duration::from_secs(10)).await;
-    // Each was sent twice or more, and is there once.
+    // Each message was sent at least twice, and is stored once.
     assert_eq!(messages(&streams, "OUT").await, 3);
 }

@@ -1,4 +1,4 @@
-//! Categories and editions without typed records: lines, tables, `--edition`, and nothing lost.
+//! Categories and editions without typed records: lines, tables, `--edition`, and lossless decoding.
 
 use std::process::{Command, Output};
 
@@ -16,10 +16,10 @@ use super::{Temporary, block};
 #[allow(dead_code, unreachable_pub, reason = "a part of it is used here")]
 mod strategies;
 
-/// Random records of each edition.
+/// Number of random records per edition.
 const RECORDS: usize = 12;
 
-/// Every edition with every reserved expansion field, the newest last.
+/// Every edition with every reserved expansion field, newest last.
 fn definitions() -> Vec<&'static Definition> {
     let editions = |category: &'static Category| {
         category.editions().iter().flat_map(move |edition| {
@@ -31,7 +31,7 @@ fn definitions() -> Vec<&'static Definition> {
     categories().flat_map(editions).collect()
 }
 
-/// The line of a record, and what `encode` makes of it.
+/// The line of a record, and the result of `encode` for it.
 fn there_and_back(definition: &'static Definition, octets: &[u8]) -> (String, Vec<u8>) {
     let record = definition.record(octets).unwrap();
     let mut line = Vec::new();
@@ -47,7 +47,7 @@ fn there_and_back(definition: &'static Definition, octets: &[u8]) -> (String, Ve
     (line, again.split_off(3))
 }
 
-/// Records of each profile, and each of them with one bit changed, as far as that can be read.
+/// Records of each profile, and each of them with one bit changed, if that can be read.
 #[test]
 fn random_records_of_every_edition_come_back() {
     for definition in definitions().into_iter().filter(|definition| definition.category() != 129) {
@@ -79,7 +79,7 @@ fn random_records_of_every_edition_come_back() {
 }
 
 proptest! {
-    /// Any octets as the contents of a block: what is read comes back.
+    /// Random octets as the contents of a block: records that are read are restored.
     #[test]
     fn any_octets_come_back(octets in proptest::collection::vec(any::<u8>(), 0..80), which: prop::sample::Index) {
         let definitions = definitions();
@@ -103,7 +103,7 @@ fn text(octets: Vec<u8>) -> String {
     String::from_utf8(octets).unwrap()
 }
 
-/// The items of the only record in a block, behind one by which the file is seen to be ASTERIX.
+/// The items of the only record in a block. A preceding block identifies the file as ASTERIX.
 fn items(arguments: &[&str], category: u8, record: &str) -> String {
     let file = Temporary::new("all-items", &[block(48, &["80 1907"]), block(category, &[record])].concat());
     let output = program(&[&["decode"], arguments].concat(), &file);
@@ -115,7 +115,7 @@ fn items(arguments: &[&str], category: u8, record: &str) -> String {
 
 #[test]
 fn lines_of_categories_without_types() {
-    // A plot and a track of CAT001: the first bit of 020 says which.
+    // A plot and a track of CAT001, distinguished by the first bit of 020.
     assert_eq!(
         items(&[], 1, "fe 1907 20 05004000 0fff 0190 ff10 1000"),
         concat!(
@@ -131,7 +131,7 @@ fn lines_of_categories_without_types() {
             r#""161":291,"042":{"x_m":1852,"y_m":-1852}}"#
         )
     );
-    // Random field sequencing: 041 and once more 020.
+    // Random field sequencing: 041 and a second 020.
     assert_eq!(
         items(&[], 2, "f102 1907 02 40 546040 02 05 0200 03 80"),
         concat!(
@@ -153,19 +153,19 @@ fn lines_of_categories_without_types() {
 
 #[test]
 fn lines_of_older_editions() {
-    // A flight level has had a sign since 1.32.
+    // Flight levels are signed since edition 1.32.
     let record = "90 1907 40008000";
     assert_eq!(items(&["--edition", "48:1.31"], 48, record), items(&[], 48, record));
     let high = |edition: &str| items(&["--edition", edition], 48, "04 3ffb");
     assert_eq!(high("48:1.31"), r#"{"090":{"v":0,"g":0,"flight_level":4094.75}}"#);
     assert_eq!(high("48:1.32"), r#"{"090":{"v":0,"g":0,"flight_level":-1.25}}"#);
-    // An air speed or a Mach number, as the bit before it says.
+    // The bit before the value distinguishes air speed and Mach number.
     let speed = |octets: &str| items(&["--cat", "21", "--edition", "0.26"], 21, &format!("0110 {octets}"));
     assert_eq!(speed("4000"), r#"{"150":{"im":0,"as_m_s":1852.0}}"#);
     assert_eq!(speed("8320"), r#"{"150":{"im":1,"as_mach":0.8}}"#);
 }
 
-/// What `encode` makes of lines.
+/// The result of `encode` for these lines.
 fn encoded(arguments: &[&str], lines: &str) -> Vec<u8> {
     let file = Temporary::new("all-lines", lines.as_bytes());
     let output = program(&[&["encode", "-o", "-"], arguments].concat(), &file);
@@ -173,7 +173,7 @@ fn encoded(arguments: &[&str], lines: &str) -> Vec<u8> {
     output.stdout
 }
 
-/// Blocks of several categories: typed, untyped, and one that nobody knows.
+/// Blocks of several categories: typed, untyped, and an unknown one.
 fn feed() -> Vec<u8> {
     [
         block(48, &["90 1907 40008000"]),
@@ -224,7 +224,7 @@ fn a_line_says_what_encode_needs() {
     );
     let last = said(&["decode", "--untyped"]).pop().unwrap();
     assert_eq!(last, format!(r#"21,{of},"edition":"2.6","untyped":true"#));
-    // One category, in an edition of it.
+    // One category, in one of its editions.
     let only = said(&["decode", "--cat", "48", "--edition", "1.30"]);
     assert_eq!(only, [format!(r#"48,{of},"edition":"1.30""#)]);
 }
@@ -311,7 +311,7 @@ fn tables_have_the_columns_of_the_edition() {
     let column = |name: &str| {
         rows[0].iter().position(|column| *column == name).unwrap_or_else(|| panic!("{name}: {cat001}"))
     };
-    // A plot and a track: what only one of them has is empty in the other.
+    // A plot and a track: columns used by only one of them are empty in the other.
     assert_eq!(rows.len(), 3);
     assert_eq!((rows[1][column("I001_040_rho_m")], rows[2][column("I001_040_rho_m")]), ("18520", ""));
     assert_eq!((rows[1][column("I001_161")], rows[2][column("I001_161")]), ("", "291"));
@@ -356,7 +356,7 @@ fn info_counts_and_names_every_category() {
     );
 }
 
-/// What is made of a line with items can be read, and no line does harm: those of random records, damaged.
+/// Blocks encoded from lines with items can be read, and no line causes a panic: lines of random records, damaged.
 #[test]
 fn damaged_lines_do_no_harm() {
     let (mut runner, mut taken) = (TestRunner::deterministic(), 0);

@@ -1,4 +1,4 @@
-//! CAT021, whose editions lay I021/271 out differently, and the layouts that came with it and CAT062.
+//! CAT021, whose editions differ in the layout of I021/271, and layouts introduced with it and with CAT062.
 
 use std::process::Command;
 
@@ -7,18 +7,18 @@ use utm_fusion::json::Encoder;
 
 use super::{Temporary, block};
 
-/// 040 and I021/271 with length and width 5, as up to edition 2.1 and from 2.2 on.
+/// 040 and I021/271 with length and width 5, in the layouts up to edition 2.1 and from 2.2 on.
 const OLD: &str = "41 01 01 01 01 40 00 03 05";
 const NEW: &str = "41 01 01 01 01 40 00 03 50";
 
-/// What a command prints of a file, and its exit code.
+/// Output of a command for a file, and its exit code.
 fn program(arguments: &[&str], file: &Temporary) -> (String, Option<i32>) {
     let output =
         Command::new(env!("CARGO_BIN_EXE_utm-fusion")).args(arguments).arg(&file.0).output().unwrap();
     (String::from_utf8(output.stdout).unwrap(), output.status.code())
 }
 
-/// What these lines make in an edition.
+/// The result of `encode` for these lines in an edition.
 fn encoded(edition: Edition, lines: &str) -> Vec<u8> {
     let (mut encoder, mut out) = (Encoder::new(edition), Vec::new());
     for line in lines.lines() {
@@ -34,7 +34,7 @@ fn a_line_says_the_edition_that_it_was_read_in() {
     let (line, code) = program(&["decode", "--edition", "2.1"], &old);
     assert_eq!(code, Some(0));
     assert!(line.contains(r#""cat":21,"edition":"2.1","items":"#) && line.contains(r#""lw":5}"#), "{line}");
-    // Whatever `encode` is told, the line knows better.
+    // The edition in the line overrides that given to `encode`.
     for edition in [Edition::V2_1, Edition::default()] {
         assert_eq!(encoded(edition, &line), block(21, &[OLD]));
     }
@@ -71,7 +71,7 @@ fn info_names_the_edition_that_fits() {
 
 #[test]
 fn what_cat062_has_and_no_other_comes_back() {
-    // 290 with a primary subfield longer than it need be, and 510 of two units.
+    // 290 with a primary subfield longer than necessary, and 510 with two units.
     let octets =
         block(62, &["81 02 1907 81 00 02", "81 01 01 08 1907 01 0007 02 0008".replace(' ', "").as_str()]);
     let file = Temporary::new("cat062", &octets);

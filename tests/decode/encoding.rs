@@ -1,4 +1,4 @@
-//! `encode` of lines that a person or a program wrote, good and bad.
+//! `encode` with hand-written and generated lines, valid and invalid.
 
 use std::fs;
 use std::process::Command;
@@ -7,7 +7,7 @@ use utm_fusion::json::{Encoder, LineError};
 
 use super::{Temporary, block, octets};
 
-/// What these lines make.
+/// The result of `encode` for these lines.
 fn encoded(lines: &[&str]) -> Vec<u8> {
     let (mut encoder, mut out) = (Encoder::default(), Vec::new());
     for line in lines {
@@ -17,13 +17,13 @@ fn encoded(lines: &[&str]) -> Vec<u8> {
     out
 }
 
-/// What is wrong with this line.
+/// The error for this line.
 fn complaint(line: &str) -> String {
     let (mut encoder, mut out) = (Encoder::default(), Vec::new());
     encoder.line(line, &mut out).unwrap_err().to_string()
 }
 
-/// What is wrong with a line of CAT048 with these items.
+/// The error for a line of CAT048 with these items.
 fn wrong(items: &str) -> String {
     complaint(&format!(r#"{{"cat":48,"items":{{{items}}}}}"#))
 }

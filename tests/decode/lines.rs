@@ -4,7 +4,7 @@ use utm_fusion::commands::decode;
 
 use super::{Temporary, block, octets, pcap};
 
-/// What `decode` prints of a file with these octets.
+/// Output of `decode` for a file with these octets.
 fn decoded(name: &str, octets: &[u8]) -> Vec<String> {
     let file = Temporary::new(name, octets);
     let args = decode::Args { inputs: vec![file.0.clone()], ..decode::Args::default() };
@@ -44,7 +44,7 @@ fn every_item_of_cat048() {
     );
 }
 
-/// The items of a block of one record.
+/// The items of a block with one record.
 fn items(name: &str, category: u8, record: &str) -> String {
     let lines = decoded(name, &block(category, &[record]));
     let [line] = lines.as_slice() else { panic!("not one line: {lines:?}") };
@@ -113,7 +113,7 @@ fn every_item_of_cat129() {
             r#"{{"time":null,"offset":3,"block":0,"cat":129,"sac":25,"sic":7,"items":{{"010":{{"sac":25,"sic":7}},{items},{velocities}}}}}"#
         )]
     );
-    // The same with all items: destination, risk in three octets, the service's own special purpose field.
+    // With all items: destination, risk with three octets, the service's own special purpose field.
     let record = "ffff80 1907 2009 414952 444954 313233343536373834303935 4652 546040 115f094b 00d61a3c 0004d2 0001c8 \
         0003 a90102 16554601 01 0000002a 0783 ffffffff 0064 ffff a1 7f 00 0012cfff6a 0fff1f";
     assert_eq!(
@@ -148,7 +148,7 @@ fn extensions_and_what_no_edition_names() {
 
 #[test]
 fn spare_bits_and_octets_without_meaning_are_kept() {
-    // I048/070, 161, 110 with spare bits set; I048/240 with a code that is no character; an FSPEC of one octet too many.
+    // I048/070, 161, 110 with spare bits set; I048/240 with an undefined character; an FSPEC with a superfluous octet.
     let lines = decoded("spare048", &block(48, &["09 51 09 00 f804 000000000000 f783 fffe"]));
     assert_eq!(
         lines,
@@ -158,7 +158,7 @@ fn spare_bits_and_octets_without_meaning_are_kept() {
             r#""161":{"spare":15,"track_number":1923},"110":{"spare":3,"height_m":-15.24}}}"#
         )]
     );
-    // I129/040 that is no text, 110 unknown, an SP of another layout and one with its spare octet set, 220 spare.
+    // I129/040 that is no text, 110 unknown, an SP with another layout and one with its spare octet set, 220 spare.
     let foreign = block(129, &["09 15 80 00 3132333435363738394142 0000 03aabb ffff1f"]);
     let spare = block(129, &["01 04 16554601 01 0000002a 0783 ffffffff 0064 ffff 01 7f 01"]);
     let lines = decoded("spare129", &[foreign, spare].concat());
@@ -204,7 +204,7 @@ fn times_are_of_the_day_nearest_to_the_reception() {
 #[test]
 fn faults_say_where_and_keep_the_octets() {
     let file = [
-        block(48, &["80 1907", "a0 1908 01"]), // the second record: its I048/020 has no end
+        block(48, &["80 1907", "a0 1908 01"]), // the second record: its I048/020 is not terminated
         block(61, &["0102"]),
         block(48, &[]),
         block(129, &["8101 04 1907"]), // an item that the category does not define

@@ -1,4 +1,4 @@
-//! Nothing is lost: what `decode` prints is what was read, and `encode` makes the same octets of it.
+//! Lossless decoding: `decode` prints everything that was read, and `encode` restores the same octets.
 
 use std::collections::HashMap;
 use std::fs;
@@ -20,7 +20,7 @@ pub(super) const CAT065: &str = "ff06 1907 01 03 48b720 02 7a 10 02aa 02bb";
 pub(super) const CAT129: &str = "ffff80 1907 2009 414952 444954 313233343536373834303935 4652 546040 115f094b 00d61a3c 0004d2 \
     0001c8 0003 a90102 16554601 01 0000002a 0783 ffffffff 0064 ffff a1 7f 00 0012cfff6a 0fff1f";
 
-/// Every record that differs in at most one bit from this one prints differently, and comes back.
+/// Every record that differs from this one in at most one bit prints differently, and is restored.
 fn each_flip_shows<R: Record<Edition: Default + Named>>(hex: &str) {
     let octets = octets(hex);
     let mut lines: HashMap<Vec<u8>, Vec<u8>> = HashMap::new();
@@ -58,7 +58,7 @@ fn each_bit_of_a_record_shows_and_comes_back() {
     each_flip_shows::<cat129::Record>(&CAT129.replace("a90102", "a9").replace("ffff80", "ffff8100"));
 }
 
-/// What `encode` makes of what `decode` prints of a file.
+/// The result of `decode` followed by `encode` for a file.
 pub fn there_and_back(file: &Path) -> Vec<u8> {
     let mut lines = Vec::new();
     decode::run(&decode::Args { inputs: vec![file.to_owned()], ..decode::Args::default() }, &mut lines)
@@ -70,7 +70,7 @@ pub fn there_and_back(file: &Path) -> Vec<u8> {
     fs::read(&output.0).unwrap()
 }
 
-/// Blocks of all categories, known and not, and one without a record.
+/// Blocks of all categories, known and unknown, and one without a record.
 fn feed() -> Vec<u8> {
     [
         block(34, &[CAT034, CAT034]),
@@ -92,7 +92,7 @@ fn a_file_of_all_categories_comes_back() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
 
-    /// However damaged: the first blocks stay whole, so that the file is still recognised.
+    /// Any damage after the first blocks, which remain intact so that the format is still recognised.
     #[test]
     fn a_damaged_file_comes_back(
         damage in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0..4_u8), 1..6),
@@ -113,7 +113,7 @@ proptest! {
         prop_assert_eq!(there_and_back(&Temporary::new("damaged", &file).0), file);
     }
 
-    /// Octets that are lost, added or zeroed, holes of any size, and a file that is cut.
+    /// Octets lost, added or zeroed, gaps of any size, and truncated files.
     #[test]
     fn a_file_with_holes_comes_back(
         holes in proptest::collection::vec((any::<prop::sample::Index>(), 1..3_usize, 0..100_000_usize), 1..4),
@@ -138,8 +138,8 @@ proptest! {
     }
 }
 
-/// What the README shows: `decode | encode` of a capture, of which the hostile datagrams are not whole blocks, is a raw file
-/// of which each record can be read again.
+/// The example of the README: `decode | encode` of a capture with hostile datagrams gives a raw file from which each record can
+/// be read again.
 #[test]
 fn each_record_of_a_capture_is_read_again_from_the_raw_file_that_is_made_of_it() {
     let capture = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo/capture.pcap");
@@ -155,7 +155,7 @@ fn each_record_of_a_capture_is_read_again_from_the_raw_file_that_is_made_of_it()
     let again = records(&Temporary::new("raw", &there_and_back(&capture)).0);
     assert_eq!(wanted.len(), 1341);
     let mut left = wanted.iter();
-    // In their order; octets that were not read may look like a record more.
+    // In the same order; octets that could not be read may resemble a further record.
     let found = again
         .iter()
         .filter(|record| left.as_slice().first() == Some(record) && left.next().is_some())

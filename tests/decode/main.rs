@@ -1,7 +1,7 @@
-//! The commands `decode` and `encode`: hand-made records, its options, and the recordings of the project.
+//! The commands `decode` and `encode`: hand-made records, options, and the recordings of the project.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-// What the tests of the codec call it, some of which are used here.
+// The name used by the tests of the codec, some of which are included here.
 extern crate asterix as utm_asterix;
 
 mod all;
@@ -23,14 +23,14 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// The octets that these hexadecimal digits say; blanks do not count.
+/// The octets of these hexadecimal digits; blanks are ignored.
 fn octets(hex: &str) -> Vec<u8> {
     let digits: Vec<u32> =
         hex.chars().filter(|c| !c.is_whitespace()).map(|c| c.to_digit(16).unwrap()).collect();
     digits.chunks_exact(2).map(|pair| (pair[0] << 4 | pair[1]) as u8).collect()
 }
 
-/// A block of these records.
+/// A block with these records.
 fn block(category: u8, records: &[&str]) -> Vec<u8> {
     let contents = octets(&records.concat());
     let length = u16::try_from(contents.len() + 3).unwrap().to_be_bytes();
@@ -59,7 +59,7 @@ fn pcap(datagrams: &[(u32, &[u8])]) -> (Vec<u8>, Vec<usize>) {
     (file, offsets)
 }
 
-/// A file that goes away with the test.
+/// A file that is deleted at the end of the test.
 struct Temporary(PathBuf);
 
 impl Temporary {

@@ -1,11 +1,11 @@
-//! The options, through the program itself.
+//! The options of the program.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Output, Stdio};
 
 use super::{Temporary, block, octets, pcap};
 
-/// Two radar records, a transponder's, a bad radar record, another category, a bad block.
+/// Two radar records, a transponder's record, a bad radar record, another category, a bad block.
 fn mixed() -> Vec<u8> {
     [
         block(48, &["80 1907", "80 1908"]),
@@ -45,7 +45,7 @@ fn everything_and_a_summary() {
 fn one_category() {
     let (output, lines) = decode("cat", &["--cat", "129"]);
     assert_eq!(output.status.code(), Some(4));
-    // Where a block cannot be made out is told whatever its first octet says.
+    // A block that cannot be read is reported, whatever its first octet.
     assert_eq!(lines.len(), 2, "{lines:?}");
     assert!(lines[0].contains(r#""cat":129"#) && lines[1].contains("block_too_short"), "{lines:?}");
     let (_, lines) = decode("cat61", &["--cat", "61", "--limit", "1"]);
@@ -106,7 +106,7 @@ fn standard_input() {
     assert_eq!((output.status.code(), output.stdout.lines().count()), (Some(4), 6));
 }
 
-/// A capture of a network may hold anything; octets that cannot be read are reported, and an error where that is asked for.
+/// A capture of a network may hold any octets: unreadable ones are reported, and are an error only on request.
 #[test]
 fn a_bad_record_in_a_pcap() {
     let (capture, _) = pcap(&[(0, &block(48, &["80 1907"])), (0, &block(48, &["40 0000"]))]);
@@ -118,7 +118,7 @@ fn a_bad_record_in_a_pcap() {
     assert_eq!(output.status.code(), Some(4));
 }
 
-/// One octet that is lost costs its block: it is a line, and so is what is left of the block; all else is read.
+/// A lost octet affects its block only: the block is a line, and so is the rest of the block; everything else is read.
 #[test]
 fn one_lost_octet_of_a_raw_file() {
     let sound = block(48, &["f0 1907 000080 20 0100 0200"]).repeat(1000);
@@ -142,7 +142,7 @@ fn one_lost_octet_of_a_raw_file() {
     let output = program().arg("info").arg("--json").arg(&file.0).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains(r#""unread":{"octets":13,"places":1,"first_offset":8400}"#), "{text}");
-    // A sound file.
+    // A valid file.
     let file = Temporary::new("sound", &sound);
     for command in ["decode", "info"] {
         let output = program().arg(command).arg(&file.0).output().unwrap();

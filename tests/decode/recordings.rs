@@ -1,4 +1,4 @@
-//! The recordings of the project, where `UTM_FUSION_SHARED_DATA` says they are.
+//! The recordings of the project, from the folder that `UTM_FUSION_SHARED_DATA` names.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -23,7 +23,7 @@ fn decoded(path: &Path) -> Vec<Value> {
         .collect()
 }
 
-/// Lines by category, errors apart.
+/// Number of lines by category, and number of errors.
 fn count(lines: &[Value]) -> (BTreeMap<u64, usize>, usize) {
     let mut records = BTreeMap::new();
     let mut errors = 0;
@@ -45,8 +45,8 @@ fn every_recording_decodes() {
     for path in paths {
         let (records, errors) = count(&decoded(&path));
         println!("{}: {records:?}, {errors} errors", path.display());
-        // One is hostile on purpose; the second is in a layout older than any edition, the third in edition 2.1 and read as if
-        // it were not, and the last has CAT032, whose layout is not defined.
+        // The first is hostile on purpose. The second is older than any edition. The third is in edition 2.1 and read in another
+        // one. The last has CAT032, which is not defined.
         let has_errors = ["hostile", "croatia_cat062_100datagrams", "cat021-barcelona", "goasterix_sample"]
             .map(|name| path.to_string_lossy().contains(name));
         assert_eq!(errors > 0, has_errors.contains(&true), "{}", path.display());
@@ -57,12 +57,12 @@ fn every_recording_decodes() {
     assert_eq!(records[&48], 128);
 }
 
-/// A number of the other decoder is what was printed: to half of our last decimal.
+/// Whether the printed number equals that of the other decoder, to half of our last decimal.
 fn is_near(printed: &Value, theirs: f64, decimals: i32) -> bool {
     printed.as_f64().is_some_and(|ours| (ours - theirs).abs() <= 0.500_001 * 10_f64.powi(-decimals))
 }
 
-/// Whether each field of an item says the same; the other decoder's units are NM, NM/s and degrees.
+/// Whether the fields of an item agree; the other decoder's units are NM, NM/s and degrees.
 ///
 /// `fields`: our name, theirs, the factor to our unit, our decimals.
 fn same(ours: &Value, theirs: &Value, fields: &[(&str, &str, f64, i32)]) -> bool {
@@ -81,14 +81,14 @@ fn same(ours: &Value, theirs: &Value, fields: &[(&str, &str, f64, i32)]) -> bool
         )
 }
 
-/// The same whole numbers under the same names, ours in lower case.
+/// Whether integers of the same name agree; our names are in lower case.
 fn same_codes(ours: &Value, theirs: &Value) -> bool {
     let theirs = theirs.as_object().unwrap();
     ours.as_object().unwrap().len() == theirs.len()
         && theirs.iter().all(|(name, value)| ours[name.to_lowercase()] == *value)
 }
 
-/// Whether an item says the same.
+/// Whether an item agrees.
 fn agrees(item: &str, ours: &Value, theirs: &Value) -> bool {
     const NM: f64 = 1852.0;
     match item {
@@ -108,7 +108,7 @@ fn agrees(item: &str, ours: &Value, theirs: &Value) -> bool {
             &[("v", "V", 1.0, 0), ("g", "G", 1.0, 0), ("l", "L", 1.0, 0), ("mode_3a", "MODE3A", 1.0, 0)],
         ),
         "080" => {
-            // Their pulses from A4 to D1 are the bits of our number.
+            // The other decoder's pulses from A4 to D1 are the bits of our number.
             let pulses = theirs.as_object().unwrap().values();
             let bits = pulses.fold(0, |bits, pulse| bits << 1 | pulse.as_u64().unwrap());
             ours["low_quality"] == format!("{bits:04o}")
@@ -145,7 +145,7 @@ fn agrees(item: &str, ours: &Value, theirs: &Value) -> bool {
     }
 }
 
-/// The data blocks of a capture as they stand.
+/// The data blocks of a capture, unchanged.
 fn payloads(path: &Path) -> Vec<u8> {
     Capture::open(path).unwrap().flat_map(|datagram| datagram.unwrap().payload).collect()
 }

@@ -1,4 +1,4 @@
-//! Tables of `decode`: cell by cell what its lines of JSON say.
+//! Tables of `decode`, compared cell by cell with its JSON lines.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,13 +13,13 @@ use super::{Temporary, octets};
 
 type Row = BTreeMap<String, Value>;
 
-/// Times of day: the only numbers without their unit in JSON.
+/// Times of day: the only JSON numbers whose key has no unit.
 const TIMES: [&str; 12] = [
     "I015_145", "I021_071", "I021_073", "I021_075", "I021_077", "I023_070", "I034_030", "I048_140",
     "I062_070", "I063_030", "I065_030", "I129_070",
 ];
 
-/// Members that no column has: bits and octets without a meaning.
+/// Members without a column: bits and octets without a meaning.
 const LOSSLESS: [&str; 3] = ["more", "primary", "undescribed"];
 
 fn decode(arguments: &[&str], input: &Path) -> (i32, String, String) {
@@ -29,7 +29,7 @@ fn decode(arguments: &[&str], input: &Path) -> (i32, String, String) {
     (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
 }
 
-/// A directory that goes away with the test.
+/// A directory that is deleted at the end of the test.
 struct Directory(PathBuf);
 
 impl Directory {
@@ -48,7 +48,7 @@ impl Drop for Directory {
     }
 }
 
-/// The cells of an item or of a part of it.
+/// The cells of an item or a part of it.
 fn flatten(row: &mut Row, name: &str, value: &Value) {
     match value {
         Value::Null => {}
@@ -75,7 +75,7 @@ fn flatten(row: &mut Row, name: &str, value: &Value) {
     }
 }
 
-/// The rows of each table that these lines ask for.
+/// The expected rows of each table for these lines.
 fn expected(lines: &str) -> BTreeMap<String, Vec<Row>> {
     let mut tables = BTreeMap::<String, Vec<Row>>::new();
     for line in lines.lines() {
@@ -116,7 +116,7 @@ fn is_same(one: Option<&Value>, other: Option<&Value>) -> bool {
     one == other || number(one).is_some_and(|one| number(other) == Some(one))
 }
 
-/// Both kinds of tables of this input against its lines; how many rows there were.
+/// Compares both kinds of tables of this input with its lines; returns the number of rows.
 fn check(input: &Path, name: &str) -> usize {
     let (code, lines, _) = decode(&["--hex"], input);
     let expected = expected(&lines);
@@ -132,7 +132,7 @@ fn check(input: &Path, name: &str) -> usize {
             for column in row.keys().chain(expected.keys()) {
                 let (mut cell, expected) = (row.get(column).cloned(), expected.get(column));
                 if column == "time" {
-                    // Lines have milliseconds.
+                    // Times in JSON lines are in milliseconds.
                     cell = cell.and_then(|cell| cell.as_i64()).map(|micros| json!(micros.div_euclid(1000)));
                 }
                 assert!(is_same(cell.as_ref(), expected), "{table}, {column}: {cell:?}, not {expected:?}");

@@ -1,4 +1,4 @@
-//! Octets that a sender puts behind the blocks of each datagram.
+//! Octets that a sender appends to the blocks of each datagram.
 
 use std::fs;
 use std::process::{Command, Output};
@@ -9,7 +9,7 @@ use utm_fusion::capture::Capture;
 use super::lossless::there_and_back;
 use super::{Temporary, block, pcap};
 
-/// A datagram of a radar: two records, and a counter and a time behind them, of which the counter may look like a block.
+/// A datagram of a radar: two records, then a counter and a time; the counter may resemble a block.
 fn datagram(count: u32) -> Vec<u8> {
     let counter = if count == 7 { [48, 0, 8, 0x80] } else { count.to_be_bytes() };
     [&block(48, &["80 1907", "80 1908"])[..], &counter, &(1_000_000 * count).to_be_bytes()].concat()
@@ -39,7 +39,7 @@ fn a_trailer_of_constant_length_is_told_once_and_kept() {
     let at = origins[1] + 9;
     let second = format!(r#"{{"trailer":8,"offset":{at},"block":{at},"hex":"00000001000f4240"}}"#);
     assert_eq!(text.lines().nth(5).unwrap(), second);
-    // All octets are there.
+    // All octets are present.
     assert!(there_and_back(&file.0) == datagrams.concat());
 
     let (output, text) = run(&["info", "--strict"], &file);
@@ -52,7 +52,7 @@ fn a_trailer_of_constant_length_is_told_once_and_kept() {
     assert_eq!((&info["octets"], &info["errors"]), (&(17 * 50).into(), &Value::Array(Vec::new())));
 }
 
-/// Also of a FINAL recording, which does not say who sent; and three datagrams are too few.
+/// A FINAL recording, which does not state the sender, is supported, too. Three datagrams are too few.
 #[test]
 fn a_recording_has_trailers_too_and_few_datagrams_have_faults() {
     let record = |payload: Vec<u8>| {
@@ -67,7 +67,7 @@ fn a_recording_has_trailers_too_and_few_datagrams_have_faults() {
     }
 }
 
-/// What other senders send between them changes nothing, and what is cut stays a fault.
+/// Datagrams of other senders between them have no influence, and truncated octets remain a fault.
 #[test]
 fn datagrams_come_in_their_order_and_cut_blocks_are_faults() {
     let cut = |count: u32| [&block(48, &["80 1907"])[..], &[48, 0, 7, 0x80, count as u8]].concat();
@@ -77,7 +77,7 @@ fn datagrams_come_in_their_order_and_cut_blocks_are_faults() {
     let (output, text) = run(&["decode", "--strict"], &file);
     assert_eq!((output.status.code(), text.lines().count()), (Some(4), 80));
     assert_eq!(text.matches("block_past_end").count(), 40);
-    // Two streams, of which the second has no trailer.
+    // Two streams, of which the second has no trailers.
     let mixed: Vec<_> =
         (0..60).map(|count| if count % 3 == 0 { datagram(count) } else { block(48, &["80 1907"]) }).collect();
     let (mut capture, origins) =

@@ -1,5 +1,5 @@
-//! The guides' commands: each runs as printed, on a small flight in the place of the reader's recordings. Of those that go on
-//! until Ctrl-C, or use ports of the machine, the options are checked; the tutorial and `tests/live` run such commands.
+//! The commands of the guides run as printed, on a small flight in place of the reader's recordings. If a command does not end by
+//! itself or uses ports, only its options are checked; the tutorial and `tests/live` run such commands.
 
 use std::env;
 use std::fs;
@@ -10,13 +10,13 @@ use crate::pages::{pages, parts, root};
 use crate::program::Scratch;
 
 const FLIGHT: &str = "name = \"small\"\nduration_s = 20\n[airspace]\nradius_m = 300\n[drones]\nmultirotors = 3\nequipped = 2\n";
-/// Folders that the guides simulate into.
+/// Folders into which the guides simulate.
 const FOLDERS: [&str; 4] = [".", "DIR", "city", "legs"];
-/// Options and subcommands of what goes on, or uses ports.
+/// Options and subcommands of commands that do not end by themselves or use ports.
 const ENDLESS: [&str; 9] =
     [" run ", " record ", " demo", " cluster ", "--serve", "--udp", "--loop", "--to-inputs", "--network"];
 
-/// Each command with the program in the guides, and where it stands. The tutorial has a test of its own.
+/// The commands of the guides that run the program, with their places, except those of the tutorial, which has its own test.
 fn commands() -> Vec<(String, String)> {
     let mut found = Vec::new();
     let is_guide = |page: &Path| page.parent() == Some(&root().join("docs"));
@@ -24,7 +24,7 @@ fn commands() -> Vec<(String, String)> {
         let text = fs::read_to_string(&page).unwrap();
         let name = page.file_name().unwrap().to_string_lossy().into_owned();
         for fenced in parts(&text).1.into_iter().filter(|fenced| fenced.language == "sh") {
-            // A line that ends in a backslash goes on.
+            // A line that ends in a backslash is continued.
             let joined = fenced.text.replace("\\\n", " ");
             let of_program = |line: &&str| line.starts_with("utm-fusion ") || line.contains("| utm-fusion ");
             let lines = joined.lines().filter(of_program).map(without_comment);
@@ -34,14 +34,14 @@ fn commands() -> Vec<(String, String)> {
     found
 }
 
-/// Without the comment, what sends it to the background, and what formats its output.
+/// The command without comment, background operator and formatting of its output.
 fn without_comment(line: &str) -> String {
     let command = line.split(" #").next().unwrap_or_default();
     let command = command.split(" | jq").next().unwrap_or_default();
     command.trim_end().trim_end_matches('&').trim_end().to_owned()
 }
 
-/// With the small flight in the place of a scenario, which has to exist.
+/// The command with the small flight in place of a scenario, which must exist.
 fn on_the_flight(command: &str) -> String {
     let words = command.split(' ').map(|word| {
         if word.starts_with("config/scenarios/") {
@@ -50,7 +50,7 @@ fn on_the_flight(command: &str) -> String {
         }
         word
     });
-    // A file that is there is not overwritten.
+    // An existing file is not overwritten.
     words.collect::<Vec<_>>().join(" ").replace("--config-out site.toml", "--config-out new.toml")
 }
 
@@ -81,7 +81,7 @@ fn commands_of_the_guides_run_as_printed() {
     let commands = commands();
     let (mut run, mut parsed) = (0, 0);
     for (place, command) in &commands {
-        // A recording of the reader's service, named in a variable.
+        // The recording of the reader's service, named by a variable.
         if command.contains('$') {
             continue;
         }
@@ -90,7 +90,7 @@ fn commands_of_the_guides_run_as_printed() {
         *(if is_endless { &mut parsed } else { &mut run }) += 1;
         let output = ran(&asked);
         let stderr = String::from_utf8_lossy(&output.stderr);
-        // A threshold may be missed by a flight of 20 s.
+        // A flight of 20 s may miss a threshold.
         let is_done =
             output.status.success() || asked.contains("--require") && output.status.code() == Some(5);
         assert!(is_done, "{place}: {asked}: {:?}\n{stderr}", output.status.code());

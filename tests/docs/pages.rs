@@ -1,14 +1,14 @@
-//! The pages of `docs/`, and what is in them.
+//! The pages of `docs/` and their parts.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The project.
+/// Folder of the project.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Every page in a folder and below, in the order of their names.
+/// Every page in a folder and its subfolders, sorted by name.
 pub fn pages(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -23,18 +23,18 @@ pub fn pages(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// A block between fences.
+/// A fenced block.
 #[derive(Debug)]
 pub struct Fenced {
-    /// What it is written in: `sh`.
+    /// Language of the block: `sh`.
     pub language: String,
-    /// Its lines.
+    /// Text of the block.
     pub text: String,
-    /// The line of the page on which it begins, counted from 1.
+    /// Line of the page on which the block begins, counted from 1.
     pub line: usize,
 }
 
-/// The lines of a page that are no code, and its blocks of code.
+/// The lines of a page without code, and its fenced blocks.
 pub fn parts(page: &str) -> (Vec<&str>, Vec<Fenced>) {
     let (mut prose, mut blocks, mut open) = (Vec::new(), Vec::<Fenced>::new(), false);
     for (index, line) in page.lines().enumerate() {
@@ -56,11 +56,11 @@ pub fn parts(page: &str) -> (Vec<&str>, Vec<Fenced>) {
     (prose, blocks)
 }
 
-/// Where the links of a page lead.
+/// Targets of the links of a page.
 pub fn links(page: &str) -> Vec<String> {
     let (prose, _) = parts(page);
     let of = |line: &&str| -> Vec<String> {
-        // The text of a link may be code, its target is none.
+        // The text of a link may be code; its target is not.
         let line = line.replace("`](", "](");
         let targets = without_code(&line);
         targets.split("](").skip(1).filter_map(|rest| Some(rest.split_once(')')?.0.to_owned())).collect()
@@ -68,7 +68,7 @@ pub fn links(page: &str) -> Vec<String> {
     prose.iter().flat_map(of).collect()
 }
 
-/// A line without what stands in it as code, but for the texts of links.
+/// A line without inline code, except in the texts of links.
 fn without_code(line: &str) -> String {
     line.replace("[`", "[").split('`').step_by(2).collect::<Vec<_>>().join("")
 }
@@ -88,7 +88,7 @@ pub fn anchors(page: &str) -> Vec<String> {
                 _ => None,
             })
             .collect();
-        // The second of one name has a number.
+        // A repeated anchor gets a number.
         let same = anchors.iter().filter(|known| **known == anchor).count();
         anchors.push(if same == 0 { anchor } else { format!("{anchor}-{same}") });
     }

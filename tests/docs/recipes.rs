@@ -1,4 +1,4 @@
-//! The guides' recipes with `curl`: each is run, as printed, against a flight that is served live.
+//! The recipes with `curl` in the guides run as printed against a live service with a flight.
 
 use std::fs;
 use std::net::{Ipv4Addr, TcpListener};
@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 use crate::pages::{Fenced, parts, root};
 use crate::program::Scratch;
 
-/// Pages whose recipes are run; the tutorial has a test of its own.
+/// Pages whose recipes are run; the tutorial has its own test.
 const PAGES: [&str; 4] = ["API.md", "OPERATIONS.md", "ALERTS.md", "COMMANDS.md"];
 
-/// Ends the service.
+/// A running service, which is stopped on drop.
 struct Served(Child);
 
 impl Drop for Served {
@@ -21,7 +21,7 @@ impl Drop for Served {
     }
 }
 
-/// Each line of a page that begins with `curl`, and where it stands.
+/// The lines of a page that begin with `curl`, with their places.
 fn recipes() -> Vec<(String, String)> {
     let mut recipes = Vec::new();
     for page in PAGES {
@@ -58,7 +58,7 @@ fn recipes_are_taken_as_printed() {
         .stderr(Stdio::null())
         .spawn();
     let _served = Served(service.unwrap());
-    // Until an identity and a radar track are there that something can be decided of.
+    // Waits for an identity and a radar track, which the recipes need.
     let begun = Instant::now();
     let (identity, sensor, track) = loop {
         assert!(begun.elapsed() < Duration::from_secs(60), "nothing is fused");
@@ -87,7 +87,7 @@ fn recipes_are_taken_as_printed() {
             .replace("1581F6GKB23C003", &identity)
             .replace("sensor=north", &format!("sensor={sensor}"))
             .replace("track=134", &format!("track={track}"));
-        // What follows a pipe makes something of the answer.
+        // The part after a pipe formats the answer.
         let asked = asked.split(" | ").next().unwrap().trim_end();
         let asked = asked.replacen("curl ", "curl --max-time 3 -s -o answer -w '%{http_code}' ", 1);
         let status = printed(&format!("cd {} && {asked}", scratch.path("").display()));

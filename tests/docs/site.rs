@@ -1,4 +1,4 @@
-//! The site: its table of contents has every page once, and every relative link and anchor of the pages leads somewhere.
+//! The site: its table of contents lists every page once, and all relative links and anchors are valid.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -22,7 +22,7 @@ fn the_summary_names_every_page_once() {
     assert_eq!(unique, there);
 }
 
-/// Where a link of a page leads to nothing, and why.
+/// The reason why a link of a page is not valid.
 fn complaint(page: &Path, link: &str) -> Option<String> {
     let (file, anchor) = link.split_once('#').map_or((link, None), |(file, anchor)| (file, Some(anchor)));
     let target = if file.is_empty() { page.to_path_buf() } else { page.parent().unwrap().join(file) };
@@ -54,7 +54,7 @@ fn every_link_leads_somewhere() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert!(count > 250, "{count} links");
-    // It does find what is wrong.
+    // Invalid links are detected.
     let page = root().join("docs/CAT129.md");
     assert!(complaint(&page, "CAT063.md").is_some() && complaint(&page, "CODEC.md#slow").is_some());
     assert!(

@@ -1,11 +1,11 @@
-//! TRACE.md and SECURITY-MODEL.md: the tests that they name exist, and every row of the trace says what shows it.
+//! TRACE.md and SECURITY-MODEL.md: the tests that they name exist, and every row of the trace names its evidence.
 
 use std::collections::BTreeMap;
 use std::fs;
 
 use crate::pages::{parts, root};
 
-/// The tests that stand in a page as `file::name`, in backticks.
+/// The tests named on a page as `file::name` in backticks.
 fn named(page: &str) -> Vec<(String, String)> {
     let (prose, _) = parts(page);
     let code = prose.iter().flat_map(|line| line.split('`').skip(1).step_by(2));
@@ -16,7 +16,7 @@ fn named(page: &str) -> Vec<(String, String)> {
     code.filter_map(test).collect()
 }
 
-/// Whether the text has a test of that name: a function behind an attribute that says so.
+/// Whether the text has a test with this name: a function with a test attribute.
 fn has_test(text: &str, name: &str) -> bool {
     let lines: Vec<&str> = text.lines().map(str::trim).collect();
     let is_it = |line: &str| {
@@ -48,7 +48,7 @@ fn every_test_that_is_named_exists() {
             assert!(has_test(text, &name), "{page}: {file} has no test {name}");
         }
     }
-    // What is no test is found out.
+    // Functions that are no tests are not accepted.
     let here = include_str!("trace.rs");
     assert!(
         has_test(here, "every_test_that_is_named_exists")
@@ -57,9 +57,9 @@ fn every_test_that_is_named_exists() {
     );
 }
 
-/// A rule has a test, is said to have none, or to be departed from, with the page that says why.
+/// Each rule has a test, is stated to have none, or is stated to be departed from with the page that gives the reason.
 #[test]
-fn every_rule_has_a_test_or_says_that_it_has_none() {
+fn every_rule_has_a_test_or_a_statement() {
     let text = fs::read_to_string(root().join("docs/TRACE.md")).unwrap();
     let is_row = |line: &&str| line.starts_with("| ") && !line.ends_with("| shown by |");
     let rows = text.lines().filter(is_row);

@@ -1,4 +1,4 @@
-//! The tutorial: its commands run in their order, page by page, in one folder and one shell, and print what the pages say.
+//! The tutorial: its commands run in order, page by page, in one folder and one shell, and print what the pages show.
 
 use std::fmt::Write;
 use std::fs;
@@ -10,7 +10,7 @@ use std::time::Instant;
 use crate::pages::{Fenced, pages, parts, root};
 use crate::program::Scratch;
 
-/// A block of commands, where it stands, and what the page says that it prints.
+/// A block of commands with its place, and the output that the page shows.
 struct Step {
     place: String,
     commands: String,
@@ -39,7 +39,7 @@ fn steps() -> Vec<Step> {
     steps
 }
 
-/// Whether the line is as the page has it: `…` is anything.
+/// Whether a line matches that of the page, in which `…` stands for any text.
 fn is_line(line: &str, pattern: &str) -> bool {
     let mut parts = pattern.trim_end().split('…');
     let Some(mut rest) = line.strip_prefix(parts.next().unwrap()) else { return false };
@@ -48,7 +48,7 @@ fn is_line(line: &str, pattern: &str) -> bool {
         return rest.trim_end().is_empty();
     }
     while let Some(part) = parts.next() {
-        // What a column is filled with.
+        // The padding of a column.
         let part = part.trim_start();
         if parts.peek().is_none() {
             return rest.trim_end().ends_with(part);
@@ -59,7 +59,7 @@ fn is_line(line: &str, pattern: &str) -> bool {
     true
 }
 
-/// The first line of the page that is not printed, in its place. A `…` of its own stands for any lines; the last ones may be
+/// The first line of the page that is missing in the output, in order. A line `…` stands for any lines; the last lines may be
 /// left out.
 fn missing<'a>(printed: &str, page: &'a str) -> Option<&'a str> {
     let (mut lines, mut skips) = (printed.lines(), false);
@@ -90,7 +90,7 @@ fn lines_are_compared() {
     assert_eq!(missing("1\n2\n", "…\n3\n"), Some("3"));
 }
 
-/// Ends what the shell of the test has left behind: all of its group.
+/// Stops the processes that the shell of the test has started: its whole process group.
 struct Group(u32);
 
 impl Drop for Group {
@@ -101,7 +101,7 @@ impl Drop for Group {
 }
 
 #[test]
-fn it_runs_as_printed() {
+fn tutorial_runs_as_printed() {
     use std::os::unix::process::CommandExt;
 
     if !Command::new("curl")
@@ -115,11 +115,11 @@ fn it_runs_as_printed() {
     let begun = Instant::now();
     let (scratch, steps) = (Scratch::new(), steps());
     assert!(steps.len() > 15);
-    // A port that nobody has, for the one of the pages.
+    // A free port replaces that of the pages.
     let port = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().local_addr().unwrap().port();
     let here = |text: &str| text.replace("127.0.0.1:8080", &format!("127.0.0.1:{port}"));
 
-    // One shell, because it knows what runs in the background; what each block prints is a file.
+    // One shell, because it knows its background processes; the output of each block goes to a file.
     let mut script = String::new();
     for (index, step) in steps.iter().enumerate() {
         let _ = writeln!(script, "set -e\n{{\n{}}} > {index}.printed 2>&1", here(&step.commands));
@@ -149,9 +149,9 @@ fn it_runs_as_printed() {
     println!("{} blocks in {:.1} s", steps.len(), begun.elapsed().as_secs_f64());
 }
 
-/// What is printed, without what the program logs meanwhile where the page shows none of it.
+/// The output without log lines if the page shows none.
 fn printed_only(printed: &str, prints: &str) -> String {
-    let is_log = |line: &&str| line.starts_with(" INFO ") || line.starts_with(" WARN ");
+    let is_log = |line: &&str| line.contains(" INFO ") || line.contains(" WARN ");
     let shows_logs = prints.lines().any(|line| is_log(&line));
     printed
         .lines()

@@ -1,14 +1,15 @@
-//! A small flight whose every metric is worked out by hand.
+//! A small flight whose metrics are all computed by hand.
 //!
-//! ALPHA hovers at latitude 0, longitude 0, BRAVO 1000 m east of it, both at sea level from 0 to 40 s. What counts are
-//! the centres from 10 to 32.5 s: slots 40 (10.125) to 129 (32.375), 90 slots or 22.5 s or 0.375 min each.
+//! ALPHA hovers at latitude 0, longitude 0; BRAVO hovers 1000 m east of it. Both are at sea level from 0 to 40 s. The
+//! counted centres are from 10 to 32.5 s: slots 40 (10.125) to 129 (32.375), which is 90 slots, 22.5 s or 0.375 min per
+//! drone.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use fusion::time::Time;
-use utm_fusion::evaluate::read::{self, Days};
+use utm_fusion::evaluate::read::{self, DayReference};
 use utm_fusion::evaluate::{Covariance, Evaluation, InputsAlone, Labels, Nees, OutputPoint, Scoring, Truth};
 
 use super::common::{START_S, Scratch, assert_near, centre_s, east, evaluate, north, ran};
@@ -17,7 +18,7 @@ use super::common::{START_S, Scratch, assert_near, centre_s, east, evaluate, nor
 type Point = (i64, &'static str, u32, &'static str, &'static str, f64, f64, &'static str);
 
 const POINTS: [Point; 9] = [
-    (39, "fused", 70011, "11", "7", 0.0, 0.0, "0"), // before what counts
+    (39, "fused", 70011, "11", "7", 0.0, 0.0, "0"), // before the counted slots
     (40, "fused", 70011, "11", "7", 3.0, 4.0, "12"), // 5 m and 12 m off: 13 m
     (41, "fused", 70011, "11", "7", 0.0, 3.0, "-4"), // 3 m and 4 m: 5 m
     (42, "transponder", 7, "", "7", 0.0, 0.0, "0"),
@@ -59,7 +60,7 @@ fn labels() -> String {
     text
 }
 
-/// Both drones every 5 s of these seconds.
+/// Samples of both drones at these seconds.
 fn truth(seconds: &[f64]) -> String {
     let mut text = String::from("time,id,lat,lon,alt_msl,vn,ve,vd\n");
     for second in seconds {
@@ -91,7 +92,7 @@ fn files() -> Files {
     }
 }
 
-/// What labels do not change.
+/// Checks the metrics that do not depend on labels.
 fn assert_without_pairs(json: &serde_json::Value) {
     let near = |way, expected| assert_near(json, way, expected);
     // ALPHA in slots 40, 41, 42, 44, 50; BRAVO in 43: 6 of 180.
@@ -102,7 +103,7 @@ fn assert_without_pairs(json: &serde_json::Value) {
     near("fused.all.epos.count", 6.0);
     near("fused.all.epos.mean_m", 32.0 / 6.0);
     near("fused.all.epos.sem_m", 4.111_111_f64.sqrt());
-    // Sorted 0 0 5 6 8 13: place 2.5, and place 4.75.
+    // Sorted 0 0 5 6 8 13: ranks 2.5 and 4.75.
     near("fused.all.epos.p50_m", 5.5);
     near("fused.all.epos.p95_m", 8.0 + 0.75 * 5.0);
     // Horizontally 5, 3, 0, 8, 0, 6; vertically 12, 4, 0, 0, 0: BRAVO's point has no height.
@@ -116,7 +117,8 @@ fn assert_without_pairs(json: &serde_json::Value) {
     near("drones.0.fused.id_changes", 3.0 / 0.375);
     // The bird's two slots of 0.25 s in 0.375 minutes.
     near("fused.all.false_track_s", 0.5 / 0.375);
-    // Slots 40, 44, …, 128: 23. One pair of 13 m and one missed; of 8 m; two missed and a bird; else two missed.
+    // Slots 40, 44, …, 128: 23. One has a pair of 13 m and one missed; one a pair of 8 m; one two missed and a bird;
+    // the others two missed.
     let sum = 1419_f64.sqrt() + 1314_f64.sqrt() + 3750_f64.sqrt() + 20.0 * 50.0;
     near("fused.all.gospa_m", sum / 23.0);
     near("fused.all.gospa_parts.matched", 2.0 / 23.0);
@@ -135,7 +137,7 @@ fn with_labels() {
     let json =
         ran(evaluate(&files.truth, &files.output).arg("--labels").arg(&files.labels).arg("--json")).json();
     assert_without_pairs(&json);
-    // Right in slots 40 and 41, wrong in 44; the seduced track of slot 50 does not count.
+    // Correct in slots 40 and 41, wrong in 44; the seduced track of slot 50 does not count.
     assert_near(&json, "fused.all.precision", 2.0 / 3.0);
     assert_near(&json, "fused.equipped.precision", 2.0 / 3.0);
     assert_eq!(
@@ -174,14 +176,14 @@ fn without_labels_the_nearest_drone_within_150_m_has_the_point() {
 
 #[test]
 fn holes_of_the_truth_do_not_count() {
-    // No sample between 20 and 30.1 s: the centres of slots 80 (20.125) to 119 (29.875) do not count: 50 slots are left.
+    // The truth has no sample between 20 and 30.1 s. Slots 80 (20.125) to 119 (29.875) do not count, which leaves 50 slots.
     let seconds = [0.0, 5.0, 10.0, 15.0, 20.0, 30.1, 35.0, 40.0];
     let scratch = Scratch::new();
     let truth = scratch.file("truth.csv", truth(&seconds));
     let points = [
         (79, "fused", 70011, "11", "7", 2.0, 0.0, "0"),
         (100, "fused", 70099, "11", "7", 50.0, 0.0, "0"), // in the hole: no error, no change of number
-        (104, "radar", 5, "5", "", 20.0, 0.0, "0"),       // nor is this a false track
+        (104, "radar", 5, "5", "", 20.0, 0.0, "0"),       // not a false track either
         (120, "fused", 70011, "11", "7", 4.0, 0.0, "0"),
     ];
     let out = scratch.file("out.csv", output(&points));
@@ -194,13 +196,13 @@ fn holes_of_the_truth_do_not_count() {
         assert_near(&json, "drones.0.fused.eposh.mean_m", 3.0);
         assert_near(&json, "drones.0.fused.id_changes", 0.0);
         assert_near(&json, "fused.all.false_track_s", 0.0);
-        // Slots 40 to 128 by 4 without 80 to 116; in none of them a point, but for 120: 4 m, and BRAVO missed.
+        // Slots 40 to 128 by 4 without 80 to 116. Only slot 120 has a point: 4 m off, with BRAVO missed.
         assert_near(&json, "fused.all.gospa_m", (12.0 * 50.0 + 1266_f64.sqrt()) / 13.0);
     }
 }
 
 #[test]
-fn a_number_is_followed_while_one_of_the_points_has_it() {
+fn number_is_kept_while_any_point_has_it() {
     let fused = |slot, number, radar| (slot, "fused", number, radar, "7", 0.0, 0.0, "0");
     let points = [
         fused(40, 70011, "11"),
@@ -244,7 +246,7 @@ fn a_gpx_truth_is_the_same() {
     let told =
         ran(evaluate(&one_file, &files.output).arg("--labels").arg(&files.labels).arg("--json")).stdout;
     assert_eq!(told, csv);
-    // A track without a name has that of its file.
+    // A track without a name takes the name of its file.
     let alpha = files.scratch.file("ALPHA.gpx", gpx(&track("", 0.0)));
     let bravo = files.scratch.file("BRAVO.gpx", gpx(&track("", 1000.0)));
     let mut two = evaluate(&alpha, &files.output);
@@ -252,19 +254,21 @@ fn a_gpx_truth_is_the_same() {
     assert_eq!(told, csv);
 }
 
-/// The same flight in process, with inputs alone that are made by hand.
+/// The same flight evaluated in process, with inputs alone made by hand.
 fn with_inputs() -> Evaluation {
     with_inputs_and(|_| {})
 }
 
-/// The same, with something done to the output's points.
+/// The same flight, with a change to the output's points.
 fn with_inputs_and(change: impl FnOnce(&mut [OutputPoint])) -> Evaluation {
     let points = |points: &[Point]| -> Vec<OutputPoint> {
-        read::output("out.csv", output(points).into_bytes(), Days::Near(Time::default())).unwrap().points
+        read::output("out.csv", output(points).into_bytes(), DayReference::Near(Time::default()))
+            .unwrap()
+            .points
     };
     let transponder: Vec<Point> =
         [40, 41, 42, 44].map(|slot| (slot, "transponder", 7, "", "7", 0.0, 1.0, "0")).into();
-    // Radar track 11 also in slot 42, where it was not fused; and the seduced one.
+    // Radar track 11 also has a plot in slot 42, where it was not fused; track 13 is seduced.
     let radar: Vec<Point> = [(40, 11), (41, 11), (42, 11), (44, 12), (50, 13), (48, 99)]
         .map(|(slot, number)| (slot, "radar", number, "", "", 0.0, 20.0, "0"))
         .into();
@@ -286,13 +290,13 @@ fn with_inputs_and(change: impl FnOnce(&mut [OutputPoint])) -> Evaluation {
 fn beside_each_input_alone() {
     let evaluation = with_inputs();
     let all = &evaluation.fused.all;
-    // Both inputs of ALPHA in slots 40, 41, 42; rightly fused in 40 and 41.
+    // ALPHA has both inputs in slots 40, 41, 42; it is correctly fused in 40 and 41.
     assert!((all.recall.unwrap() - 2.0 / 3.0).abs() < 1e-9);
-    // Covered: 13, 5, 0, 8; gap: 0 (slot 50). BRAVO carries none, so it has neither.
+    // Covered: 13, 5, 0, 8; gap: 0 (slot 50). BRAVO has no transponder and counts for neither.
     assert!((all.epos_covered.unwrap().mean_m - 26.0 / 4.0).abs() < 1e-3);
     assert_eq!((all.epos_gap.unwrap().count, all.epos_covered.unwrap().count), (1, 4));
-    // ALPHA's transponder speaks in 4 of its 90 slots: the output has a point in each, and in one of the 86 others; the
-    // radar has plots of ALPHA in 3 of the 4 (that of slot 44 is of BRAVO's track).
+    // ALPHA's transponder interpolates in 4 of its 90 slots. The output has a point in each, and in one of the 86
+    // others. The radar has plots of ALPHA in 3 of the 4; the plot in slot 44 is of BRAVO's track.
     let radar = &evaluation.radar.as_ref().unwrap().all;
     for (told, expected) in [
         (all.pu_covered_percent, 100.0),
@@ -303,7 +307,7 @@ fn beside_each_input_alone() {
         assert!((told.unwrap() - expected).abs() < 1e-9, "{told:?} is not {expected}");
     }
     let (radar, transponder) = (evaluation.radar.unwrap(), evaluation.transponder.unwrap());
-    // ALPHA's plots in 40, 41, 42 and 50; BRAVO's in 44, which is 1000 m off: 1000.2 m.
+    // ALPHA's plots are in 40, 41, 42 and 50; BRAVO's is in 44, 1000 m off: 1000.2 m.
     assert!((radar.all.pu_percent.unwrap() - 100.0 * 5.0 / 180.0).abs() < 1e-9);
     assert!((radar.drones[0].eposh.unwrap().mean_m - 20.0).abs() < 1e-3);
     assert!((radar.drones[1].eposh.unwrap().mean_m - 1000.2).abs() < 1e-2);
@@ -314,7 +318,7 @@ fn beside_each_input_alone() {
 }
 
 #[test]
-fn samples_tell_what_became_of_each_point() {
+fn samples_contain_every_scored_point() {
     let evaluation = with_inputs();
     let drones: Vec<_> = evaluation.fused.samples.iter().map(|sample| sample.drone).collect();
     assert_eq!(drones, [Some(0), Some(0), Some(0), Some(1), Some(0), None, None, Some(0)]);
@@ -327,7 +331,7 @@ fn samples_tell_what_became_of_each_point() {
 }
 
 #[test]
-fn the_table_says_what_is_not_told() {
+fn table_names_missing_metrics() {
     let files = files();
     let told = ran(&mut evaluate(&files.truth, &files.output));
     assert_eq!(told.code, 0, "{}", told.stderr);
@@ -348,11 +352,11 @@ fn deviations_are_held_against_errors() {
         Some(Covariance { east_m2, north_m2, east_north_m2: 0.0, vertical_m2 })
     };
     let told = with_inputs_and(|points| {
-        // Slots 40, 41 and 50 of ALPHA, 43 of BRAVO; the rest says nothing.
+        // Slots 40, 41 and 50 of ALPHA, 43 of BRAVO; other points have no covariance.
         points[1].covariance = honest(9.0, 16.0, 36.0); // 3 and 4 m off, 12 m up: (1 + 1) / 2, and 4
         points[2].covariance = honest(1.0, 9.0, 4.0); // 3 m north, 4 m down: 1 / 2, and 4
         points[4].covariance = honest(4.0, 1.0, 1.0); // 6 m east, no height: 9 / 2
-        points[8].covariance = honest(1.0, 1.0, 1.0); // nothing off
+        points[8].covariance = honest(1.0, 1.0, 1.0); // no error
     });
     let near = |nees: Option<Nees>, count: u64, horizontal: f64, vertical: Option<f64>| {
         let nees = nees.unwrap();

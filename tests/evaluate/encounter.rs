@@ -1,4 +1,4 @@
-//! The figure of the closest encounter, as `evaluate --conflicts FILE --plot DIR` writes it.
+//! Figure of the closest encounter, as `evaluate --conflicts FILE --plot DIR` writes it.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -7,10 +7,11 @@ use std::path::Path;
 use super::common::{START_S, Scratch, east, evaluate, north, ran};
 
 const OUTPUT: &str = "time,id,source,track_number,radar_track,transponder,lat,lon,alt_msl,flags\n";
-/// The transponder receiver of the demo's site.
+/// Transponder receiver of the demo's site.
 const RECEIVER: &str = "squitter";
 
-/// ALPHA flies east and BRAVO, 40 m to the north, west, each at 10 m/s; they pass after 60 s. The figure of that, and the page.
+/// ALPHA flies east and BRAVO west, 40 m to the north, each at 10 m/s; they pass after 60 s. Returns the figure and the
+/// page.
 fn figure(conflicts: &str) -> (String, String) {
     let scratch = Scratch::new();
     let mut truth = "time,id,lat,lon,alt_msl\n".to_owned();
@@ -50,7 +51,7 @@ fn line(second: u32) -> String {
 }
 
 #[test]
-fn what_was_stated_and_what_was_true_are_in_one_figure() {
+fn predicted_and_true_approach_share_a_figure() {
     let (svg, page) = figure(&(35..60).map(line).collect::<String>());
     let document = roxmltree::Document::parse(&svg).unwrap();
     let title =
@@ -62,7 +63,7 @@ fn what_was_stated_and_what_was_true_are_in_one_figure() {
             && svg.contains(">as stated<")
             && !svg.contains("nothing was foreseen")
     );
-    // Both straight on: as many seconds as are left, which the stated line is drawn on the true one for.
+    // Both fly straight on, so the predicted line coincides with the true one.
     let corners = |colour: &str| -> BTreeSet<&str> {
         let line = document.descendants().find(|node| {
             node.attribute("stroke") == Some(colour)
@@ -77,7 +78,7 @@ fn what_was_stated_and_what_was_true_are_in_one_figure() {
 }
 
 #[test]
-fn a_pair_of_which_nothing_was_foreseen_is_said_to_be_so() {
+fn pair_without_predictions_is_reported() {
     let (svg, _) = figure("");
     assert!(svg.contains(">nothing was foreseen of ALPHA and BRAVO<"), "{svg}");
     assert!(svg.contains(">by the true states<") && !svg.contains(">as stated<"));

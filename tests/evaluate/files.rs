@@ -1,4 +1,4 @@
-//! Files that cannot be scored: what is said of them, and where.
+//! Files that cannot be scored: the error messages, with their places.
 
 use std::path::PathBuf;
 
@@ -17,7 +17,7 @@ fn said(truth: &str, labels: &str, output: &[u8]) -> (i32, String) {
 }
 
 #[test]
-fn a_bad_truth_is_told_with_its_line() {
+fn invalid_truth_is_reported_with_its_line() {
     for (truth, words) in [
         ("", "truth.csv: is empty"),
         ("time,id,lat,lon\n", "truth.csv:1: no column `alt_msl`; the first line must name the columns"),
@@ -52,7 +52,7 @@ fn a_bad_truth_is_told_with_its_line() {
 }
 
 #[test]
-fn bad_labels_are_told_with_their_line() {
+fn invalid_labels_are_reported_with_their_line() {
     for (labels, words) in [
         ("time,sensor,id\n", "labels.csv:1: no column `number`"),
         ("time,sensor,number,id,seduced\n1,radar,x,A,0\n", "labels.csv:2: number: \"x\" is no track number"),
@@ -72,7 +72,7 @@ fn bad_labels_are_told_with_their_line() {
 }
 
 #[test]
-fn a_bad_output_is_told_with_its_line() {
+fn invalid_output_is_reported_with_its_line() {
     let track = r#"{"time":"2026-03-14T09:00:00.125Z","source":"radar","track_number":1,"lat":0,"lng":0}"#;
     let late = format!("{track}\n{track}\n{{\"time\":1}}\n");
     let nowhere = track.replace("\"lat\":0", "\"lat\":100");
@@ -136,7 +136,7 @@ fn a_truth_and_an_output_that_are_exchanged_are_recognised() {
 }
 
 #[test]
-fn what_is_not_there_is_told_with_its_path() {
+fn missing_file_is_reported_with_its_path() {
     let scratch = Scratch::new();
     let truth = scratch.file("truth.csv", TRUTH);
     let told = ran(&mut evaluate(&truth, &PathBuf::from("nowhere.csv")));
@@ -171,14 +171,14 @@ fn plots_are_files_that_stand_alone() {
     }
     let page = String::from_utf8(std::fs::read(plots.join("index.html")).unwrap()).unwrap();
     assert!(page.contains("A&lt;&amp;B") && !page.contains("<script") && page.matches("<svg").count() >= 6);
-    // A folder that cannot be made is told.
+    // A folder that cannot be created is reported.
     let told = ran(evaluate(&truth, &out).arg("--plot").arg(truth.join("below-a-file")));
     assert_eq!(told.code, 1);
     assert!(told.stderr.contains("--plot") && told.stderr.contains("cannot be written"), "{}", told.stderr);
 }
 
 #[test]
-fn an_output_without_points_is_scored_and_said_to_be_empty() {
+fn output_without_points_is_scored_as_empty() {
     let scratch = Scratch::new();
     let seconds: String = (0..40).map(|second| format!("{second},A,0,0,0\n")).collect();
     let truth = scratch.file("truth.csv", format!("time,id,lat,lon,alt_msl\n{seconds}"));
@@ -189,7 +189,7 @@ fn an_output_without_points_is_scored_and_said_to_be_empty() {
 }
 
 #[test]
-fn a_closed_pipe_and_standard_input_are_as_everywhere() {
+fn closed_pipe_and_standard_input_are_handled() {
     let scratch = Scratch::new();
     let truth = scratch.file("truth.csv", TRUTH);
     let mut command = utm_fusion("evaluate");

@@ -1,4 +1,4 @@
-//! Every format of `replay` gives the same score; so do raw captures, whose days the truth tells, over midnight.
+//! All formats of `replay` give the same score. Raw captures take their day from the truth, also across midnight.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -30,7 +30,7 @@ fn scored(output: &Path, capture: &Path) -> Value {
     ran(command.arg("--capture").arg(capture).arg("--config").arg(testdata("site.toml"))).json()
 }
 
-/// Counts and shares are the same; lengths to `within_m`.
+/// Checks that counts and shares are equal, and lengths equal to `within_m`.
 fn assert_same(name: &str, told: &Value, expected: &Value, within_m: f64) {
     match (told, expected) {
         (Value::Object(told), Value::Object(expected)) => {
@@ -61,20 +61,20 @@ fn every_format_gives_the_same_score() {
     let expected = scored(&testdata("expected.csv"), &testdata("capture.pcap"));
     assert!(number(&expected, "fused.all.pu_percent") > 70.0, "{expected}");
     assert!(number(&expected, "fused.all.epos.mean_m") < 10.0, "{expected}");
-    // CAT129 has 180/2^31 degrees and half metres or so.
+    // The resolution of CAT129 is 180/2^31 degrees, and about half a metre in height.
     for (extension, within_m) in
         [("csv", 0.002), ("ndjson", 0.002), ("geojson", 0.002), ("ast", 0.15), ("pcap", 0.15)]
     {
         let told = scored(&replayed(&scratch, extension), &testdata("capture.pcap"));
         assert_same(extension, &told, &expected, within_m);
-        // By content, not by name.
+        // Formats are recognised by content, not by file name.
         let renamed = scratch.file("renamed", fs::read(scratch.path(format!("out.{extension}"))).unwrap());
         assert_eq!(scored(&renamed, &testdata("capture.pcap")), told, "{extension}");
     }
 }
 
 #[test]
-fn the_day_of_raw_asterix_is_that_of_the_truth_unless_it_is_given() {
+fn raw_asterix_takes_the_day_of_the_truth_unless_given() {
     let scratch = Scratch::new();
     let out = replayed(&scratch, "ast");
     let mut command = evaluate(&testdata("truth.csv"), &out);
@@ -92,7 +92,7 @@ fn the_day_of_raw_asterix_is_that_of_the_truth_unless_it_is_given() {
 fn a_raw_capture_is_on_the_day_of_the_truth() {
     let scratch = Scratch::new();
     let datagrams = Capture::open(&testdata("capture.pcap")).unwrap();
-    // Whole blocks only: what is broken would end a raw file.
+    // Whole blocks only: a broken block would end a raw file.
     let octets: Vec<u8> = datagrams
         .flat_map(|datagram| {
             let payload = datagram.unwrap().payload;

@@ -1,4 +1,4 @@
-//! GOSPA and its parts against Stone Soup's (`testdata/oracle/gospa.csv`), and how long a crowded slot takes.
+//! GOSPA and its components compared with Stone Soup (`testdata/oracle/gospa.csv`), and the time for a crowded slot.
 
 use std::time::Instant;
 
@@ -6,7 +6,7 @@ use utm_fusion::evaluate::{Gospa, Near, gospa};
 
 const TABLE: &str = include_str!("../../testdata/oracle/gospa.csv");
 
-/// Points, each a list of coordinates.
+/// Parses points, each a list of coordinates.
 fn points(cell: &str) -> Vec<Vec<f64>> {
     let coordinates = |point: &str| point.split(' ').map(|x| x.parse().unwrap()).collect();
     cell.split(';').filter(|point| !point.is_empty()).map(coordinates).collect()
@@ -46,7 +46,7 @@ fn equals_another_implementation() {
 
 #[test]
 fn a_crowded_slot_is_fast() {
-    // 500 drones 25 m from one another, so that all of them hang together, with a point each.
+    // 500 drones 25 m apart, so that all of them are connected by the cut-off, with a point each.
     let mut state = 1_u64;
     let mut random = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -1,4 +1,4 @@
-//! Flights whose aircraft the service numbers as it likes: whose a point is, its transponder's identity says.
+//! Flights with arbitrary track numbers: the identity of a point's transponder determines its aircraft.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -6,14 +6,15 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use utm_fusion::evaluate::OutputPoint;
-use utm_fusion::evaluate::read::{self, Days};
+use utm_fusion::evaluate::read::{self, DayReference};
 
 use fusion::time::Time;
 
 use super::common::{Ran, Scratch, evaluate, number, ran, utm_fusion};
 
-/// Drones with CAT129, with Remote ID under a serial number of its own, with both and with neither, some without a height; a helicopter with ADS-B;
-/// identities that are made up, some of them before a drone is heard; a camera, whose track numbers are nobody's.
+/// Drones with CAT129, with Remote ID under a different serial number, with both, and with neither; some report no
+/// height. A helicopter with ADS-B, fake identities, some of them before the drones report, and a camera with unrelated
+/// track numbers.
 const SCENARIO: &str = r#"name = "identities"
 duration_s = 100
 [airspace]
@@ -42,7 +43,7 @@ fn text(file: &Path) -> String {
     String::from_utf8(fs::read(file).unwrap()).unwrap()
 }
 
-/// The flight's directory.
+/// Simulates the flight and returns its directory.
 fn flown(scratch: &Scratch) -> PathBuf {
     let flight = scratch.path("flight");
     let scenario = scratch.file("identities.toml", SCENARIO);
@@ -66,7 +67,7 @@ fn scored(flight: &Path, output: &Path) -> Ran {
     ran(command.arg("--config").arg(flight.join("site.toml")).arg("--json"))
 }
 
-/// Those that transmit, as `classes.csv` has them.
+/// Aircraft that transmit, from `classes.csv`.
 fn transmitters(flight: &Path) -> BTreeSet<String> {
     let classes = text(&flight.join("classes.csv"));
     let rows = classes.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>());
@@ -109,18 +110,18 @@ fn each_aircraft_is_scored_by_its_own_transponder() {
             [false, true].into(),
             "{extension}: who says no height has none"
         );
-        // Nobody's points are false tracks: each of six identities has most of the minute.
+        // Points of fakes are false tracks: each of six identities is present for most of the minute.
         assert!(number(&scores, "transponder.all.false_track_s") > 200.0, "{extension}");
         assert!(number(&scores, "fused.all.false_track_s") > 100.0, "{extension}");
     }
-    // Without a configuration those that state identities are the receivers.
+    // Without a configuration, sensors that state identities are the receivers.
     let mut command = evaluate(&flight.join("truth.csv"), &flight.join("out.ndjson"));
     let told = ran(command.arg("--labels").arg(flight.join("labels.csv")).arg("--json"));
     assert_eq!(equipped(&told.json()), transmitters);
 }
 
 #[test]
-fn a_format_without_identities_is_said_to_be_one() {
+fn format_without_identities_is_reported() {
     let scratch = Scratch::new();
     let flight = flown(&scratch);
     // The records of drones have their serial numbers; those of a helicopter have none.
@@ -134,7 +135,7 @@ fn a_format_without_identities_is_said_to_be_one() {
 }
 
 #[test]
-fn the_column_is_there_where_other_transmitters_are() {
+fn identity_column_exists_with_further_receivers() {
     let scratch = Scratch::new();
     let flight = flown(&scratch);
     let labels = text(&flight.join("labels.csv"));
@@ -162,7 +163,7 @@ fn the_column_is_there_where_other_transmitters_are() {
 }
 
 #[test]
-fn an_identity_may_be_there_be_blank_or_have_no_column() {
+fn identity_column_may_be_filled_blank_or_absent() {
     let read = |text: String| {
         let rows = read::labels("labels.csv", text.as_bytes()).unwrap();
         rows.into_iter().map(|row| row.identity).collect::<Vec<_>>()
@@ -173,7 +174,7 @@ fn an_identity_may_be_there_be_blank_or_have_no_column() {
     assert_eq!(there, [Some("000000000003".to_owned()), Some("SMTR70000004".to_owned())]);
     assert_eq!(read(rows(",identity", [",", ",418007"])), [None, Some("418007".to_owned())]);
     assert_eq!(read(rows("", ["", ""])), [None, None]);
-    // Its place is that of its name.
+    // Columns are found by name, not by position.
     assert_eq!(read("identity,time,sensor,number,id\nX,1,a,3,D3\n".to_owned()), [Some("X".to_owned())]);
     let short = read::labels("labels.csv", rows(",identity", ["", ",A"]).as_bytes()).unwrap_err();
     assert!(short.to_string().contains("labels.csv:2: 5 cells, and 6 columns are named"), "{short}");
@@ -182,7 +183,7 @@ fn an_identity_may_be_there_be_blank_or_have_no_column() {
 #[test]
 fn tracks_state_the_identity_of_their_transponder() {
     let read = |name: &str, text: &str| -> Vec<OutputPoint> {
-        read::output(name, text.as_bytes().to_vec(), Days::Near(Time::default())).unwrap().points
+        read::output(name, text.as_bytes().to_vec(), DayReference::Near(Time::default())).unwrap().points
     };
     let line = |more: &str, kind: &str| {
         format!(

@@ -1,7 +1,7 @@
-//! The score of flags, worked out by hand.
+//! Scores of integrity flags, computed by hand.
 //!
-//! ALPHA and BRAVO carry transponders 7 and 8, CHARLIE carries none; they are 2 km apart in a row to the east, from 0 to 200 s.
-//! Transponders report every 2 s. A slot is published 6.25 s after it opens.
+//! ALPHA and BRAVO carry transponders 7 and 8; CHARLIE carries none. They are 2 km apart in a row to the east, from 0
+//! to 200 s. Transponders report every 2 s. A slot is published 6.25 s after it opens.
 
 use std::collections::BTreeSet;
 
@@ -9,8 +9,8 @@ use fusion::integrity::{Reason, Reasons, State};
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 use utm_fusion::evaluate::{
-    Alert, Attack, AttackKind, Covariance, Detection, Flags, Flight, Integrity, Label, Labels, OutputPoint,
-    Place, PointSource, Scoring, Truth, integrity,
+    AlertLine, Attack, AttackDetection, AttackKind, Covariance, GeodeticPlace, IntegrityFlight,
+    IntegrityScore, Label, Labels, OutputPoint, PointFlags, PointSource, Scoring, Truth, integrity,
 };
 
 use super::common::{Scratch, assert_near, east, ran, utm_fusion};
@@ -19,23 +19,23 @@ fn at(second: f64) -> Time {
     Time::from_nanos((second * 1e9).round() as i64)
 }
 
-fn place(east_m: f64) -> Place {
-    Place { latitude_deg: 0.0, longitude_deg: east(east_m), altitude_amsl_m: Some(0.0) }
+fn place(east_m: f64) -> GeodeticPlace {
+    GeodeticPlace { latitude_deg: 0.0, longitude_deg: east(east_m), altitude_amsl_m: Some(0.0) }
 }
 
-/// Everything that is scored.
+/// Inputs of the score.
 struct Scene {
-    /// Speed of ALPHA to the north, metres a second.
+    /// Speed of ALPHA to the north, metres per second.
     speed_m_s: f64,
     labels: Vec<Label>,
     reports: Vec<OutputPoint>,
     attacks: Vec<Attack>,
     output: Vec<OutputPoint>,
-    alerts: Option<Vec<Alert>>,
+    alerts: Option<Vec<AlertLine>>,
 }
 
 impl Scene {
-    /// Reports every 2 s from 0 to 198 s, those of transponder 7 so far east of ALPHA.
+    /// Reports every 2 s from 0 to 198 s; those of transponder 7 are offset to the east of ALPHA.
     fn new(kind: AttackKind, offset_m: fn(f64) -> f64) -> Self {
         let mut scene = Self {
             speed_m_s: 0.0,
@@ -69,29 +69,29 @@ impl Scene {
         seconds.into_iter().for_each(|second| self.label(second, "radar", 11, Some("ALPHA"), false));
     }
 
-    /// A point of this transponder in each of these slots, with what is said of it.
+    /// A point of this transponder in each of these slots, with its integrity.
     fn flag(&mut self, number: u32, slots: impl IntoIterator<Item = i64>, state: State, reasons: &[Reason]) {
         let integrity = Some((state, reasons.iter().copied().collect::<Reasons>()));
         for slot in slots {
             let east_m = f64::from(number - 7) * 2000.0 + 120.0;
             let point = point(0.25 * slot as f64 + 0.125, PointSource::Transponder, number, east_m);
-            let flags = Flags { integrity, is_uncooperative: false };
+            let flags = PointFlags { integrity, is_uncooperative: false };
             self.output.push(OutputPoint { transponder: Some(number), flags, ..point });
         }
     }
 
-    fn scored(&self) -> Integrity {
+    fn scored(&self) -> IntegrityScore {
         let drone = |(index, id): (usize, &str)| {
             let sample = |second: i32| {
                 let north_m = if index == 0 { self.speed_m_s * f64::from(second) } else { 0.0 };
                 let latitude_deg = super::common::north(north_m);
-                (at(second.into()), Place { latitude_deg, ..place(2000.0 * index as f64) })
+                (at(second.into()), GeodeticPlace { latitude_deg, ..place(2000.0 * index as f64) })
             };
             (id.to_owned(), (0..=200).map(sample).collect())
         };
         let truth = Truth::new(["ALPHA", "BRAVO", "CHARLIE"].into_iter().enumerate().map(drone));
         let labels = Labels::with_receivers(self.labels.clone(), &BTreeSet::from(["squitter".to_owned()]));
-        integrity(&Flight {
+        integrity(&IntegrityFlight {
             truth: &truth,
             labels: &labels,
             reports: &self.reports,
@@ -102,8 +102,8 @@ impl Scene {
         })
     }
 
-    /// What became of the one attack.
-    fn detection(&self) -> Detection {
+    /// Detection of the only attack.
+    fn detection(&self) -> AttackDetection {
         let mut attacks = self.scored().attacks;
         assert_eq!(attacks.len(), 1);
         attacks.remove(0)
@@ -125,11 +125,11 @@ fn point(second: f64, source: PointSource, number: u32, east_m: f64) -> OutputPo
         transponder: None,
         identity: None,
         covariance: None,
-        flags: Flags::default(),
+        flags: PointFlags::default(),
     }
 }
 
-/// A point of a radar's track alone.
+/// A point of a radar track alone.
 fn radars(slot: i64, track: u16, east_m: f64) -> OutputPoint {
     let point = point(0.25 * slot as f64 + 0.125, PointSource::Radar, track.into(), east_m);
     OutputPoint { radar_track: Some(track), ..point }
@@ -138,7 +138,7 @@ fn radars(slot: i64, track: u16, east_m: f64) -> OutputPoint {
 /// 2 m/s from 60 s on: 20 m at 70 s, 40 m at 80 s.
 fn drift() -> Scene {
     let mut scene = Scene::new(AttackKind::Drift, |second| 2.0 * (second - 60.0).max(0.0));
-    // From 70 to 118.75 s: nine distinct seconds and a tenth.
+    // From 70 to 118.75 s: ten distinct seconds. The plots at 69.9 and 118.8 s are outside.
     scene.plots([69.9, 70.1, 70.6]);
     scene.plots((71..=78).map(f64::from));
     scene.plots([118.7, 118.8]);
@@ -150,9 +150,9 @@ fn near(found: Option<f64>, expected: f64) {
     assert!((found.unwrap() - expected).abs() < 1e-3, "{found:?} is not {expected}");
 }
 
-/// Another identity had the number first that is the serial number of the transponder that lies.
+/// Another identity already has the number that equals the serial number of the attacked transponder.
 #[test]
-fn a_lie_is_looked_for_under_its_serial_number() {
+fn attacked_transponder_is_found_by_serial_number() {
     let mut scene = Scene::new(AttackKind::Jump, |second| if second < 60.0 { 0.0 } else { 120.0 });
     scene.flag(7, [300], State::Suspect, &[Reason::Jump]);
     scene.flag(8, [280], State::Suspect, &[Reason::Radar]);
@@ -177,7 +177,7 @@ fn a_lie_is_looked_for_under_its_serial_number() {
 }
 
 #[test]
-fn a_drift_counts_from_forty_metres_on() {
+fn drift_delay_counts_from_40_m_offset() {
     let mut scene = drift();
     // Opens at 115 s, published at 121.25 s.
     scene.flag(7, 460..463, State::Suspect, &[Reason::Radar]);
@@ -199,9 +199,9 @@ fn a_drift_counts_from_forty_metres_on() {
 }
 
 #[test]
-fn a_drift_may_be_flagged_before_it_counts() {
+fn drift_flagged_before_40_m_has_negative_delay() {
     let mut scene = drift();
-    // Published at 68.25 s: a lie of 16.5 m by then.
+    // Published at 68.25 s, with an offset of 16.5 m.
     scene.flag(7, [248], State::Suspect, &[Reason::Radar]);
     near(scene.detection().delay_s, -11.75);
     assert_eq!(scene.scored().clean.flags, []);
@@ -210,7 +210,7 @@ fn a_drift_may_be_flagged_before_it_counts() {
 }
 
 #[test]
-fn a_flag_before_the_attack_is_false_even_if_it_lasts() {
+fn flag_before_the_attack_is_false_even_if_it_lasts() {
     let mut scene = drift();
     // Published at 59.75, 60 and 60.25 s.
     scene.flag(7, 214..=216, State::Suspect, &[Reason::Radar]);
@@ -219,14 +219,14 @@ fn a_flag_before_the_attack_is_false_even_if_it_lasts() {
 }
 
 #[test]
-fn clean_identities_count_by_the_hour_and_flags_that_are_near_are_one() {
+fn honest_hours_are_summed_and_near_flags_merged() {
     let mut scene = drift();
     scene.flag(8, 100..=104, State::Suspect, &[Reason::Jump]);
     scene.flag(8, 105..=110, State::Verified, &[]);
-    scene.flag(8, [123], State::Failed, &[Reason::Replay]); // 4.75 s after the last: the same
-    scene.flag(8, [143], State::Suspect, &[Reason::Jump]); // 5 s after that: another
+    scene.flag(8, [123], State::Failed, &[Reason::Replay]); // 4.75 s after the last: the same flag
+    scene.flag(8, [143], State::Suspect, &[Reason::Jump]); // 5 s after that: another flag
     let clean = scene.scored().clean;
-    // ALPHA until it lies, BRAVO from the first report to the last.
+    // ALPHA until the attack; BRAVO from the first report to the last.
     near(Some(clean.identity_h), (60.0 + 198.0) / 3600.0);
     let spans: Vec<_> = clean.flags.iter().map(|flag| (flag.number, flag.from, flag.until)).collect();
     assert_eq!(spans, [(8, at(31.25), at(37.0)), (8, at(42.0), at(42.0))]);
@@ -234,11 +234,11 @@ fn clean_identities_count_by_the_hour_and_flags_that_are_near_are_one() {
 }
 
 #[test]
-fn what_is_shown_of_a_flagged_drone() {
+fn flagged_drone_coverage_is_scored() {
     let mut scene = drift();
     scene.flag(7, [460, 488], State::Suspect, &[Reason::Radar]); // 7 s apart: two flags
-    scene.flag(7, [474], State::Suspect, &[Reason::Radar]); // now one
-    // Seen in slots 464, 472, 476, and by drift() at 118.7 and 118.8 s in 474 and 475.
+    scene.flag(7, [474], State::Suspect, &[Reason::Radar]); // now one flag
+    // Seen in slots 464, 472, 476, and, through drift(), in 474 and 475 at 118.7 and 118.8 s.
     scene.plots([116.0, 118.0, 119.1]);
     scene.output.extend([radars(464, 11, 59.9), radars(472, 11, 60.1), radars(480, 11, 0.0)]);
     let covariance =
@@ -246,14 +246,14 @@ fn what_is_shown_of_a_flagged_drone() {
     scene.output[0] = OutputPoint { place: place(30.0), covariance, ..scene.output[0].clone() };
     scene.output[1] = OutputPoint { place: place(60.0), covariance, ..scene.output[1].clone() };
     let shown = scene.detection().shown;
-    // In slot 474 the transponder itself is 120 m off. One deviation, and two: 1 / 2 and 4 / 2.
+    // In slot 474 the transponder itself is 120 m off. Errors of one and of two standard deviations: 1 / 2 and 4 / 2.
     assert_eq!((shown.seen_slots, shown.near_slots, shown.points), (5, 1, 2));
     near(shown.near_share(), 0.2);
     near(shown.nees(), 1.25);
 }
 
 #[test]
-fn a_named_attack_begins_with_its_first_lie_and_silences_excuse() {
+fn attack_begins_with_first_false_report_unless_silent() {
     let mut scene = Scene::new(AttackKind::Frozen, |_| 0.0);
     // Published at 70.25 and 85.25 s.
     scene.flag(7, 256..300, State::Suspect, &[Reason::Radar]);
@@ -275,7 +275,7 @@ fn a_named_attack_begins_with_its_first_lie_and_silences_excuse() {
 }
 
 #[test]
-fn what_another_sends_is_the_first_lie() {
+fn first_report_of_another_sender_begins_the_attack() {
     let mut replayed = Scene::new(AttackKind::Replay, |_| 0.0);
     replayed.report(61.5, 7, None, 40.0);
     near(replayed.detection().begin.map(Time::as_seconds), 61.5);
@@ -288,7 +288,7 @@ fn what_another_sends_is_the_first_lie() {
 }
 
 #[test]
-fn a_shift_in_time_shows_in_fast_flight() {
+fn time_shift_is_visible_in_fast_flight() {
     let mut scene = Scene::new(AttackKind::Time, |_| 0.0);
     scene.plots((130..=143).map(f64::from));
     scene.plots([143.7, 143.8]);
@@ -304,7 +304,7 @@ fn a_shift_in_time_shows_in_fast_flight() {
 
 #[test]
 fn jamming_is_three_at_a_time() {
-    let alert = |id: &str, kind: &str, since_s: f64| Alert {
+    let alert = |id: &str, kind: &str, since_s: f64| AlertLine {
         id: id.to_owned(),
         kind: kind.to_owned(),
         since: at(since_s),
@@ -316,7 +316,7 @@ fn jamming_is_three_at_a_time() {
         alert("jamming-1", "jamming", 30.125),
         alert("integrity-2", "integrity", 70.125),
         alert("jamming-3", "jamming", 80.125), // published at 86.25 s
-        alert("jamming-3", "jamming", 80.125), // it ends
+        alert("jamming-3", "jamming", 80.125), // the alert ends
     ]);
     let jamming = scene.scored().jamming.unwrap();
     assert_eq!((jamming.jammed, jamming.delay_s, jamming.false_alerts), (1, None, 2));
@@ -330,10 +330,10 @@ fn jamming_is_three_at_a_time() {
 }
 
 #[test]
-fn uncooperative_is_said_within_twenty_seconds() {
+fn uncooperative_mark_counts_within_20_s() {
     let mut scene = Scene::new(AttackKind::Drift, |_| 0.0);
     let mark = |slot: i64, track: u16, east_m: f64, is_uncooperative: bool| OutputPoint {
-        flags: Flags { integrity: None, is_uncooperative },
+        flags: PointFlags { integrity: None, is_uncooperative },
         ..radars(slot, track, east_m)
     };
     for (track, id) in [(12, "CHARLIE"), (13, "CHARLIE"), (14, "CHARLIE"), (15, "ALPHA"), (16, "BRAVO")] {
@@ -341,28 +341,29 @@ fn uncooperative_is_said_within_twenty_seconds() {
     }
     let grid = SlotGrid::default();
     assert_eq!(grid.of(at(25.0)), Slot(100));
-    // 80 slots are 20 s: marked in the eightieth, and in the next; another is not there for so long.
+    // 80 slots are 20 s. Number 12 is marked in the eightieth slot, number 13 in the next; number 14 is not published
+    // for 20 s.
     scene.output.extend((100..220).map(|slot| mark(slot, 12, 4000.0, slot >= 179)));
     scene.output.extend((100..220).map(|slot| mark(slot, 13, 4000.0, slot >= 180)));
     scene.output.extend((100..179).map(|slot| mark(slot, 14, 4000.0, true)));
     scene.output.extend((100..110).map(|slot| mark(slot, 15, 0.0, slot == 105)));
     scene.output.extend((100..110).map(|slot| mark(slot, 16, 2000.0, false)));
-    // ALPHA lies from 50 s on; before that a mark is false.
+    // ALPHA sends false positions from 50 s on; a mark before that is false.
     let found = scene.scored().uncooperative;
     assert_eq!((found.aircraft, found.marked, found.false_marks, found.marked_liars), (2, 1, 1, 0));
     let lied_s: f64 = scene.attacks.iter().map(|lie| lie.until.min(at(200.0)).seconds_since(lie.from)).sum();
     near(Some(found.equipped_h), (2.0 * 200.0 - lied_s) / 3600.0);
-    // A mark that a number carries on to a drone with a transponder was not put there.
+    // A mark that moves to an equipped drone with its number does not count.
     (301..=400).for_each(|slot| scene.label(0.25 * slot as f64, "radar", 12, Some("BRAVO"), false));
     scene.output.extend((301..400).map(|slot| mark(slot, 12, 2000.0, true)));
-    // One that is put on a drone whose transponder lies is right.
+    // A new mark on a drone whose transponder sends false positions is correct.
     (301..=400).for_each(|slot| scene.label(0.25 * slot as f64, "radar", 17, Some("ALPHA"), false));
     scene.output.extend((301..400).map(|slot| mark(slot, 17, 0.0, slot > 350)));
     let found = scene.scored().uncooperative;
     assert_eq!((found.aircraft, found.marked, found.false_marks, found.marked_liars), (2, 1, 1, 1));
 }
 
-/// A simulated flight in which a transponder lies, replayed.
+/// Simulates and replays a flight with an attack on a transponder.
 fn flight(scratch: &Scratch) {
     let scenario = "name = \"lie\"\nduration_s = 60\n[drones]\nmultirotors = 2\nequipped = 2\nspoofed = 1\n\
                     [transponder]\nattack = \"jump\"\nspoof_after_s = [20, 20]\n";
@@ -396,7 +397,7 @@ fn evaluate_this(scratch: &Scratch, output: &str) -> std::process::Command {
 }
 
 #[test]
-fn without_attacks_it_says_so() {
+fn missing_attacks_file_is_reported() {
     let scratch = Scratch::new();
     flight(&scratch);
     let known = ran(evaluate(&scratch).args(["--integrity", "--json"])).json();
@@ -437,7 +438,7 @@ fn every_format_has_the_flags() {
         let mut scored = ran(&mut evaluate).json()["integrity"].take();
         assert!(scored["attacks"][0]["delay_s"].as_f64().unwrap() < 15.0, "{scored}");
         assert_eq!(scored["jamming"], serde_json::json!({ "jammed": 0, "false_alerts": 0 }));
-        // CAT129 has no room for them.
+        // CAT129 has no field for reasons.
         let reasons = scored["attacks"][0]["reasons"].take();
         (scored, reasons)
     };
@@ -452,7 +453,7 @@ fn every_format_has_the_flags() {
 }
 
 #[test]
-fn flags_need_what_they_are_scored_by() {
+fn integrity_scoring_requires_its_inputs() {
     let scratch = Scratch::new();
     let mut command = utm_fusion("evaluate");
     command.arg(scratch.path("out.csv")).arg("--truth").arg(scratch.path("truth.csv")).arg("--integrity");

@@ -1,5 +1,5 @@
-//! `evaluate` as its users meet it: metrics worked out by hand, every format, its words, its exit codes; and GOSPA beside
-//! another implementation.
+//! `evaluate` from the user's point of view: metrics computed by hand, all formats, messages, exit codes. Also GOSPA
+//! compared with another implementation.
 
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 

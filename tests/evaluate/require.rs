@@ -1,4 +1,4 @@
-//! `--require`: what is kept to, what is missed, and what cannot be asked.
+//! `--require`: requirements that are met, missed or not available.
 
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ fn required(conditions: &[&str], whole: bool) -> Ran {
 }
 
 #[test]
-fn what_holds_ends_well() {
+fn met_requirements_exit_with_success() {
     let told =
         required(&["pu>=10", "radar.unequipped.eposh<1000", "transponder.gospa <= 60", "recall>0"], true);
     assert_eq!(told.code, 0, "{}", told.stderr);
@@ -26,7 +26,7 @@ fn what_holds_ends_well() {
 }
 
 #[test]
-fn each_threshold_that_is_missed_is_told_with_its_value() {
+fn missed_requirement_is_reported_with_its_value() {
     let told = required(&["pu>=101", "epos<1000", "false_track<0"], true);
     assert_eq!(told.code, 5, "{}", told.stderr);
     for word in ["--require 'pu>=101' is missed: it is ", "--require 'false_track<0' is missed: it is "] {
@@ -36,7 +36,7 @@ fn each_threshold_that_is_missed_is_told_with_its_value() {
 }
 
 #[test]
-fn what_is_not_available_is_missed_and_says_why() {
+fn unavailable_metric_misses_its_requirement() {
     let told = required(&["radar.pu>=1", "precision>=0", "epos_gap<100", "equipped.pu>0"], false);
     assert_eq!(told.code, 5, "{}", told.stderr);
     for (condition, reason) in [
@@ -51,7 +51,7 @@ fn what_is_not_available_is_missed_and_says_why() {
 }
 
 #[test]
-fn wrong_usage_is_told_with_code_2() {
+fn wrong_usage_exits_with_code_2() {
     let told = required(&["speed>=1"], false);
     assert_eq!(told.code, 2);
     assert!(

@@ -1,15 +1,15 @@
-//! Measures that do not reward silence, worked out by hand.
+//! Metrics that do not reward missing points, computed by hand.
 //!
-//! ALPHA, which carries transponder 7, hovers at latitude 0, longitude 0, BRAVO, which carries none, 80 m east of it, both
-//! at sea level from 0 to 40 s. What counts are slots 40 to 129: 90 slots or 0.375 min each.
+//! ALPHA, with transponder 7, hovers at latitude 0, longitude 0; BRAVO, without a transponder, hovers 80 m east of it.
+//! Both are at sea level from 0 to 40 s. Slots 40 to 129 count: 90 slots or 0.375 min per drone.
 
 use std::collections::BTreeSet;
 
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 use utm_fusion::evaluate::{
-    Covariance, Evaluation, Flags, InputsAlone, Label, Labels, Nees, OutputPoint, Place, PointSource,
-    Scoring, Truth, evaluate,
+    Covariance, Evaluation, GeodeticPlace, InputsAlone, Label, Labels, Nees, OutputPoint, PointFlags,
+    PointSource, Scoring, Truth, evaluate,
 };
 
 use super::common::{east, north};
@@ -20,11 +20,11 @@ fn centre(slot: i64) -> Time {
     SlotGrid::default().centre(Slot(slot))
 }
 
-fn place(east_m: f64, north_m: f64, altitude_amsl_m: Option<f64>) -> Place {
-    Place { latitude_deg: north(north_m), longitude_deg: east(east_m), altitude_amsl_m }
+fn place(east_m: f64, north_m: f64, altitude_amsl_m: Option<f64>) -> GeodeticPlace {
+    GeodeticPlace { latitude_deg: north(north_m), longitude_deg: east(east_m), altitude_amsl_m }
 }
 
-/// A point of transponder 7, so far east of ALPHA.
+/// A point of transponder 7, this far east of ALPHA.
 fn own(slot: i64, east_m: f64) -> OutputPoint {
     OutputPoint {
         time: centre(slot),
@@ -36,11 +36,11 @@ fn own(slot: i64, east_m: f64) -> OutputPoint {
         transponder: Some(7),
         identity: None,
         covariance: None,
-        flags: Flags::default(),
+        flags: PointFlags::default(),
     }
 }
 
-/// A point of a radar's track alone, so far east of ALPHA, without height.
+/// A point of a radar track alone, this far east of ALPHA, without height.
 fn radars(slot: i64, track: u16, east_m: f64) -> OutputPoint {
     OutputPoint {
         place: place(east_m, 0.0, None),
@@ -61,7 +61,7 @@ fn hovering() -> Truth {
     )
 }
 
-/// Tracks 11 of ALPHA, 12 of BRAVO and 13 of a bird in every slot, 14 nowhere.
+/// Track 11 is ALPHA, 12 is BRAVO and 13 is a bird in every slot; track 14 has no labels.
 fn labels() -> Labels {
     let row = |slot, sensor: &str, number, id: Option<&str>| Label {
         time: centre(slot),
@@ -92,17 +92,17 @@ fn near(told: Option<f64>, expected: f64) {
 
 #[test]
 fn a_gap_slot_needs_a_point_near_the_drone() {
-    // The transponder speaks in slots 40 to 49: 80 of ALPHA's 90 are gaps.
+    // The transponder interpolates in slots 40 to 49: 80 of ALPHA's 90 slots are gaps.
     let alone =
         InputsAlone { transponder: (40..50).map(|slot| own(slot, 0.0)).collect(), ..InputsAlone::default() };
     let high = |east_m, up_m| OutputPoint { place: place(east_m, 0.0, Some(up_m)), ..radars(63, 11, 0.0) };
     let output = [
-        radars(45, 11, 0.0),                       // no gap
+        radars(45, 11, 0.0),                       // not a gap
         radars(60, 11, 49.9),                      // near
-        radars(61, 11, 50.1),                      // PU rewards it, and it tells nothing
-        radars(62, 11, 51.0),                      // as that one, but
-        radars(62, 14, 3.0),                       // another is near
-        high(30.0, 41.0),                          // 50.8 m in space
+        radars(61, 11, 50.1),                      // counts for PU, but is too far away
+        radars(62, 11, 51.0),                      // too far away as well, but
+        radars(62, 14, 3.0),                       // another point is near
+        high(30.0, 41.0),                          // 50.8 m in 3-D
         radars(64, 11, -30.0),                     // without a height: over ground
         OutputPoint { number: 8, ..own(64, 0.0) }, // in a slot that counts already
         radars(65, 12, 80.0),                      // BRAVO's, which has no gaps
@@ -138,7 +138,7 @@ fn two_numbers_at_once_are_one_too_many() {
 }
 
 #[test]
-fn a_ghost_is_beside_a_drone_that_is_there_already() {
+fn ghost_is_a_second_track_beside_a_drone() {
     let fused =
         OutputPoint { source: PointSource::Fused, number: 70011, radar_track: Some(11), ..own(43, 0.0) };
     let output = [
@@ -146,7 +146,7 @@ fn a_ghost_is_beside_a_drone_that_is_there_already() {
         radars(40, 11, -59.9), // a ghost
         own(41, 0.0),
         radars(41, 11, -60.1), // too far
-        radars(42, 11, 0.0),   // all there is of ALPHA
+        radars(42, 11, 0.0),   // the only point of ALPHA
         fused,
         radars(43, 13, -50.0), // a bird beside it: a ghost
         own(44, 0.0),
@@ -168,12 +168,12 @@ fn a_ghost_is_beside_a_drone_that_is_there_already() {
     near(told.fused.drones[0].ghosts_s, four_slots);
     near(told.fused.unequipped.ghosts_s, 0.0);
     assert_eq!(told.radar.unwrap().all.ghosts_s, None, "an input alone has none");
-    // Without labels nothing says that the point of slot 44 is BRAVO's.
+    // Without labels, the point of slot 44 is not known to be BRAVO's.
     let unlabelled = evaluate(&hovering(), None, &output, None, &Scoring::default());
     near(unlabelled.fused.all.ghosts_s, four_slots + 0.25 / MINUTES);
 }
 
-/// ALPHA flies east at 10 m/s, and turns by 10 degrees a second from 20 s on.
+/// ALPHA flies east at 10 m/s, and turns by 10 degrees per second from 20 s on.
 fn turning() -> Truth {
     let (speed_m_s, rate) = (10.0, 10_f64.to_radians());
     let at = |step: i64| {
@@ -188,7 +188,7 @@ fn turning() -> Truth {
 }
 
 #[test]
-fn deviations_are_judged_by_what_drone_and_track_do() {
+fn nees_is_split_by_drone_and_track_state() {
     let truth = turning();
     let off = |slot: i64, north_m: f64| {
         let mut at = truth.tracks()[0].at(centre(slot)).unwrap();
@@ -204,17 +204,17 @@ fn deviations_are_judged_by_what_drone_and_track_do() {
         seduced,
         identity: None,
     };
-    // The track walks off at 27.6 s, in slot 110, and is heard no more.
+    // The track is seduced at 27.6 s, in slot 110, and has no further plots.
     let rows = (40..110).map(|slot| seduced(slot, false)).chain([seduced(110, true)]);
     let labels = Labels::with_receivers(rows.collect(), &BTreeSet::new());
     let output = [
         off(60, 2.0),                                        // straight on: 4 / 2
         off(70, 4.0),                                        // still: 16 / 2
         off(100, 6.0),                                       // turning: 36 / 2
-        off(110, 10.0),                                      // walked off: 100 / 2
+        off(110, 10.0),                                      // seduced: 100 / 2
         off(120, 12.0),                                      // 2.5 s after its last plot: 144 / 2
         off(123, 2.0),                                       // 3.25 s after: turning
-        OutputPoint { covariance: None, ..off(101, 999.0) }, // says nothing
+        OutputPoint { covariance: None, ..off(101, 999.0) }, // without a covariance
     ];
     let told = evaluate(&truth, Some(&labels), &output, None, &Scoring::default());
     let holds = |nees: Option<Nees>, count: u64, mean: f64| {

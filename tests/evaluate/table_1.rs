@@ -1,19 +1,19 @@
-//! The paper's Table 1 by the `reference` profile, over drones that carry a transponder (`docs/EVALUATION.md` has it over
-//! more seeds): in shape under a radar turned by two degrees, and in its figures in the scenario `paper`.
+//! The paper's Table 1 with the `reference` profile, over drones with a transponder (`docs/EVALUATION.md` has more
+//! seeds). The improvement is checked with a radar misaligned by two degrees, and the values in the scenario `paper`.
 
 use std::ops::RangeInclusive;
 use std::path::Path;
 
 use utm_fusion::areas::Masks;
 use utm_fusion::config::Profile;
-use utm_fusion::evaluate::{InputsAlone, Labels, Score, Scoring, evaluate, output};
+use utm_fusion::evaluate::{InputsAlone, Labels, Scoring, StreamMetrics, evaluate, output};
 use utm_fusion::simulate::{Scenario, TRANSPONDER_ID, simulate};
 
-/// The mean of a figure over flights, of the fused output and of the radar alone.
-struct Means(Vec<[Score; 2]>);
+/// Means of a figure over flights, for the fused output and for the radar alone.
+struct Means(Vec<[StreamMetrics; 2]>);
 
 impl Means {
-    /// Flies a kept scenario under `reference`, with `threshold_m` where it is given.
+    /// Flies a shipped scenario with `reference`, and with `threshold_m` if given.
     fn of(name: &str, seeds: RangeInclusive<u64>, threshold_m: Option<&[(f64, f64)]>) -> Self {
         let file = format!("config/scenarios/{name}.toml");
         let scenario = Scenario::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap();
@@ -36,7 +36,7 @@ impl Means {
         Self(scores.collect())
     }
 
-    fn mean(&self, figure: fn(&Score) -> Option<f64>) -> [f64; 2] {
+    fn mean(&self, figure: fn(&StreamMetrics) -> Option<f64>) -> [f64; 2] {
         [0, 1].map(|stream| {
             self.0.iter().filter_map(|of| figure(&of[stream])).sum::<f64>() / self.0.len() as f64
         })

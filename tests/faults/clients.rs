@@ -13,11 +13,11 @@ use crate::inside::is_inside;
 use crate::stage::Stage;
 use crate::{quick, scenario};
 
-/// Connections that are not to end with the test's own limit of open files.
+/// Raises the limit of open files, so that it does not limit the connections.
 const OPEN_FILES: [&str; 4] = ["sh", "-c", "ulimit -S -n 5000 && exec \"$@\"", "sh"];
 const HALF_OPEN: usize = 2_000;
 
-/// A connection from an address of its own.
+/// A connection from this client address.
 fn connect(from: u8, to: SocketAddr) -> TcpStream {
     let socket = Socket::new(Domain::IPV4, Type::STREAM, None).unwrap();
     socket.bind(&SocketAddrV4::new(Ipv4Addr::new(127, 0, 1, from), 0).into()).unwrap();
@@ -28,10 +28,10 @@ fn connect(from: u8, to: SocketAddr) -> TcpStream {
     stream
 }
 
-/// Sends all it can; then what is answered until the other end closes: the first line, or nothing.
+/// Sends as much as is accepted; returns the first line of the answer, or an empty text, once the connection is closed.
 fn answer_to(address: SocketAddr, from: u8, octets: &[u8]) -> String {
     let mut socket = connect(from, address);
-    // An answer may come, and the connection end, before all is sent.
+    // The answer may arrive, and the connection end, before all is sent.
     let _ = socket.write_all(octets);
     let mut answer = Vec::new();
     let mut some = [0; 4096];
@@ -48,7 +48,7 @@ fn answer_to(address: SocketAddr, from: u8, octets: &[u8]) -> String {
     String::from_utf8_lossy(&answer).lines().next().unwrap_or("").to_owned()
 }
 
-/// Of the service's process: its open files, and its resident memory, KiB.
+/// Number of open files of the service's process, and its resident memory in KiB.
 fn taken(process: u32) -> (usize, u64) {
     let of = Path::new("/proc").join(process.to_string());
     let status = std::fs::read_to_string(of.join("status")).unwrap();
@@ -58,8 +58,8 @@ fn taken(process: u32) -> (usize, u64) {
 }
 
 #[test]
-fn two_thousand_bad_clients_hinder_nobody_and_are_gone_afterwards() {
-    let test = "clients::two_thousand_bad_clients_hinder_nobody_and_are_gone_afterwards";
+fn two_thousand_bad_clients_delay_nothing_and_are_closed() {
+    let test = "clients::two_thousand_bad_clients_delay_nothing_and_are_closed";
     if !is_inside(&OPEN_FILES, test) {
         return;
     }
@@ -93,7 +93,7 @@ fn two_thousand_bad_clients_hinder_nobody_and_are_gone_afterwards() {
             }
             panic!("an octet a second is waited for");
         });
-        // Who never reads what it asked for, a thousand times over.
+        // A client that sends a million requests, and never reads the answers.
         let mut deaf = connect(201, address);
         deaf.set_write_timeout(Some(Duration::from_millis(500))).unwrap();
         let asked = b"GET /openapi.json HTTP/1.1\r\nHost: localhost\r\n\r\n".repeat(1_000_000);
@@ -135,7 +135,7 @@ fn two_thousand_bad_clients_hinder_nobody_and_are_gone_afterwards() {
             println!("{text:?}: {status}");
             assert!(status == "closed" || statuses.contains(&status), "{text:?}: {answer:?}");
         }
-        // A good request and garbage behind it: the one is answered, the other ends the connection.
+        // A good request followed by garbage: the first is answered, the second ends the connection.
         let garbage = [b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n".to_vec(), vec![7; 8192]].concat();
         assert!(answer_to(address, 203, &garbage).contains("200"));
 
@@ -148,9 +148,9 @@ fn two_thousand_bad_clients_hinder_nobody_and_are_gone_afterwards() {
         println!("{count} good requests, the slowest in {slowest:?}");
         assert!(count > 50 && slowest < Duration::from_secs(2), "{count}, {slowest:?}");
     });
-    // But for the recording's, and that of the engine's state. Threads of HTTP give way to all else that a machine does.
+    // Except for the files of the recording and of the engine's state. HTTP threads yield to all other work of the machine.
     until("all files are given back", Duration::from_secs(60), || taken(service.id()).0 <= before.0 + 5);
-    // The allocator keeps some of it for the threads of HTTP: 50 KiB for each client at most.
+    // The allocator keeps some of it for the HTTP threads: at most 50 KiB for each client.
     until("the memory is given back", Duration::from_secs(60), || {
         assert_eq!(get(address, "/healthz").0, 200);
         taken(service.id()).1 < before.1 + 50 * HALF_OPEN as u64
@@ -163,13 +163,13 @@ fn two_thousand_bad_clients_hinder_nobody_and_are_gone_afterwards() {
     assert_eq!(json(address, "/api/v1/status")["streams"], 1);
     let (code, log) = service.stop();
     assert_eq!(code, Some(0), "{log}");
-    // The flight is over: that its sensors have fallen silent is an alert, and the clients are no part in it.
+    // After the flight, the silence of its sensors raises an alert, which is unrelated to the clients.
     let is_theirs = |line: &str| line.contains("ERROR") && !line.contains("outage");
     assert!(!log.contains("panicked") && !log.lines().any(is_theirs), "{log}");
 }
 
 #[test]
-fn where_few_files_may_be_open_connections_are_fewer_and_the_recorder_has_its_own() {
+fn low_file_limit_reduces_connections_not_the_recorder() {
     let stage = Stage::new(&scenario(20), 23_900, |config, _| quick(config));
     let mut limited = Command::new("sh");
     limited.args([
@@ -198,7 +198,7 @@ fn where_few_files_may_be_open_connections_are_fewer_and_the_recorder_has_its_ow
 }
 
 #[test]
-fn one_host_that_opens_connections_without_end_shuts_nobody_out() {
+fn connection_flood_from_one_host_blocks_no_other_host() {
     let stage = Stage::new(&scenario(20), 24_600, |config, _| quick(config));
     let mut service = stage.run("run.log");
     let address = address(&mut service);
@@ -206,7 +206,7 @@ fn one_host_that_opens_connections_without_end_shuts_nobody_out() {
     let crowd: Vec<TcpStream> = (0..600)
         .map(|_| {
             let mut socket = connect(5, address);
-            // It may be closed already.
+            // The connection may be closed already.
             let _ = socket.write_all(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
             socket
         })
@@ -216,7 +216,7 @@ fn one_host_that_opens_connections_without_end_shuts_nobody_out() {
     }
     let during = taken(service.id());
     assert!(during.0 <= before.0 + 64 + 8, "files {} to {}", before.0, during.0);
-    // Who has been idle for 10 s makes room for a few more.
+    // Connections idle for 10 s are closed, which allows a few more.
     assert!(metric(address, "utm_fusion_http_connections_refused_total", "address") >= 300.0);
     service.says("127.0.1.5 has as many HTTP connections as one address may have");
     drop(crowd);

@@ -1,4 +1,4 @@
-//! A clock that is set ahead or back under the running service: its own threads and sockets, in this process.
+//! A clock that is set ahead or back under the running service, with its own threads and sockets in this process.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -11,10 +11,10 @@ use utm_fusion::api::{ApiState, Options, serve};
 use utm_fusion::areas::Masks;
 use utm_fusion::formats::Encoders;
 use utm_fusion::live::{
-    AlertSettings, Alerts, Clock, Driver, Followers, Hub, Outlets, Service, now, observe,
+    AlertMonitor, AlertSettings, Driver, Followers, Hub, LiveService, Outlets, WallClock, now, observe,
 };
 use utm_fusion::net::listen as udp;
-use utm_fusion::net::send::Sinks;
+use utm_fusion::net::send::UdpDestinations;
 use utm_fusion::record::Recorder;
 
 use crate::common::read;
@@ -23,20 +23,20 @@ use crate::recorded::{is_exact, pairs};
 use crate::stage::Stage;
 use crate::{quick, scenario};
 
-/// Of a flight so much is sent, seconds.
+/// Duration of the part of the flight that is sent, in seconds.
 const LAST_S: f64 = 16.0;
 
 /// The service of a site, with a clock that can be stepped.
 struct Live {
-    service: Service,
+    service: LiveService,
     recorder: Recorder,
-    clock: Clock,
+    clock: WallClock,
     address: SocketAddr,
     runtime: Runtime,
 }
 
 impl Live {
-    /// As the command `run` puts it together.
+    /// Assembles the service like the command `run`.
     fn start(stage: &Stage) -> Self {
         let config = Arc::new(stage.config.clone());
         let runtime =
@@ -46,14 +46,14 @@ impl Live {
         let record = config.output.record.as_ref().unwrap();
         let (queue, recorder) = Recorder::start(&config, record, Vec::new(), true).unwrap();
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), now());
-        let sinks = Sinks::open(&config.output.asterix).unwrap();
+        let sinks = UdpDestinations::open(&config.output.asterix).unwrap();
         let encoders = Encoders::new(&config);
         let outlets = Outlets { hub: writer, sinks, encoders, recorder: Some(queue), keepers: None };
-        let clock = Clock::default();
-        let service = Service::start(config, driver, outlets, clock.clone(), runtime.handle()).unwrap();
+        let clock = WallClock::default();
+        let service = LiveService::start(config, driver, outlets, clock.clone(), runtime.handle()).unwrap();
         runtime.spawn(observe(
             hub.clone(),
-            Alerts::new(AlertSettings::default(), now()),
+            AlertMonitor::new(AlertSettings::default(), now()),
             Followers::default(),
         ));
         let api = ApiState::start(hub, Options::default()).unwrap();
@@ -76,7 +76,7 @@ impl Live {
         metric(self.address, "utm_fusion_tracks", "") > 0.0
     }
 
-    /// Ends it; all that came must be in the recording.
+    /// Ends the service; all received datagrams must be in the recording.
     fn stop(self) {
         let driver = self.service.stop().unwrap();
         let counts = self.recorder.join();
@@ -86,7 +86,7 @@ impl Live {
     }
 }
 
-/// How many datagrams were sent.
+/// Number of datagrams sent.
 fn sent(stage: &Stage) -> usize {
     let datagrams = stage.simulation.datagrams.iter();
     datagrams.filter(|datagram| datagram.received.seconds_since(stage.start()) <= LAST_S).count()
@@ -97,7 +97,7 @@ fn recordings(stage: &Stage) -> std::path::PathBuf {
 }
 
 #[test]
-fn a_second_ahead_and_a_second_back_lose_nothing() {
+fn clock_step_of_one_second_loses_nothing() {
     let stage = Stage::new(&scenario(20), 23_400, |config, _| quick(config));
     let (stop, listener) = stage.listen();
     let live = Live::start(&stage);
@@ -107,7 +107,7 @@ fn a_second_ahead_and_a_second_back_lose_nothing() {
         for step in [1, -1] {
             std::thread::sleep(Duration::from_secs(3));
             live.step(step);
-            // A second back: the slots of that second have been published, and the next one waits for it.
+            // One second back: the slots of that second have been published, and the next one waits for its time.
             let (seq, start) = (live.seq(), Instant::now());
             until("slots go on", Duration::from_secs(3), || live.seq() > seq + 4);
             assert!(step > 0 || start.elapsed() > Duration::from_millis(1500), "{:?}", start.elapsed());
@@ -130,7 +130,7 @@ fn a_second_ahead_and_a_second_back_lose_nothing() {
 }
 
 #[test]
-fn an_hour_ahead_starts_afresh_and_goes_on() {
+fn clock_step_of_an_hour_ahead_restarts_the_engine() {
     let stage = Stage::new(&scenario(50), 23_500, |config, _| quick(config));
     let live = Live::start(&stage);
     std::thread::scope(|scope| {
@@ -146,7 +146,7 @@ fn an_hour_ahead_starts_afresh_and_goes_on() {
         });
         assert!(live.seq() < seq + 100, "an hour of slots was published");
         assert_eq!(metric(live.address, "utm_fusion_restarts_total", ""), 1.0);
-        // The sensors' clocks are as they were: what they say is an hour old, and their lights tell.
+        // The sensors' clocks are unchanged: their reports are an hour old, and the sensors are degraded.
         until("yellow lights", Duration::from_secs(9), || lights(live.address) == ["degraded"; 2]);
         assert!(metric(live.address, "utm_fusion_records_refused_total", "late") > 0.0);
         // The map is empty: the picture cannot be relied on.
@@ -155,7 +155,7 @@ fn an_hour_ahead_starts_afresh_and_goes_on() {
         assert_eq!(troubled(live.address), ["clock"]);
         let (_, why) = get(live.address, "/readyz");
         assert!(why.contains("the clock of this machine seems wrong"), "{why}");
-        // The clock is right again: an hour back.
+        // The clock is right again, after a step of an hour back.
         live.step(-3600);
         let undone = Instant::now();
         until("tracks again", Duration::from_secs(25), || live.has_tracks());
@@ -166,7 +166,7 @@ fn an_hour_ahead_starts_afresh_and_goes_on() {
         assert_eq!(troubled(live.address), [""; 0]);
     });
     live.stop();
-    // Until the step the recording is what was sent.
+    // Until the step, the recording equals the data sent.
     let pairs = pairs(&recordings(&stage));
     assert_eq!(pairs.len(), 2, "an hour later files of their own begin");
     assert!(is_exact(&stage.config, &pairs[0], false) > 5);
@@ -174,7 +174,7 @@ fn an_hour_ahead_starts_afresh_and_goes_on() {
 }
 
 #[test]
-fn an_hour_back_is_told_and_waited_for() {
+fn clock_step_of_an_hour_back_is_reported() {
     let stage = Stage::new(&scenario(20), 23_600, |config, _| quick(config));
     let live = Live::start(&stage);
     std::thread::scope(|scope| {
@@ -194,7 +194,7 @@ fn an_hour_back_is_told_and_waited_for() {
         let status = json(live.address, "/api/v1/status")["reasons"].to_string();
         assert!(status.contains("was set back"), "{status}");
         assert_eq!(live.seq(), seq, "nothing is published twice");
-        // Somebody sets the clock right.
+        // The clock is set right.
         live.step(3600);
         until("slots go on", Duration::from_secs(5), || live.seq() > seq + 4);
         until("ready", Duration::from_secs(5), || get(live.address, "/readyz").0 == 200);

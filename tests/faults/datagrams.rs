@@ -1,4 +1,4 @@
-//! Datagrams that nobody should send.
+//! Unexpected and malformed datagrams.
 
 use std::collections::HashSet;
 use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
@@ -18,7 +18,7 @@ use crate::{quick, scenario};
 const FEEDER: Ipv4Addr = Ipv4Addr::new(127, 0, 0, 1);
 const STRANGER: Ipv4Addr = Ipv4Addr::new(127, 0, 0, 9);
 
-/// A port of this process: an address is not its own as its groups are.
+/// A port of this process; unlike its groups, an address is shared by processes.
 fn unicast_port() -> u16 {
     23_710 + (std::process::id() % 80) as u16
 }
@@ -32,10 +32,11 @@ fn stranger() -> UdpSocket {
 }
 
 #[test]
-fn each_odd_datagram_is_counted_by_what_is_wrong_with_it_and_changes_nothing() {
+fn invalid_datagrams_are_counted_by_reason_without_effect() {
     let stage = Stage::new(&scenario(20), 23_700, |config, _| {
         quick(config);
-        // The radar's lines take what one host sends, the transponders' takes all. Of a group the kernel sees to that.
+        // The radar's lines accept datagrams from one host, the transponders' line from all. For a group, the kernel
+        // filters them.
         let (address, port) = (Address::Unicast(FEEDER), unicast_port());
         let unicast = Input { address, port, source: Some(FEEDER), trailer_octets: None };
         config.sensors[0].inputs[0].source = Some(FEEDER);
@@ -47,7 +48,7 @@ fn each_odd_datagram_is_counted_by_what_is_wrong_with_it_and_changes_nothing() {
     let (radar, transponders) = (stage.to(0), stage.to(1));
     let echoed = joined(group(99), stage.config.output.asterix[0].port, Ipv4Addr::LOCALHOST);
     let plots = stage.simulation.datagrams.iter().find(|datagram| datagram.payload[0] == 48).unwrap();
-    // The radar's own plots, as of a radar that nobody knows.
+    // The radar's own plots, with the SAC/SIC of an unknown radar.
     let unknown = {
         let block = blocks(&plots.payload).next().unwrap().unwrap();
         let mut records: Vec<cat048::Record> = block.records().map(|record| record.unwrap().record).collect();
@@ -64,7 +65,7 @@ fn each_odd_datagram_is_counted_by_what_is_wrong_with_it_and_changes_nothing() {
             std::thread::sleep(Duration::from_millis(100));
         }
         let (feeder, stranger) = (stage.sender(), stranger());
-        // Nothing, one octet, two octets, a block shorter than its own head, a cut one, the largest that there is.
+        // An empty datagram, one octet, two octets, a block shorter than its header, a cut one, and the largest datagram.
         for odd in [vec![], vec![48], vec![48, 0], vec![48, 0, 2], cut, vec![0; 65_507], unknown.0.clone()] {
             feeder.send_to(&odd, radar).unwrap();
         }
@@ -114,7 +115,7 @@ fn each_odd_datagram_is_counted_by_what_is_wrong_with_it_and_changes_nothing() {
     assert_eq!(is_exact(&stage.config, &pairs[0], true), heard.len());
     assert!(heard.len() > 20);
 
-    // Without the odd ones the same is sent.
+    // Without the odd datagrams, the same data is sent.
     let flight: HashSet<&Vec<u8>> =
         stage.simulation.datagrams.iter().map(|datagram| &datagram.payload).collect();
     let (input, output) = &pairs[0];

@@ -11,7 +11,7 @@ use fusion::time::Time;
 use jiff::SignedDuration;
 use utm_fusion::config::{Config, Profile, Record};
 use utm_fusion::live::now;
-use utm_fusion::record::{Recorded, Recorder};
+use utm_fusion::record::{Recorder, RecordingItem};
 
 use crate::common::{Scratch, files, read};
 use crate::http::{Stream, address, get, metric, troubled, until};
@@ -26,7 +26,7 @@ fn pause_until(time: Time) {
     }
 }
 
-/// Takes what is left of a disk, to the last octet.
+/// Fills a disk to the last octet.
 fn fill(file: &Path) {
     let mut filler = fs::File::create(file).unwrap();
     for size in [1 << 16, 1 << 12, 1] {
@@ -35,14 +35,14 @@ fn fill(file: &Path) {
 }
 
 #[test]
-fn a_full_disk_stops_no_slot_and_is_recorded_onto_again_when_there_is_space() {
-    let test = "disk::a_full_disk_stops_no_slot_and_is_recorded_onto_again_when_there_is_space";
+fn full_disk_stops_no_slot_and_recording_resumes() {
+    let test = "disk::full_disk_stops_no_slot_and_recording_resumes";
     if !is_inside(&["unshare", "-rm"], test) {
         return;
     }
     let stage = Stage::new(&scenario(28), 23_000, |config, scratch| {
         quick(config);
-        // What the other profile learnt from reports that were not recorded is not in the file either.
+        // State that the other profile learned from unrecorded reports would not be in the file either.
         config.fusion.profile = Profile::Reference;
         let disk = scratch.path("disk");
         fs::create_dir(&disk).unwrap();
@@ -64,7 +64,7 @@ fn a_full_disk_stops_no_slot_and_is_recorded_onto_again_when_there_is_space() {
     stage.send(6.5, 11.0);
     service.says("cannot be recorded");
     service.says("the history cannot be written");
-    // The other files of the state have another pace.
+    // The other state files are written at other times.
     let troubled = |address| {
         let parts = troubled(address).into_iter();
         parts.filter(|part| part != "state").collect::<Vec<_>>()
@@ -75,7 +75,7 @@ fn a_full_disk_stops_no_slot_and_is_recorded_onto_again_when_there_is_space() {
     assert_eq!(get(address, "/readyz").0, 200, "the picture does not need the disk");
     assert_eq!(get(address, &early).0, 200, "what was in the history can still be read");
 
-    // Nothing comes while there is space again: the clock alone brings the recorder back.
+    // No input arrives when there is space again: the recorder has to resume by itself.
     fs::remove_file(disk.join("filler")).unwrap();
     service.says("recording again");
     stage.send(17.0, 28.0);
@@ -103,11 +103,11 @@ fn a_full_disk_stops_no_slot_and_is_recorded_onto_again_when_there_is_space() {
 }
 
 #[test]
-fn what_a_disk_that_hangs_lost_is_counted_and_its_place_is_marked() {
+fn hanging_disk_losses_are_counted_and_marked_as_a_gap() {
     let stage = Stage::new(&scenario(20), 23_100, |config, _| quick(config));
     let directory = stage.scratch.path("recordings");
     fs::create_dir(&directory).unwrap();
-    // Whoever opens a pipe waits until there is somebody at its other end.
+    // Opening a pipe blocks until its other end is opened.
     let lock = directory.join(".recorder.lock");
     must(&format!("mkfifo {}", lock.display()));
     let mut service = stage.run("run.log");
@@ -115,7 +115,7 @@ fn what_a_disk_that_hangs_lost_is_counted_and_its_place_is_marked() {
     let stream = Stream::open(address);
     std::thread::scope(|scope| {
         scope.spawn(|| stage.send(0.0, 20.0));
-        // More than fits the queue, one way or another of what is not ASTERIX.
+        // More datagrams than fit into the queue, none of them ASTERIX.
         let sender = stage.sender();
         for count in 0..20_000_u32 {
             sender.send_to(&count.to_be_bytes(), stage.to(0)).unwrap();
@@ -140,8 +140,8 @@ fn what_a_disk_that_hangs_lost_is_counted_and_its_place_is_marked() {
 }
 
 #[test]
-fn trials_on_a_disk_that_stays_full_replace_no_good_recording() {
-    let test = "disk::trials_on_a_disk_that_stays_full_replace_no_good_recording";
+fn retries_on_a_full_disk_remove_no_good_recording() {
+    let test = "disk::retries_on_a_full_disk_remove_no_good_recording";
     if !is_inside(&["unshare", "-rm"], test) {
         return;
     }
@@ -156,7 +156,7 @@ fn trials_on_a_disk_that_stays_full_replace_no_good_recording() {
     let send = |after_s: i64, octets: usize| {
         let received = start + SignedDuration::from_secs(after_s);
         let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 4711);
-        assert!(queue.wait(Recorded::Input { received, line: 0, from, payload: vec![1; octets] }));
+        assert!(queue.add(RecordingItem::Input { received, line: 0, from, payload: vec![1; octets] }));
     };
     let good = || files(&dir, "input-", ".pcap");
     // After some hours there is one file, and another is being written.
@@ -165,7 +165,7 @@ fn trials_on_a_disk_that_stays_full_replace_no_good_recording() {
     let being_written = || files(&dir, "input-", ".pcap.part").iter().all(|part| read(part).0.len() == 1);
     until("two good files", Duration::from_secs(5), || good().len() == 1 && being_written());
     let first = good();
-    // Room for what a file begins with, and for nothing that comes.
+    // Space for the beginning of a file, and not for any datagrams.
     fill(&dir.join("filler"));
     let filler = fs::OpenOptions::new().write(true).open(dir.join("filler")).unwrap();
     filler.set_len(filler.metadata().unwrap().len() - (40 << 10)).unwrap();

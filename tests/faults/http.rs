@@ -9,14 +9,14 @@ use serde_json::Value;
 
 use crate::common::Running;
 
-/// Where the program says that it serves.
+/// Address on which the program serves, from its log.
 pub(crate) fn address(running: &mut Running) -> SocketAddr {
     running.says("url=http://");
     let log = running.log();
     log.split("url=http://").nth(1).unwrap().split('/').next().unwrap().parse().unwrap()
 }
 
-/// Status and body.
+/// Status and body of an answer.
 pub(crate) fn get(address: SocketAddr, path: &str) -> (u16, String) {
     let mut socket = TcpStream::connect(address).unwrap();
     socket.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
@@ -32,7 +32,7 @@ pub(crate) fn json(address: SocketAddr, path: &str) -> Value {
     serde_json::from_str(&body).unwrap_or_else(|error| panic!("{path}: {error}: {body}"))
 }
 
-/// The sum of a metric's samples, of those whose labels hold `label`.
+/// Sum of a metric's samples whose labels contain `label`.
 pub(crate) fn metric(address: SocketAddr, name: &str, label: &str) -> f64 {
     let (_, text) = get(address, "/metrics");
     let values = text.lines().filter_map(|line| {
@@ -43,24 +43,24 @@ pub(crate) fn metric(address: SocketAddr, name: &str, label: &str) -> f64 {
     values.sum()
 }
 
-/// The states of the sensors; empty before they are known.
+/// States of the sensors; empty before they are available.
 pub(crate) fn lights(address: SocketAddr) -> Vec<String> {
     let sensors = json(address, "/api/v1/sensors");
     let state = |sensor: &Value| sensor["properties"]["state"].as_str().unwrap_or("").to_owned();
     sensors["features"].as_array().unwrap().iter().map(state).collect()
 }
 
-/// The parts of the service that are in trouble.
+/// Parts of the service with faults.
 pub(crate) fn troubled(address: SocketAddr) -> Vec<String> {
     let alerts = json(address, "/api/v1/alerts");
     let of_service = alerts["alerts"].as_array().unwrap().iter().filter(|alert| alert["kind"] == "service");
     let mut parts: Vec<String> = of_service.map(|alert| alert["part"].as_str().unwrap().to_owned()).collect();
-    // Which of two meets the end of a disk first is nobody's promise.
+    // Either of two may be the first to find the disk full.
     parts.sort();
     parts
 }
 
-/// Asks until it is so; how long that took.
+/// Waits until a condition is met; returns the time that this took.
 pub(crate) fn until(what: &str, at_most: Duration, mut is_so: impl FnMut() -> bool) -> Duration {
     let start = Instant::now();
     while !is_so() {
@@ -70,7 +70,7 @@ pub(crate) fn until(what: &str, at_most: Duration, mut is_so: impl FnMut() -> bo
     start.elapsed()
 }
 
-/// A reader of the stream, to its end.
+/// Reads the stream to its end.
 pub(crate) struct Stream(Arc<Mutex<Vec<(u64, Instant)>>>);
 
 impl Stream {
@@ -94,7 +94,7 @@ impl Stream {
         Self(slots)
     }
 
-    /// Every slot came, and none of them more than that after the one before; how many there were.
+    /// Checks that no slot is missing, and that no pause exceeds `at_most`; returns the number of slots.
     pub(crate) fn is_unbroken(&self, at_most: Duration) -> usize {
         let slots = self.0.lock().unwrap();
         for pair in slots.windows(2) {

@@ -1,12 +1,12 @@
-//! A test that needs a machine of its own: it runs once more in a process with namespaces, or limits, of its own.
+//! Runs a test again in its own process, with its own namespaces or limits.
 
 use std::process::{Command, Stdio};
 
-/// Set in that process.
+/// Environment variable that is set in that process.
 const INSIDE: &str = "UTM_FUSION_TESTS_INSIDE";
 
-/// Whether this process is the one with `command` around it. Where it is not, the test of that name is run in one, unless
-/// the system does not permit it, which is said.
+/// Whether this process already runs inside `command`. Otherwise, runs the test of this name in such a process; if the
+/// system does not permit that, prints a message.
 pub(crate) fn is_inside(command: &[&str], test: &str) -> bool {
     if std::env::var_os(INSIDE).is_some() {
         return true;

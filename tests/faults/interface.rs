@@ -13,10 +13,10 @@ use crate::stage::Stage;
 use crate::{quick, scenario};
 
 const HERE: Ipv4Addr = Ipv4Addr::new(10, 77, 0, 1);
-/// A network of this process's own, in which it may make interfaces.
+/// Command for a network namespace of this process, in which it may create interfaces.
 const NETWORK: [&str; 2] = ["unshare", "-rn"];
 
-/// The interface comes; the first time, or once more.
+/// Creates the interface.
 fn plug_in() {
     must("ip link add left type veth peer name right");
     must(&format!("ip address add {HERE}/24 dev left"));
@@ -41,7 +41,7 @@ fn has_veth() -> bool {
     made
 }
 
-/// All is on that interface, but for the HTTP API.
+/// Moves all addresses to that interface, except for the HTTP API.
 fn on_it(config: &mut Config) {
     quick(config);
     config.output.record = None;
@@ -58,7 +58,7 @@ fn on_it(config: &mut Config) {
         .for_each(|input| move_there(&mut input.address));
 }
 
-/// Sends from now on until `seconds` are over, whether there is an interface or not.
+/// Sends from now on until `seconds` of the flight, with or without the interface.
 fn send_for(stage: &Stage, seconds: f64) {
     let start = stage.start();
     let from = now();
@@ -80,9 +80,8 @@ fn send_for(stage: &Stage, seconds: f64) {
 }
 
 #[test]
-fn an_interface_that_is_gone_for_long_is_an_outage_and_is_heard_again_when_it_is_back() {
-    let test =
-        "interface::an_interface_that_is_gone_for_long_is_an_outage_and_is_heard_again_when_it_is_back";
+fn lost_interface_is_an_outage_until_it_returns() {
+    let test = "interface::lost_interface_is_an_outage_until_it_returns";
     if !is_inside(&NETWORK, test) || !has_veth() {
         return;
     }
@@ -97,9 +96,9 @@ fn an_interface_that_is_gone_for_long_is_an_outage_and_is_heard_again_when_it_is
         unplug();
         let dark = until("red lights", Duration::from_secs(12), || lights(address) == ["outage"; 2]);
         assert!(dark > Duration::from_secs(2), "not for nothing");
-        // What the window still holds cannot be sent.
+        // The remaining slots of the window cannot be sent.
         assert!(metric(address, "utm_fusion_failed_sends_total", "") > 0.0);
-        // Within the time of silence after which lines are joined anew.
+        // Within the silence after which lines join again.
         until("lines that do not open", Duration::from_secs(12), || {
             metric(address, "utm_fusion_line_joined", "") == 0.0
         });
@@ -125,8 +124,8 @@ fn an_interface_that_is_gone_for_long_is_an_outage_and_is_heard_again_when_it_is
 }
 
 #[test]
-fn an_interface_that_is_gone_for_a_moment_is_joined_anew_after_a_silence() {
-    let test = "interface::an_interface_that_is_gone_for_a_moment_is_joined_anew_after_a_silence";
+fn interface_lost_briefly_is_joined_again_after_silence() {
+    let test = "interface::interface_lost_briefly_is_joined_again_after_silence";
     if !is_inside(&NETWORK, test) || !has_veth() {
         return;
     }
@@ -139,9 +138,9 @@ fn an_interface_that_is_gone_for_a_moment_is_joined_anew_after_a_silence() {
         until("two green lights", Duration::from_secs(9), || lights(address) == ["operational"; 2]);
         unplug();
         plug_in();
-        // The socket is open and deaf: the interface of its membership is another one.
+        // The socket is open but receives nothing: its membership belongs to the old interface.
         until("red lights", Duration::from_secs(12), || lights(address) == ["outage"; 2]);
-        // Two times of silence: the first may have begun before.
+        // Twice the silence, because the first may have begun before.
         until("two green lights again", Duration::from_secs(16), || lights(address) == ["operational"; 2]);
     });
     let (code, log) = service.stop();

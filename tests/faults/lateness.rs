@@ -1,4 +1,4 @@
-//! A picture that is late, whatever made it so: everybody who is asked says the same of it.
+//! A late picture, whatever the cause: all interfaces report the same.
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
@@ -20,7 +20,7 @@ use crate::{quick, scenario};
 
 const SOON: Duration = Duration::from_secs(30);
 
-/// The degraded ones among the CAT065 statuses that are sent to the stage's output, counted until the end.
+/// Counts the degraded CAT065 statuses sent to the stage's output, until stopped.
 fn count_degraded(stage: &Stage) -> (Arc<AtomicBool>, std::thread::JoinHandle<usize>) {
     let socket = joined(group(99), stage.config.output.asterix[0].port, Ipv4Addr::LOCALHOST);
     let stop = Arc::new(AtomicBool::new(false));
@@ -29,7 +29,7 @@ fn count_degraded(stage: &Stage) -> (Arc<AtomicBool>, std::thread::JoinHandle<us
         let (mut degraded, mut octets) = (0, [0; 65536]);
         loop {
             match socket.recv(&mut octets) {
-                // NOGO in the two highest bits of I065/040, the last item.
+                // NOGO is in the two highest bits of I065/040, the last item.
                 Ok(11) if octets[0] == 65 => degraded += usize::from(octets[10] >> 6 == 1),
                 Ok(_) => {}
                 Err(_) if stopped.load(Ordering::Relaxed) => return degraded,
@@ -40,7 +40,7 @@ fn count_degraded(stage: &Stage) -> (Arc<AtomicBool>, std::thread::JoinHandle<us
     (stop, counting)
 }
 
-/// The greatest `late_s` of the stream's heartbeats.
+/// Greatest `late_s` of the stream's heartbeats.
 fn latest_heartbeat(address: SocketAddr) -> Arc<Mutex<f64>> {
     let mut socket = TcpStream::connect(address).unwrap();
     socket.write_all(b"GET /api/v1/stream HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
@@ -82,7 +82,7 @@ fn freeze(service: &Running, pause: Duration) {
 }
 
 #[test]
-fn a_service_that_stood_still_says_so_everywhere_until_it_is_on_time_again() {
+fn paused_service_reports_lateness_until_on_time() {
     let stage = Stage::new(&scenario(60), 24_610, |config, _| with_status(config));
     let mut service = stage.run("run.log");
     let address = address(&mut service);
@@ -93,7 +93,7 @@ fn a_service_that_stood_still_says_so_everywhere_until_it_is_on_time_again() {
         let heartbeats = latest_heartbeat(address);
         assert!(metric(address, "utm_fusion_picture_late_seconds", "") < 1.0);
         assert_eq!(metric(address, "utm_fusion_condition", ""), 2.0);
-        // Shorter than the window: what is owed is published, late.
+        // Shorter than the window: the pending slots are published, late.
         freeze(&service, Duration::from_secs(4));
 
         let mut not_ready = (0, String::new());
@@ -133,7 +133,7 @@ fn a_service_that_stood_still_says_so_everywhere_until_it_is_on_time_again() {
     }
 }
 
-/// A transponder that nobody has heard before, somewhere over the site.
+/// A new transponder, somewhere over the site.
 fn stranger(number: u32) -> Vec<u8> {
     let serial: [u8; 12] = format!("FLOOD{number:07}").as_bytes().try_into().unwrap();
     let position = cat129::Position::new(52.4 + f64::from(number % 1000) * 1e-4, -0.6).unwrap();
@@ -148,7 +148,7 @@ fn stranger(number: u32) -> Vec<u8> {
     block
 }
 
-/// How late the picture is that is shown: what a reader sees who trusts nobody's word.
+/// Lateness of the shown picture, as computed by a reader from its time.
 fn seen_late_s(address: SocketAddr, config: &Config) -> f64 {
     let picture = json(address, "/api/v1/tracks?limit=1");
     let Some(time) = picture["time"].as_str() else { return 0.0 };
@@ -159,7 +159,7 @@ fn seen_late_s(address: SocketAddr, config: &Config) -> f64 {
 }
 
 #[test]
-fn a_flood_of_new_transponders_is_late_or_not_but_never_passed_off_as_health() {
+fn transponder_flood_never_hides_lateness() {
     let stage = Stage::new(&scenario(40), 24_620, |config, _| with_status(config));
     let mut service = stage.run("run.log");
     let address = address(&mut service);
@@ -178,11 +178,11 @@ fn a_flood_of_new_transponders_is_late_or_not_but_never_passed_off_as_health() {
                 sender.send_to(&stranger(number), stage.to(1)).unwrap();
             }
         });
-        // Until it has been on time for a while after the flood; a slow machine takes minutes.
+        // Until the picture has been on time for a while after the flood; a slow machine takes minutes.
         let (end, mut on_time) = (Instant::now() + Duration::from_secs(240), 0);
         while on_time < 20 {
             assert!(Instant::now() < end, "{worst_s} s at worst; still late");
-            // The answer was right at some time between these two.
+            // The answer was correct at some time between these two.
             let before_s = seen_late_s(address, &stage.config);
             let asked = Instant::now();
             let (ready, _) = get(address, "/readyz");
@@ -216,7 +216,7 @@ fn a_flood_of_new_transponders_is_late_or_not_but_never_passed_off_as_health() {
 }
 
 #[test]
-fn each_alert_that_begins_is_a_line_and_an_area_is_called_by_its_name() {
+fn each_new_alert_is_logged_with_its_area_name() {
     let polygon = r#"{"type":"Feature","properties":{"name":"Runway 27"},"geometry":{"type":"Polygon",
         "coordinates":[[[-2,51],[1,51],[1,54],[-2,54],[-2,51]]]}}"#;
     let stage = Stage::new(&scenario(60), 24_630, |config, scratch| {
@@ -226,7 +226,7 @@ fn each_alert_that_begins_is_a_line_and_an_area_is_called_by_its_name() {
             file: scratch.file("field.geojson", polygon),
         }];
     });
-    // Nothing is sent yet: both sensors fall silent in the same second.
+    // No data is sent yet: both sensors fall silent in the same second.
     let mut service = stage.run("run.log");
     let address = address(&mut service);
     service.says("alert began");

@@ -1,5 +1,5 @@
-//! What breaks around the service: the disk, the interface, the clock, clients and senders. Through the built program where
-//! that can be; each test says on standard error where this machine does not let it.
+//! Faults around the service: the disk, the interface, the clock, clients and senders. The tests use the built program
+//! where possible. A test that this machine does not permit prints a message on standard error.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![expect(clippy::disallowed_methods, reason = "files that the service wrote, and the real time")]
@@ -25,14 +25,14 @@ mod stage;
 
 use utm_fusion::config::Config;
 
-/// Drones and birds for as long as a fault lasts, and some time more.
+/// Drones and birds, for longer than a fault lasts.
 pub(crate) fn scenario(duration_s: u32) -> String {
     format!(
         "name = \"fault\"\nduration_s = {duration_s}\n[drones]\nmultirotors = 2\nequipped = 2\n[birds]\ncount = 3\n"
     )
 }
 
-/// A service that publishes each slot 2.25 s after it opened, of a window of 5 s: nobody has to wait long.
+/// Publishes each slot 2.25 s after it opened, with a window of 5 s, so that the tests wait less.
 pub(crate) fn quick(config: &mut Config) {
     let fusion = &mut config.fusion;
     (fusion.latency_slots, fusion.window_slots, fusion.suppress_slots) = (9, 20, 8);

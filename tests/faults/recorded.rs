@@ -1,4 +1,4 @@
-//! What a recording promises: that its replay is what was sent.
+//! The guarantee of a recording: its replay equals the data sent.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use utm_fusion::config::Config;
 
 use crate::common::{complete_from, files, read, replayed_datagrams};
 
-/// The input files, each with its output file, in order of time; all of them are readable to their end.
+/// Input files with their output files, in order of time; checks that all can be read to their end.
 pub(crate) fn pairs(directory: &Path) -> Vec<(PathBuf, PathBuf)> {
     let (inputs, outputs) = (files(directory, "input-", ".pcap"), files(directory, "output-", ".pcap"));
     assert_eq!(inputs.len(), outputs.len(), "{inputs:?}, {outputs:?}");
@@ -17,8 +17,8 @@ pub(crate) fn pairs(directory: &Path) -> Vec<(PathBuf, PathBuf)> {
     inputs.into_iter().zip(outputs).collect()
 }
 
-/// From the slot on that its head names the replay of the input equals the output, until the last reception in the file; in
-/// the last file to its end. How many datagrams that are.
+/// Checks that the replay of the input equals the output, from the slot in its head until the last reception in the file,
+/// or in the last file to its end. Returns the number of datagrams.
 pub(crate) fn is_exact(config: &Config, (input, output): &(PathBuf, PathBuf), is_last: bool) -> usize {
     let from = complete_from(input) + config.fusion.latency();
     let until = read(input).0.last().map_or(from, |datagram| datagram.received.unwrap());
@@ -27,7 +27,7 @@ pub(crate) fn is_exact(config: &Config, (input, output): &(PathBuf, PathBuf), is
         |all: Vec<(Time, Vec<u8>)>| -> Vec<_> { all.into_iter().filter(|(due, _)| promised(*due)).collect() };
     let sent = pick(crate::common::datagrams(output));
     let again = pick(replayed_datagrams(input));
-    // What a full disk did not take any more lacks at the end of a file.
+    // After a full disk, datagrams may be missing at the end of a file.
     let whole = if is_last { again.len() } else { sent.len().min(again.len()) };
     assert!(
         sent.len() + 8 > again.len(),

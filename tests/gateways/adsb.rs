@@ -1,4 +1,4 @@
-//! Beast: a minute of a real receiver beside an independent decoder's reading (dump1090), through the program.
+//! Beast: a minute of a real receiver, compared with an independent decoder (dump1090), through the program.
 
 use std::collections::BTreeMap;
 
@@ -6,10 +6,10 @@ use serde_json::Value;
 
 use super::{decode, run, shared, unzip};
 
-/// What a position is known by, and what it says.
+/// Positions by address and time, with altitude and place.
 type Positions = BTreeMap<(String, i64), (Option<f64>, [f64; 2])>;
 
-/// Fields of the lines of BaseStation of this type.
+/// Fields of the BaseStation lines of this type.
 fn lines<'a>(text: &'a str, kind: &'a str) -> impl Iterator<Item = Vec<&'a str>> {
     text.lines()
         .map(|line| line.split(',').collect::<Vec<_>>())
@@ -26,7 +26,7 @@ fn number(text: &str) -> Option<f64> {
     (!text.is_empty()).then(|| text.parse().unwrap())
 }
 
-/// The entry of an aircraft at most 8 ms away: 1/128 s.
+/// Entry of an aircraft at most 8 ms (1/128 s) away.
 fn at<T>(of: &BTreeMap<(String, i64), T>, address: &str, ms: i64) -> Option<T>
 where
     T: Clone,
@@ -37,7 +37,7 @@ where
 }
 
 #[test]
-fn every_position_of_a_recording_is_as_an_independent_decoder_has_it() {
+fn recorded_positions_match_an_independent_decoder() {
     let Some(folder) = shared::recordings().map(|data| data.join("adsb-beast")) else { return };
     let capture = folder.join("ulss7-20180403T190228Z.beast");
     let text = unzip(&folder.join("decoded_sbs.txt.gz"));
@@ -62,13 +62,14 @@ fn every_position_of_a_recording_is_as_an_independent_decoder_has_it() {
         for (axis, theirs) in ["latitude_deg", "longitude_deg"].into_iter().zip(place) {
             worst = worst.max((items["131"][axis].as_f64().unwrap() - theirs).abs());
         }
-        // Their five decimals.
+        // The reference has five decimals.
         assert!(worst < 5.1e-6, "{record}");
         if let Some(vector) = items["160"].as_object() {
             let [knots, track, rate] =
                 at(&moving, address, time("075").unwrap()).unwrap_or_else(|| panic!("{record}"));
             let ours = |name: &str, unit: f64| vector[name].as_f64().unwrap() / unit;
-            // They cut to whole knots; their degrees are up to 1.5 off those of the velocity's own bits.
+            // The reference truncates to whole knots; its directions are up to 1.5 degrees off those of the velocity's own
+            // bits.
             assert!((ours("speed_m_s", 1852.0 / 3600.0) - knots - 0.5).abs() < 0.75, "{record}");
             assert!(
                 ((ours("track_deg", 1.0) - track + 180.0).rem_euclid(360.0) - 180.0).abs() < 1.6,
@@ -88,7 +89,7 @@ fn every_position_of_a_recording_is_as_an_independent_decoder_has_it() {
 }
 
 #[test]
-fn a_capture_is_recognised_by_its_frames_and_its_damage_costs_only_itself() {
+fn damaged_capture_is_recognised_and_loses_only_damage() {
     let frame = |stamp: u8, octet: u8| [&[0x1a, b'3', 0, 0, 0, 0, 0, stamp, 0x80][..], &[octet; 14]].concat();
     let frames = |from: u8| -> Vec<u8> { (from..from + 19).flat_map(|stamp| frame(stamp, 0x11)).collect() };
     let sound = frames(30);
@@ -101,7 +102,7 @@ fn a_capture_is_recognised_by_its_frames_and_its_damage_costs_only_itself() {
     };
     let text = info(&sound);
     assert!(text.contains("Beast (1090 MHz)") && text.contains("19 without ADS-B"), "{text}");
-    // Octets that belong to no frame, a frame of no kind, one that is cut, and one at the end.
+    // Octets outside of frames, a frame of an unknown kind, a cut frame, and another at the end.
     let damaged =
         [&sound, &b"garbage"[..], &[0x1a, b'9'], &frame(50, 0x11)[..9], &frames(60), &frame(90, 0x11)[..15]]
             .concat();

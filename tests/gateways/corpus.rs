@@ -1,4 +1,4 @@
-//! The corpus of the fuzz targets of translators (`fuzz/corpus`), read as those read it.
+//! The corpus of the translators' fuzz targets (`fuzz/corpus`), run through these targets.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use std::path::Path;
 mod gateways;
 
 #[test]
-fn the_corpus_of_each_target_does_no_harm() {
+fn fuzz_corpus_of_each_target_passes() {
     type Target = (&'static str, fn(&[u8]));
     let targets: [Target; 3] =
         [("adsb", gateways::adsb), ("mavlink", gateways::mavlink), ("remote_id", gateways::remote_id)];
@@ -16,7 +16,7 @@ fn the_corpus_of_each_target_does_no_harm() {
         for file in std::fs::read_dir(folder).unwrap() {
             let octets = std::fs::read(file.unwrap().path()).unwrap();
             exercise(&octets);
-            // Every beginning of it, and each octet another.
+            // Every prefix of it, and every octet changed.
             (0..octets.len()).for_each(|length| exercise(&octets[..length]));
             for at in 0..octets.len() {
                 let mut damaged = octets.clone();

@@ -1,4 +1,4 @@
-//! A real flight's log as its drone would broadcast it: each position is a report, where and when the log has it.
+//! A real flight's log as broadcasts of its drone: each position becomes a report with the place and time of the log.
 
 use std::fs;
 
@@ -27,7 +27,7 @@ sac = 25
 sic = 2
 "#;
 
-/// How late the receiver of that flight forwarded, nanoseconds.
+/// Delay of the receiver of that flight, in nanoseconds.
 const LATE: i64 = 4 * SECOND;
 
 /// A gateway's line.
@@ -36,7 +36,7 @@ fn line(message: &Message) -> String {
     format!(r#"{{"transmitter":"90:3a:e6:5b:c8:a8","message":"{digits}"}}"#)
 }
 
-/// Time of day, latitude, longitude and a height of each row of a log.
+/// Time of day, latitude, longitude and a height in each row of a log.
 fn flown(text: &str, height: &str) -> Vec<[f64; 4]> {
     let mut lines = text.lines();
     let names: Vec<&str> = lines.next().unwrap().split(',').collect();
@@ -51,7 +51,7 @@ fn flown(text: &str, height: &str) -> Vec<[f64; 4]> {
 }
 
 #[test]
-fn each_position_of_a_flight_is_a_report_where_its_log_has_it() {
+fn flight_positions_match_their_log() {
     let Some(folder) = shared::recordings().map(|data| data.join("remote-id")) else { return };
     for (file, height) in
         [("flight1_dronetag_1hz.csv", "geo_alt_m"), ("flight1_autopilot_5hz.csv", "alt_msl_m")]

@@ -1,5 +1,5 @@
-//! Connections of a running service: receivers over TCP, MAVLink over UDP, a broker. What comes is translated, counted, shown and
-//! recorded; a connection that ends is made again.
+//! Connections of a running service: receivers over TCP, MAVLink over UDP, a broker. Received data is translated, counted,
+//! shown and recorded; a connection that ends is opened again.
 
 use std::collections::BTreeSet;
 use std::io::{Read, Write};
@@ -14,7 +14,7 @@ use serde_json::Value;
 use super::decode;
 use super::program::{Scratch, utm_fusion};
 
-/// What is waited for comes within this time, or never.
+/// Timeout of all waits in these tests.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
@@ -25,7 +25,7 @@ fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// An even and an odd position of one aircraft, at 52.2572 N, 3.9194 E, as the Mode S book prints them (mode-s.org/1090mhz).
+/// An even and an odd position of one aircraft, at 52.2572 N, 3.9194 E, from the Mode S book (mode-s.org/1090mhz).
 const PAIR: [&str; 2] = ["8D40621D58C382D690C8AC2863A7", "8D40621D58C386435CC412692AD6"];
 
 fn octets(digits: &str) -> Vec<u8> {
@@ -38,7 +38,7 @@ fn beast(digits: &str) -> Vec<u8> {
     [&[0x1a, b'3', 0, 0, 0, 0, 0, 0, 0x80], &message[..]].concat()
 }
 
-/// A receiver that serves one connection after the other: garbage, a damaged frame, the pair, and ends it.
+/// A receiver that serves one connection after the other: it sends this stream and closes.
 fn receiver(stream: Vec<u8>) -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
@@ -52,7 +52,7 @@ fn receiver(stream: Vec<u8>) -> u16 {
     port
 }
 
-/// GLOBAL_POSITION_INT of a system, version 2.
+/// A MAVLink frame of version 2.
 fn framed(number: u32, seed: u8, contents: &[u8]) -> Vec<u8> {
     let [low, middle, high, _] = number.to_le_bytes();
     let mut frame = vec![0xfd, contents.len() as u8, 0, 0, 0, 9, 1, low, middle, high];
@@ -104,7 +104,7 @@ fn get(port: u16, path: &str) -> Option<Value> {
     let mut answer = String::new();
     stream.read_to_string(&mut answer).ok()?;
     let (_, body) = answer.split_once("\r\n\r\n")?;
-    // A body may come in pieces.
+    // A body may be chunked.
     serde_json::from_str(&body[body.find('{')?..=body.rfind('}')?]).ok()
 }
 
@@ -134,7 +134,7 @@ fn connections_are_translated_counted_shown_and_recorded() {
     let binary = [&b"garbage"[..], &damaged, &beast(PAIR[0]), &beast(PAIR[1])].concat();
     let text = format!("*{};\n*5D40;\n*5D4;\n*{};\n", PAIR[0], PAIR[1]);
     let (binary, text) = (receiver(binary), receiver(text.into_bytes()));
-    // Two blocks of CAT129 behind each other.
+    // Two consecutive blocks of CAT129.
     let item = |serial: &str| [&[0x88, 70, 25][..], serial.as_bytes()].concat();
     let block = |serial: &str| {
         let record = item(serial);
@@ -217,7 +217,7 @@ dir = "{}"
     };
     let received = |sensor: &str| line(sensor).and_then(|line| line["received"].as_u64()).unwrap_or(0);
     let shown = || std::fs::read_to_string(scratch.path("run.log")).unwrap();
-    // Two connections each: an aircraft is known from the one before.
+    // Two connections each: state of the aircraft is kept between them.
     wait_for(&format!("positions come over TCP\n{}", shown()), || {
         received("roof") >= 3 && received("mast") >= 3 && received("relay") >= 3
     });

@@ -1,4 +1,4 @@
-//! What other receivers speak, translated at the door: through the program, through sockets, and with hostile input.
+//! Translation of other receivers' formats: through the program, through sockets, and with hostile input.
 #![expect(
     clippy::unwrap_used,
     clippy::disallowed_methods,
@@ -22,20 +22,20 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// The program's standard output, and what it says beside it.
+/// Standard output and standard error of the program.
 fn run(arguments: &[&str]) -> (String, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_utm-fusion")).args(arguments).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// The lines that `decode` prints of a capture.
+/// Lines that `decode` prints for a capture.
 fn decode(path: &Path) -> Vec<Value> {
     let (lines, _) = run(&["decode", path.to_str().unwrap()]);
     lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// The text of a gzip file.
+/// Text of a gzip file.
 fn unzip(path: &Path) -> String {
     let mut text = String::new();
     let file = std::fs::File::open(path).unwrap();

@@ -1,4 +1,5 @@
-//! Recordings of receivers through the program: 1090 MHz frames with positions on the ground and GPS stamps, MAVLink logs.
+//! Recordings of receivers through the program: 1090 MHz frames with positions on the ground and GPS stamps, and MAVLink
+//! logs.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -8,20 +9,20 @@ use serde_json::Value;
 use super::program::{Scratch, utm_fusion};
 use super::{decode, shared};
 
-/// A place, latitude and longitude in degrees.
+/// Latitude and longitude, in degrees.
 type Place = [f64; 2];
 
-/// An aerodrome.
+/// Position of an aerodrome.
 const FIELD: Place = [48.3538, 11.7861];
 
-/// Zones of longitude at a latitude (ICAO Annex 10 volume III, compact position reporting).
+/// Number of longitude zones at a latitude (ICAO Annex 10 volume III, compact position reporting).
 fn zones(latitude_deg: f64) -> f64 {
     let cosine = (PI / 180.0 * latitude_deg).cos();
     let within = 1.0 - (1.0 - (PI / 30.0).cos()) / (cosine * cosine);
     (2.0 * PI / within.acos()).floor()
 }
 
-/// Latitude and longitude as a squitter has them, 17 bits each; on the ground within a quarter of the Earth.
+/// Latitude and longitude as encoded in a squitter, 17 bits each; on the ground within a quarter of the Earth.
 fn compact([latitude, longitude]: Place, is_odd: bool, on_ground: bool) -> [u64; 2] {
     let (round, odd) = (if on_ground { 90.0 } else { 360.0 }, f64::from(u8::from(is_odd)));
     let steps = |zone: f64, value: f64| (131_072.0 * (value / zone).rem_euclid(1.0) + 0.5).floor();
@@ -31,7 +32,7 @@ fn compact([latitude, longitude]: Place, is_odd: bool, on_ground: bool) -> [u64;
     [y, steps(round / (zones(sent) - odd).max(1.0), longitude)].map(|count| count as u64 & 0x1_ffff)
 }
 
-/// A squitter of an aircraft with these 56 bits, and its parity.
+/// A squitter of an aircraft with these 56 bits, with its parity.
 fn squitter(address: u32, message: u64) -> [u8; 14] {
     let mut octets = [0; 14];
     octets[0] = 0x8d;
@@ -60,13 +61,13 @@ fn beast(stamp: u64, message: &[u8]) -> Vec<u8> {
     [0x1a, b'3'].into_iter().chain(escaped).collect()
 }
 
-/// An even and an odd position by turns, with these stamps.
+/// Alternating even and odd positions, with these stamps.
 fn flight(stamps: impl IntoIterator<Item = u64>, on_ground: bool) -> Vec<u8> {
     let frame = |(count, stamp)| beast(stamp, &position(FIELD, count % 2 == 1, on_ground));
     stamps.into_iter().enumerate().flat_map(frame).collect()
 }
 
-/// A site with an ADS-B receiver at a place, and what else belongs to it.
+/// A site with an ADS-B receiver at a place, and the lines `more`.
 fn site([latitude, longitude]: Place, more: &str) -> String {
     format!(
         "[site]\nname = \"field\"\nsac = 25\nsic = 1\nlatitude_deg = {latitude}\nlongitude_deg = {longitude}\n\
@@ -74,7 +75,7 @@ fn site([latitude, longitude]: Place, more: &str) -> String {
     )
 }
 
-/// The tracks that `replay` makes of a recording, its summary and its exit code.
+/// Tracks that `replay` makes from a recording, its summary and its exit code.
 fn replayed(scratch: &Scratch, site: &str, recording: &Path, options: &[&str]) -> (Vec<Value>, String, i32) {
     let (site, out) = (scratch.file("site.toml", site), scratch.path("out.ndjson"));
     let mut command = utm_fusion("replay");
@@ -86,12 +87,12 @@ fn replayed(scratch: &Scratch, site: &str, recording: &Path, options: &[&str]) -
     (tracks, String::from_utf8(said).unwrap(), output.status.code().unwrap())
 }
 
-/// Counts of a clock of 12 MHz, one each half second.
+/// Stamps of a 12 MHz counter, one each half second.
 fn counted(count: u64) -> impl Iterator<Item = u64> {
     (0..count).map(|number| 500_000_000_000 + 6_000_000 * number)
 }
 
-/// The stamps of a Radarcape, one each half second from 23:59:55.25 on.
+/// Stamps of a Radarcape, one each half second from 23:59:55.25 on.
 fn over_midnight() -> impl Iterator<Item = u64> {
     (0..20).map(|number: u64| {
         let ns = 250_000_000 + 500_000_000 * number;
@@ -100,7 +101,7 @@ fn over_midnight() -> impl Iterator<Item = u64> {
     })
 }
 
-/// `run` hears the same octets with the site's place; a recording of them is read with it, too.
+/// `run` translates the same octets with the site's place; so does the replay of a recording.
 #[test]
 fn replay_resolves_surface_positions_near_the_site() {
     let scratch = Scratch::new();
@@ -112,7 +113,7 @@ fn replay_resolves_surface_positions_near_the_site() {
         let [latitude, longitude] = ["lat", "lng"].map(|name| track[name].as_f64().unwrap());
         assert!((latitude - FIELD[0]).abs() < 1e-3 && (longitude - FIELD[1]).abs() < 1e-3, "{track}");
     }
-    // The place that fits and is nearest is taken.
+    // The nearest of the possible places is used.
     let (tracks, said, _) = replayed(&scratch, &site([48.0, 101.5], ""), &recording, &[]);
     assert!((tracks[0]["lng"].as_f64().unwrap() - FIELD[1] - 90.0).abs() < 1e-3, "{said}");
 }
@@ -120,7 +121,7 @@ fn replay_resolves_surface_positions_near_the_site() {
 #[test]
 fn gps_stamps_are_recognised_and_keep_the_day_over_midnight() {
     let scratch = Scratch::new();
-    // The name has the time at which the recorder was started.
+    // The name has the start time of the recorder.
     let recording = scratch.file("rc-20220622T235955Z.beast", flight(over_midnight(), false));
     let times: Vec<String> =
         decode(&recording).iter().map(|record| record["time"].as_str().unwrap().to_owned()).collect();
@@ -132,9 +133,9 @@ fn gps_stamps_are_recognised_and_keep_the_day_over_midnight() {
 }
 
 #[test]
-fn stamps_option_overrides_what_is_recognised() {
+fn stamps_option_overrides_recognition() {
     let scratch = Scratch::new();
-    // Too few to be recognised.
+    // Too few frames to recognise the kind of stamps.
     let recording = scratch.file("rc-20220622T235955Z.beast", flight(over_midnight().take(6), false));
     let count = |stamps: &str| {
         let mut command = utm_fusion("decode");
@@ -146,7 +147,7 @@ fn stamps_option_overrides_what_is_recognised() {
     assert_eq!((code, tracks.is_empty()), (0, false), "{said}");
 }
 
-/// The folder of a case that was found in the field.
+/// Folder of a case found in the field.
 fn case(name: &str) -> Option<std::path::PathBuf> {
     shared::recordings().map(|data| data.join("field-cases").join(name))
 }
@@ -163,7 +164,7 @@ fn field_case_surface_pairs_are_replayed() {
         let (tracks, said, code) = replayed(&scratch, &site(place, ""), &folder.join(name), &[]);
         assert_eq!((code, tracks.is_empty()), (0, false), "{said}");
         for (axis, value) in ["lat", "lng"].into_iter().zip(expected.into_iter().flatten()) {
-            // The two frames were sent some seconds apart, and are repeated by turns.
+            // The two frames were sent some seconds apart, and alternate.
             assert!((tracks[0][axis].as_f64().unwrap() - value).abs() < 2e-3, "{}", tracks[0]);
         }
     }
@@ -173,7 +174,7 @@ fn field_case_surface_pairs_are_replayed() {
 fn field_case_radarcape_has_its_positions_over_midnight() {
     let Some(folder) = case("10-traffic213-radarcape-midnight") else { return };
     let records = decode(&folder.join("rc-20220622T235955Z.beast"));
-    // Two frames by turns, of which the first one alone is half a position.
+    // Two alternating frames, of which the first one alone gives no position.
     assert_eq!(records.len(), 19);
     let time = |record: &Value| record["time"].as_str().unwrap().to_owned();
     assert!(time(&records[0]).starts_with("2022-06-22T23:59:55."), "{}", records[0]);
@@ -255,7 +256,7 @@ fn whole_serial_number_reaches_a_second_service() {
         assert!(items["SP"]["uf"]["track_number"].is_u64());
     }
     let second = "[[sensors]]\nkind = \"transponder\"\nid = \"neighbour\"\nsac = 25\nsic = 1\n";
-    // The first one publishes 6.25 s late.
+    // The first site publishes 6.25 s late.
     let second =
         site([48.0, 11.5], second).replacen("sac = 25", "sac = 26", 1) + "[fusion]\nlatency_s = 13.0\n";
     let (tracks, said, code) = replayed(&scratch, &second, &published, &[]);

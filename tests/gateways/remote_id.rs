@@ -1,10 +1,10 @@
-//! Remote ID off the air: real transmissions, message by message, beside the reference decoder's reading, through the program.
+//! Remote ID from real radio transmissions, message by message, compared with the reference decoder, through the program.
 
 use serde_json::Value;
 
 use super::{decode, run, shared, unzip};
 
-/// Whether a message as `decode` prints it is the reference decoder's.
+/// Checks that a message printed by `decode` equals that of the reference decoder.
 fn agree(ours: &Value, theirs: &Value) {
     let number = |ours: &Value, name: &str, unknown: f64| {
         let (ours, theirs) = (ours.as_f64().unwrap_or(unknown), theirs[name].as_f64().unwrap());
@@ -46,7 +46,7 @@ fn agree(ours: &Value, theirs: &Value) {
 }
 
 #[test]
-fn every_message_of_a_capture_is_as_the_reference_decoder_has_it() {
+fn captured_messages_match_the_reference_decoder() {
     let Some(folder) = shared::recordings().map(|data| data.join("remote-id-radio")) else { return };
     let mut compared = (0, 0);
     for (name, extension, heard, failed) in [
@@ -63,7 +63,7 @@ fn every_message_of_a_capture_is_as_the_reference_decoder_has_it() {
         let lines = decode(&path);
         let mut ours = lines.iter().peekable();
         let mut advertisements = 0;
-        // The other decoder read frames with a failed checksum, too: those are not among ours.
+        // The reference decoder also read frames with a failed checksum, which are missing here.
         for line in &theirs {
             let time = line["time"].as_str().unwrap();
             let Some(first) = ours.peek() else { break };
@@ -77,7 +77,7 @@ fn every_message_of_a_capture_is_as_the_reference_decoder_has_it() {
             advertisements += 1;
             while let Some(message) = ours.next_if(|message| message["offset"] == offset) {
                 if message["error"].is_object() {
-                    // A message of a kind that does not exist, or a pack of none.
+                    // A message of an invalid kind, or an empty pack.
                     let refused = decoded.next();
                     assert!(
                         refused.is_none_or(|theirs| theirs["rc"] != 0 || theirs["type"].as_u64() > Some(5)),

@@ -1,4 +1,4 @@
-//! The command `info`: hand-made captures, its options, and recordings.
+//! The command `info`: hand-made captures, options, and recordings.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod misread;
@@ -16,14 +16,14 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use utm_fusion::commands::{Outcome, info};
 
-/// The octets that these hexadecimal digits say; blanks do not count.
+/// The octets of these hexadecimal digits; blanks are ignored.
 fn octets(hex: &str) -> Vec<u8> {
     let digits: Vec<u32> =
         hex.chars().filter(|c| !c.is_whitespace()).map(|c| c.to_digit(16).unwrap()).collect();
     digits.chunks_exact(2).map(|pair| (pair[0] << 4 | pair[1]) as u8).collect()
 }
 
-/// A block of these records.
+/// A block with these records.
 fn block(category: u8, records: &[String]) -> Vec<u8> {
     let contents = octets(&records.concat());
     let length = u16::try_from(contents.len() + 3).unwrap().to_be_bytes();
@@ -40,8 +40,8 @@ fn fix(time_s: f64, serial: u8) -> String {
     format!("8a 0000 4452 4f4e 4500 0000 0000 00{serial:02x} {:06x}", (time_s * 128.0) as u32)
 }
 
-/// A pcap of Ethernet frames with one UDP datagram each, from 10.0.0.1 to the port given on 239.192.48.1. Times are
-/// seconds since the epoch.
+/// A pcap of Ethernet frames with one UDP datagram each, from 10.0.0.1 to the given port on 239.192.48.1. Times are in seconds
+/// since the epoch.
 fn pcap(datagrams: &[(f64, u16, Vec<u8>)]) -> Vec<u8> {
     let mut file = octets("d4c3b2a1 02000400 00000000 00000000 ffff0000 01000000");
     for (second, port, payload) in datagrams {
@@ -60,12 +60,12 @@ fn pcap(datagrams: &[(f64, u16, Vec<u8>)]) -> Vec<u8> {
     file
 }
 
-/// A frame of a pcap that holds no IP.
+/// A frame of a pcap without IP.
 fn arp() -> Vec<u8> {
     octets("00000000 00000000 10000000 10000000 ffffffffffff 020000000001 0806 0001")
 }
 
-/// What `info` prints of these files, and how it ends.
+/// Output of `info` for these files, and its outcome.
 fn info(paths: &[&Path], json: bool, strict: bool) -> (String, Outcome) {
     let inputs = paths.iter().map(|path| path.to_path_buf()).collect();
     let mut out = Vec::new();
@@ -73,13 +73,13 @@ fn info(paths: &[&Path], json: bool, strict: bool) -> (String, Outcome) {
     (String::from_utf8(out).unwrap(), outcome)
 }
 
-/// What `info --json` says of a file with these octets.
+/// Output of `info --json` for a file with these octets.
 fn json(name: &str, octets: &[u8]) -> Value {
     let file = Temporary::new(name, octets);
     serde_json::from_str(&info(&[&file.0], true, false).0).unwrap()
 }
 
-/// A file or a folder that goes away with the test.
+/// A file or folder that is deleted at the end of the test.
 struct Temporary(PathBuf);
 
 impl Temporary {

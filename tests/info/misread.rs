@@ -1,4 +1,4 @@
-//! Sources that follow another edition than the usual one, and old radars' truncated times.
+//! Sources in an unusual edition, and the truncated times of old radars.
 
 use std::fs;
 
@@ -33,7 +33,7 @@ fn old_cat021_is_named_with_the_editions_that_read_it() {
 
 #[test]
 fn category_that_no_edition_reads_is_named_as_unknown() {
-    // An FSPEC of more octets than any edition of CAT062 has.
+    // An FSPEC with more octets than in any edition of CAT062.
     let octets = block(62, &["ffffffffff80 19c9 0102".to_owned()]).repeat(4);
     let text = text("old-062", &octets);
     let line = "no edition from 1.16 to 1.21 fits: perhaps one before 1.16, or another format";

@@ -1,4 +1,4 @@
-//! Options, exit codes, and files that are not whole.
+//! Options, exit codes, and truncated files.
 
 #![expect(clippy::disallowed_methods, reason = "files that the program wrote")]
 
@@ -31,7 +31,7 @@ fn strict_tells_of_what_cannot_be_read() {
     assert!(text.contains("\n\n1 frame may have held records and could not be read\n"), "{text}");
 }
 
-/// The program, in a folder of its own.
+/// Runs the program in a folder.
 fn in_folder(folder: &Path, args: &[&str]) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_utm-fusion"));
     let output = command.args(args).current_dir(folder).stdin(Stdio::null()).output().unwrap();
@@ -52,7 +52,7 @@ fn a_configuration_is_written_that_asks_for_what_no_capture_tells() {
     let site = fs::read_to_string(folder.0.join("site.toml")).unwrap();
     assert!(site.contains("id = \"radar-70-41\"") && site.contains("id = \"transponder-0-0\""), "{site}");
 
-    // It is no configuration yet: each open value is named with its line.
+    // The configuration is incomplete: each open value is named with its line.
     let (code, told) = said(&["check", "site.toml"]);
     assert_eq!(code, Some(3), "{told}");
     let open = ["latitude_deg", "longitude_deg", "height_amsl_m"];
@@ -64,7 +64,7 @@ fn a_configuration_is_written_that_asks_for_what_no_capture_tells() {
     }
     assert_eq!(told.lines().count(), open.len(), "nothing else is wrong: {told}");
 
-    // What was filled in is not overwritten.
+    // Values that were filled in are not overwritten.
     let filled = ["53.0817", "10.3264", "72.0"].into_iter();
     let filled =
         filled.fold(site.clone(), |site, value| site.replacen("\"fill in\"  ", &format!("{value}  "), 1));
@@ -90,7 +90,7 @@ fn a_configuration_is_written_of_what_is_there_only() {
     assert!(code == Some(1) && told.contains("not written: the input has no sensor"), "{told}");
     assert!(!folder.0.join("site.toml").exists());
 
-    // Two lines of one radar, and a receiver, in three files: the radar once, with both inputs.
+    // Two lines of one radar, and a receiver, in three files: one radar with two inputs.
     let names = ["a.pcap", "b.pcap", "c.pcap"];
     let blocks = [block(48, &[plot(7, 9.0, 1)]), block(48, &[plot(7, 9.0, 1)]), block(129, &[fix(9.0, 1)])];
     for ((name, block), port) in names.into_iter().zip(blocks).zip([8048, 8049, 8129]) {
@@ -103,7 +103,7 @@ fn a_configuration_is_written_of_what_is_there_only() {
     let both = "{ group = \"239.192.48.1\", port = 8048 }, { group = \"239.192.48.1\", port = 8049 }";
     assert!(all.contains(both), "{all}");
 
-    // Without a radar one is to be filled in as a whole.
+    // Without a radar in the recording all of its values are open.
     let (code, told) = said(&["info", "c.pcap", "--config-out", "c.toml"]);
     assert_eq!(code, Some(0), "{told}");
     let (code, told) = said(&["check", "c.toml"]);
@@ -111,7 +111,7 @@ fn a_configuration_is_written_of_what_is_there_only() {
     assert!(told.lines().all(|line| line.contains("this is still to be filled in; ")), "{told}");
 }
 
-/// The site of a recording without CAT048 and CAT129: after the radar's place is filled in, it is complete.
+/// The site of a recording without CAT048 and CAT129 is complete once the radar's position is filled in.
 #[test]
 fn config_out_lists_adsb_and_remote_id_receivers() {
     let folder = Temporary::folder("config-out-others");
@@ -166,7 +166,7 @@ fn unknown_categories_are_counted_and_named_where_they_have_a_name() {
 
 #[test]
 fn service_messages_are_told_by_source_and_item() {
-    // CAT034: 010, 000, 030. CAT065, whose FRN 8 to 12 are no items: 010, 000, 030 and SP.
+    // CAT034: 010, 000, 030. CAT065, whose FRN 8 to 12 are not defined: 010, 000, 030 and SP.
     let file = [
         block(34, &["e0 1907 01 000480".to_owned()]),
         block(65, &["d1 02 1908 01 000500 02aa".to_owned(), "d0 1908 01 000580".to_owned()]),

@@ -1,4 +1,4 @@
-//! The captures of the project, and recordings where `UTM_FUSION_SHARED_DATA` says they are.
+//! The captures of the project, and recordings from the folder that `UTM_FUSION_SHARED_DATA` names.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,10 +13,10 @@ fn told(path: &Path) -> Value {
     serde_json::from_str(&info(&[path], true, false).0).unwrap()
 }
 
-/// Records by category, SAC and SIC; errors.
+/// Number of records by category, SAC and SIC, and number of errors.
 type Counts = (BTreeMap<(u64, Option<u64>, Option<u64>), u64>, u64);
 
-/// What `decode` finds in the edition of CAT021 that `info` names.
+/// The result of `decode` in the edition of CAT021 that `info` reports.
 fn of_decode(path: &Path, told: &Value) -> Counts {
     let mut out = Vec::new();
     let fit = told["editions"].get(0).filter(|fit| fit["or_later"] == false);
@@ -73,7 +73,7 @@ fn a_real_hour() {
     let radar = &told["sources"][0];
     assert_eq!((&radar["records"], &radar["sac"], &radar["sic"]), (&json!(44_085), &json!(20), &json!(129)));
     assert_eq!(radar["followed"], json!({"of": "track", "count": 333, "or_more": false}));
-    // The antenna turns once in 4 s.
+    // The antenna turns in 4 s.
     assert!((radar["interval"]["median_s"].as_f64().unwrap() - 4.0).abs() < 0.05, "{radar}");
     assert_eq!((&radar["silences"]["gaps"], &told["errors"]), (&json!(0), &json!([])));
     assert_eq!(told["span"]["duration_s"].as_f64().unwrap().round(), 3599.0);

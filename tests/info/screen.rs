@@ -1,4 +1,4 @@
-//! What a person sees, and the same for machines.
+//! The output for people, and the same for programs.
 
 use std::path::Path;
 
@@ -8,10 +8,10 @@ use utm_fusion::config::Config;
 
 use super::{Temporary, arp, block, fix, info, json, octets, pcap, plot};
 
-/// Midnight before 2026-06-21, seconds since the epoch.
+/// Midnight before 2026-06-21, in seconds since the epoch.
 const MIDNIGHT: f64 = 1_782_000_000.0;
 
-/// Two tracks of a radar every 4 s with a pause, a transponder, and what else may be on the wire.
+/// Two tracks of a radar every 4 s with a pause, a transponder, and other data.
 fn mixed() -> Vec<u8> {
     let mut datagrams = Vec::new();
     for scan in (0..10).chain(16..20) {

@@ -1,4 +1,4 @@
-//! Times of files without reception times, gaps, clocks that are off.
+//! Times in files without reception times, gaps, and wrong clocks.
 
 use serde_json::{Value, json};
 

@@ -1,26 +1,26 @@
-//! Whatever the octets: nothing is counted twice, nothing is missing.
+//! For any octets nothing is counted twice or left out.
 
 use std::net::SocketAddr;
 
 use asterix::{Record, blocks, cat048, cat129};
 use fusion::time::Time;
 use proptest::prelude::*;
-use utm_fusion::capture::{Datagram, Endpoints};
+use utm_fusion::capture::{CapturedDatagram, Endpoints};
 use utm_fusion::survey::{SOURCES, STREAMS, Survey, SurveyReport};
 
 use super::{block, fix, plot};
 
-fn survey(datagrams: impl IntoIterator<Item = Datagram>) -> SurveyReport {
+fn survey(datagrams: impl IntoIterator<Item = CapturedDatagram>) -> SurveyReport {
     let mut survey = Survey::default();
     datagrams.into_iter().for_each(|datagram| survey.datagram(&datagram));
     survey.report()
 }
 
-fn datagram(payload: Vec<u8>) -> Datagram {
-    Datagram { payload, ..Datagram::default() }
+fn datagram(payload: Vec<u8>) -> CapturedDatagram {
+    CapturedDatagram { payload, ..CapturedDatagram::default() }
 }
 
-/// Blocks of records, whole and not.
+/// Blocks of records, complete and truncated.
 fn any_payload() -> impl Strategy<Value = Vec<u8>> {
     let time = 0.0..131_000.0;
     let plots =
@@ -54,7 +54,7 @@ fn records<R: Record<Edition = ()>>(payload: &[u8]) -> (u64, u64) {
 proptest! {
     #[test]
     fn records_octets_and_errors_add_up(payloads in prop::collection::vec((any_payload(), any::<Option<u32>>()), 1..8)) {
-        let report = survey(payloads.iter().map(|(payload, received)| Datagram {
+        let report = survey(payloads.iter().map(|(payload, received)| CapturedDatagram {
             received: received.map(|seconds| Time::from_nanos(i64::from(seconds) * 1_000_000_000)),
             ..datagram(payload.clone())
         }));
@@ -90,7 +90,7 @@ fn what_is_told_apart_is_bounded_and_the_rest_is_counted() {
         let record = format!("c110 {number:04x} 000100 0001");
         let at = |port| SocketAddr::from(([10, 0, 0, 1], port));
         let endpoints = Some(Endpoints { source: at(number), destination: at(8048) });
-        Datagram { endpoints, ..datagram(block(48, &[record])) }
+        CapturedDatagram { endpoints, ..datagram(block(48, &[record])) }
     }));
     assert_eq!((report.sources.len(), report.streams.len()), (SOURCES, STREAMS));
     assert_eq!(report.records_of_more_sources, u64::from(count) - SOURCES as u64);

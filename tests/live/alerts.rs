@@ -1,4 +1,4 @@
-//! What an operator does about alerts: every reader sees it, it outlives a restart, and the recording replays to it.
+//! Operators' decisions about alerts: all readers see them, they survive a restart, and the recording replays them.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,10 +13,10 @@ use utm_fusion::config::{AlertArea, Area, AreaKind, ConflictVolume};
 use crate::common::{Running, ask, ask_with, beside, only, utm_fusion};
 use crate::stage::Stage;
 
-/// Two drones, who are near each other by the volume below.
+/// Two drones that are close to each other by the volume below.
 const SCENARIO: &str = "name = \"live\"\nduration_s = 55\n[drones]\nmultirotors = 2\nequipped = 2\n";
 
-/// A zone over the whole site in which the first drone may be.
+/// A zone over the whole site, from which the first drone is exempt.
 fn stage() -> Stage {
     Stage::new(SCENARIO, 23_000, |config, scratch| {
         let polygon = r#"{"type":"Polygon","coordinates":[[[-180,-80],[0,-80],[180,-80],[180,80],[0,80],[-180,80],[-180,-80]]]}"#;
@@ -33,7 +33,7 @@ fn stage() -> Stage {
     })
 }
 
-/// The alerts and the conflicts of a stream, until the service closes it.
+/// Reads the alerts and the conflicts of a stream, until the service closes it.
 fn overhear(port: u16) -> JoinHandle<[Vec<Value>; 2]> {
     let mut socket = TcpStream::connect(("127.0.0.1", port)).unwrap();
     socket.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
@@ -58,13 +58,13 @@ fn overhear(port: u16) -> JoinHandle<[Vec<Value>; 2]> {
     })
 }
 
-/// The alert of a kind that lasts.
+/// The active alert of a kind.
 fn lasting(port: u16, kind: &str) -> Option<Value> {
     let (_, answer) = ask(port, "GET", &format!("/api/v1/alerts?kind={kind}"));
     answer["alerts"].as_array().unwrap().first().cloned()
 }
 
-/// What happened to the alerts of each kind that a recording has: ids count on from another beginning.
+/// Changes of the alerts of each kind that a recording contains, without the ids, which count from another start.
 fn by_kind(alerts: Vec<Value>) -> BTreeMap<String, Vec<Value>> {
     let mut kinds = BTreeMap::<_, Vec<Value>>::new();
     for mut alert in alerts {
@@ -77,7 +77,7 @@ fn by_kind(alerts: Vec<Value>) -> BTreeMap<String, Vec<Value>> {
     kinds
 }
 
-/// Sends the flight in steps until both alerts are there.
+/// Sends the flight in steps until both alerts are active.
 fn fly(stage: &Stage, port: u16, from_s: u32) -> u32 {
     for second in from_s..from_s + 20 {
         stage.send(f64::from(second), f64::from(second + 1));
@@ -89,7 +89,7 @@ fn fly(stage: &Stage, port: u16, from_s: u32) -> u32 {
 }
 
 #[test]
-fn what_is_acknowledged_and_shelved_outlives_a_restart_and_is_replayed() {
+fn acknowledgement_and_shelving_survive_restart_and_replay() {
     let stage = stage();
     let service = stage.run("first.log");
     let port = service.http_port();
@@ -116,7 +116,7 @@ fn what_is_acknowledged_and_shelved_outlives_a_restart_and_is_replayed() {
         assert!(log.contains(line), "{line}\n{log}");
     }
 
-    // The recording.
+    // The replay of the recording.
     let input = only(&stage.scratch.path("recordings"), "input-", ".pcap");
     let [file, conflict_file] = ["alerts.ndjson", "conflicts.ndjson"].map(|name| stage.scratch.path(name));
     let mut replay = utm_fusion("replay");
@@ -146,7 +146,7 @@ fn what_is_acknowledged_and_shelved_outlives_a_restart_and_is_replayed() {
         assert_eq!(heard, &again);
     }
 
-    // A restart.
+    // After a restart.
     let service = stage.run("second.log");
     let port = service.http_port();
     fly(&stage, port, at_s + 5);

@@ -1,4 +1,4 @@
-//! What the tests share: the program, directories, recordings, sockets of their own.
+//! Helpers shared by the tests: the program, directories, recordings and own sockets.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -10,20 +10,20 @@ use std::time::{Duration, Instant};
 use fusion::time::Time;
 use serde_json::Value;
 use socket2::{Domain, Protocol, Socket, Type};
-use utm_fusion::capture::{Capture, Datagram};
+use utm_fusion::capture::{Capture, CapturedDatagram};
 use utm_fusion::config::{Category, Config, PictureKind, Record};
 use utm_fusion::simulate::{Scenario, Simulation, simulate};
 
 pub(crate) use crate::program::{Scratch, utm_fusion};
 
-/// A process that is killed where the test does not end it.
+/// A process that is killed if the test does not end it.
 pub(crate) struct Running {
     child: Child,
     log: PathBuf,
 }
 
 impl Running {
-    /// Its standard error goes to the file `log`.
+    /// Starts the process; its standard error goes to the file `log`.
     pub(crate) fn start(command: &mut Command, log: PathBuf) -> Self {
         let file = fs::File::create(&log).unwrap();
         let child = command.stdout(Stdio::null()).stderr(file).spawn().unwrap();
@@ -48,7 +48,7 @@ impl Running {
         }
     }
 
-    /// The port of its HTTP service.
+    /// Port of its HTTP service.
     pub(crate) fn http_port(&self) -> u16 {
         let log = self.log();
         let address = log.split("url=http://").nth(1).unwrap().split('/').next().unwrap();
@@ -64,7 +64,7 @@ impl Running {
         self.child.try_wait().unwrap().is_none()
     }
 
-    /// Sends SIGINT; it must end within 5 s. Its exit code and its log.
+    /// Sends SIGINT; the process must end within 5 s. Returns its exit code and its log.
     pub(crate) fn stop(mut self) -> (Option<i32>, String) {
         self.signal("-INT");
         self.wait(Duration::from_secs(5))
@@ -89,16 +89,16 @@ impl Drop for Running {
     }
 }
 
-/// A flight of this text.
+/// Simulates a flight from this scenario text.
 pub(crate) fn flight(scenario: &str, seed: u64, start: Option<Time>) -> Simulation {
     let scratch = Scratch::new();
     let scenario = Scenario::load(&scratch.file("flight.toml", scenario)).unwrap();
     simulate(&scenario, seed, start).unwrap()
 }
 
-/// A configuration in which everything stays here: groups of this process, and this test's ports from `port` on.
+/// A configuration that stays on this machine: it uses groups of this process, and this test's ports from `port` on.
 ///
-/// `text` is a site's; its inputs are replaced, one a sensor, and its output goes to `port`.
+/// The inputs of the site are replaced, one for each sensor, and its output goes to `port`.
 pub(crate) fn on_own_ports(config: &Config, port: u16, scratch: &Scratch, record: Option<Record>) -> Config {
     use utm_fusion::config::{Address, Input, Sink};
     let address = |last| Address::Multicast { group: group(last), interface: Ipv4Addr::LOCALHOST };
@@ -121,12 +121,12 @@ pub(crate) fn on_own_ports(config: &Config, port: u16, scratch: &Scratch, record
     config
 }
 
-/// A group of this process: two runs of these tests at a time do not hear each other.
+/// A multicast group of this process, so that two runs of these tests at a time do not interfere.
 pub(crate) fn group(last: u8) -> Ipv4Addr {
     Ipv4Addr::new(239, 192, 100 + (std::process::id() % 150) as u8, last)
 }
 
-/// A socket that hears the group on that interface, for half a second.
+/// A socket that receives the group on this interface, with a timeout of half a second.
 pub(crate) fn joined(group: Ipv4Addr, port: u16, interface: Ipv4Addr) -> UdpSocket {
     let socket = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP)).unwrap();
     socket.set_reuse_address(true).unwrap();
@@ -137,7 +137,7 @@ pub(crate) fn joined(group: Ipv4Addr, port: u16, interface: Ipv4Addr) -> UdpSock
     socket.into()
 }
 
-/// The files of a directory whose names begin and end so, in order.
+/// Files of a directory whose names begin and end like this, in order.
 pub(crate) fn files(directory: &Path, prefix: &str, suffix: &str) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = fs::read_dir(directory)
         .unwrap()
@@ -151,15 +151,15 @@ pub(crate) fn files(directory: &Path, prefix: &str, suffix: &str) -> Vec<PathBuf
     files
 }
 
-/// The one file of that kind.
+/// The only file with such a name.
 pub(crate) fn only(directory: &Path, prefix: &str, suffix: &str) -> PathBuf {
     let mut files = files(directory, prefix, suffix);
     assert_eq!(files.len(), 1, "{prefix}*{suffix} in {}: {files:?}", directory.display());
     files.remove(0)
 }
 
-/// The datagrams of a capture, and whether it is whole.
-pub(crate) fn read(path: &Path) -> (Vec<Datagram>, bool) {
+/// Datagrams of a capture, and whether it is undamaged.
+pub(crate) fn read(path: &Path) -> (Vec<CapturedDatagram>, bool) {
     let mut whole = true;
     let datagrams = Capture::open(path)
         .unwrap()
@@ -171,31 +171,31 @@ pub(crate) fn read(path: &Path) -> (Vec<Datagram>, bool) {
     (datagrams, whole)
 }
 
-/// Time and payload of each datagram of a whole capture.
+/// Time and payload of each datagram of an undamaged capture.
 pub(crate) fn datagrams(path: &Path) -> Vec<(Time, Vec<u8>)> {
     let (datagrams, whole) = read(path);
     assert!(whole, "{}", path.display());
     datagrams.into_iter().map(|datagram| (datagram.received.unwrap(), datagram.payload)).collect()
 }
 
-/// What stands beside an input file.
+/// Path of a file beside an input file.
 pub(crate) fn beside(input: &Path, extension: &str) -> PathBuf {
     let name = input.file_name().unwrap().to_str().unwrap();
     let name = name.split(".pcap").next().unwrap();
     input.with_file_name(format!("{name}.{extension}"))
 }
 
-/// `replay` of a recording with what stands beside it, as a pcap file; its octets.
+/// Octets of the pcap file from a `replay` of a recording with the files beside it.
 pub(crate) fn replayed(input: &Path) -> Vec<u8> {
     replayed_at("lagged", "pcap", input)
 }
 
-/// The same as CAT062.
+/// Octets of a `replay` of a recording as CAT062.
 pub(crate) fn replayed_as_cat062(picture: &str, input: &Path) -> Vec<u8> {
     replayed_at(picture, "cat062-pcap", input)
 }
 
-/// The datagrams of its pictures of now.
+/// Datagrams of the present pictures from a `replay` of a recording.
 pub(crate) fn replayed_now(input: &Path) -> Vec<(Time, Vec<u8>)> {
     let scratch = Scratch::new();
     let file = scratch.path("now.pcap");
@@ -221,7 +221,7 @@ fn replayed_at(picture: &str, format: &str, input: &Path) -> Vec<u8> {
     fs::read(out).unwrap()
 }
 
-/// As [`replayed`], its datagrams.
+/// Datagrams from a `replay` of a recording ([`replayed`]).
 pub(crate) fn replayed_datagrams(input: &Path) -> Vec<(Time, Vec<u8>)> {
     let scratch = Scratch::new();
     let file = scratch.path("replayed.pcap");
@@ -229,7 +229,7 @@ pub(crate) fn replayed_datagrams(input: &Path) -> Vec<(Time, Vec<u8>)> {
     datagrams(&file)
 }
 
-/// The opening of the first slot from which on the replay of a file equals the output.
+/// Opening of the first slot from which on a file's replay equals the output.
 pub(crate) fn complete_from(input: &Path) -> Time {
     let text = fs::read_to_string(beside(input, "site.toml")).unwrap();
     let line = text.lines().find_map(|line| line.strip_prefix("# complete_from = ")).unwrap();
@@ -237,12 +237,12 @@ pub(crate) fn complete_from(input: &Path) -> Time {
     Time::from_nanos(stamp.as_nanosecond() as i64)
 }
 
-/// A whole answer of the service: its status and its JSON.
+/// Status and JSON of an answer of the service.
 pub(crate) fn ask(port: u16, method: &str, path: &str) -> (u16, Value) {
     ask_with(port, method, path, "")
 }
 
-/// The same with a body.
+/// Status and JSON of the answer to a request with a body.
 pub(crate) fn ask_with(port: u16, method: &str, path: &str, body: &str) -> (u16, Value) {
     let length = body.len();
     let mut socket = TcpStream::connect(("127.0.0.1", port)).unwrap();

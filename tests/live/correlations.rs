@@ -1,4 +1,4 @@
-//! What an operator decides: it is recorded, and the recording replays to what was sent.
+//! Operators' decisions are recorded, and the recording replays to the data sent.
 
 use std::fs;
 use std::path::Path;
@@ -21,7 +21,7 @@ use crate::driver::{Fate, SCENARIO, record};
 use crate::stage::Stage;
 
 #[test]
-fn a_recording_with_decisions_replays_to_what_was_sent() {
+fn recording_with_decisions_replays_to_the_sent_output() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
     let fate = Fate { seed: 7, queue_ms: 300, tick_ms: 400, decide_s: vec![25, 35, 45], ..Fate::default() };
@@ -34,7 +34,7 @@ fn a_recording_with_decisions_replays_to_what_was_sent() {
     assert_eq!(parse_decisions(&text).unwrap().len(), flown.correlations, "{text}");
     assert!(sent == replayed(&input), "with {text}");
 
-    // Whatever else names them.
+    // By any other path to the state.
     let replay = |state: &Path| {
         let out = scratch.path("again.pcap");
         let mut replay = utm_fusion("replay");
@@ -44,7 +44,7 @@ fn a_recording_with_decisions_replays_to_what_was_sent() {
         output.status.success().then(|| fs::read(out).unwrap()).ok_or((output.status.code(), said))
     };
     assert!(replay(&beside(&input, "numbers.json")) == Ok(sent.clone()));
-    // What is damaged is told with its file and line.
+    // Damage is reported with its file and line.
     fs::write(&file, format!("{text}{}", &text[..20])).unwrap();
     let (code, said) = replay(&input.with_extension("")).unwrap_err();
     let line = flown.correlations + 1;
@@ -55,12 +55,12 @@ fn a_recording_with_decisions_replays_to_what_was_sent() {
 }
 
 #[test]
-fn an_operator_decides_and_the_service_obeys_says_so_and_records_it() {
+fn operator_decision_is_applied_published_and_recorded() {
     let scenario = "name = \"live\"\nduration_s = 30\n[drones]\nmultirotors = 2\nequipped = 2\n";
     let stage = Stage::new(scenario, 22_500, |config, _| config.fusion.profile = Profile::Operational);
     let service = stage.run("run.log");
     let port = service.http_port();
-    // The first fused track, as its radar's part, and its transponder's serial number.
+    // The radar part and the serial number of the first fused track.
     let fused = || {
         let picture = ask(port, "GET", "/api/v1/tracks?source=fused").1;
         let properties = &picture["features"].as_array()?.first()?["properties"];
@@ -115,8 +115,8 @@ fn an_operator_decides_and_the_service_obeys_says_so_and_records_it() {
     assert!(fs::read(only(&dir, "output-", ".pcap")).unwrap() == replayed(&input));
 }
 
-/// A drone that flies west of the radar, straight and for as long as it is wanted: its plots four times a second, under one
-/// track number, and its transponder's reports once a second.
+/// Simulates a drone that flies straight, west of the radar, until stopped. Plots are sent four times a second under one
+/// track number, and its transponder reports once a second.
 fn fly_straight(stage: &Stage, stop: &AtomicBool) {
     const PERIOD: Duration = Duration::from_millis(250);
     let sender = stage.sender();
@@ -158,16 +158,16 @@ fn fly_straight(stage: &Stage, stop: &AtomicBool) {
     }
 }
 
-/// The track number of that drone.
+/// Track number of that drone.
 const NUMBER: u16 = 77;
 
 #[test]
-fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
+fn decision_survives_only_a_short_restart() {
     let scenario = "name = \"live\"\nduration_s = 20\n[drones]\nmultirotors = 1\nequipped = 1\n";
     let stage = Stage::new(scenario, 22_600, |config, _| {
         config.fusion.profile = Profile::Operational;
         config.sensors.truncate(2);
-        // What the files of the state alone do.
+        // Tests the state files alone, without checkpoints.
         config.state.checkpoint_s = 0.0;
     });
     let port = Running::http_port;
@@ -189,7 +189,7 @@ fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
         let wish =
             format!("/api/v1/correlations?sensor={sensor}&track={NUMBER}&uas=STRAIGHT&verdict=decorrelated");
         until("the track is there", &mut || ask(first, "POST", &wish).0 == 200);
-        // And it is not to be trusted.
+        // The transponder is distrusted, too.
         let word = r#"{"verdict": "distrusted"}"#;
         until("it is heard", &mut || ask_with(first, "POST", "/api/v1/integrity/STRAIGHT", word).0 == 200);
         let said = |port: u16| ask(port, "GET", "/api/v1/integrity").1["identities"][0]["verdict"].clone();
@@ -199,7 +199,7 @@ fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
         let (code, log) = service.stop();
         assert_eq!(code, Some(0), "{log}");
 
-        // At once: it holds again, as it was.
+        // After a short restart the decision is restored.
         let service = stage.run("second.log");
         let second = port(&service);
         until("it holds again", &mut || held(second) == correlated && said(second) == "distrusted");
@@ -210,7 +210,7 @@ fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
         );
         assert!(log.contains(&told), "{log}");
 
-        // Later than the radar keeps a number through a silence: that is said.
+        // After a restart longer than the radar keeps a number, the decision ends, and this is logged.
         std::thread::sleep(Duration::from_secs(8));
         let mut service = stage.run("third.log");
         service.says("decision ended with the restart");
@@ -221,8 +221,8 @@ fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
         assert_eq!(code, Some(0), "{log}");
         drop(ended);
     });
-    // Each recording replays to what was sent, with the decision that it began with; the slots of before a restart are the earlier
-    // service's.
+    // Each recording replays to the data sent, with the decisions that it began with. The slots before a restart were
+    // published by the earlier run.
     let dir = stage.scratch.path("recordings");
     let (inputs, outputs) = (files(&dir, "input-", ".pcap"), files(&dir, "output-", ".pcap"));
     assert_eq!(inputs.len(), 3);
@@ -242,7 +242,7 @@ fn a_decision_outlives_a_restart_that_is_short_and_no_other() {
     assert!(begun.contains("last_heard_ns") && begun.contains("distrusted"), "{begun}");
 }
 
-/// Ends the flight, also where the test fails.
+/// Ends the flight, even if the test fails.
 struct Ended<'a>(&'a AtomicBool);
 
 impl Drop for Ended<'_> {

@@ -1,4 +1,4 @@
-//! `demo --http` and `replay --serve` as a newcomer meets them: a map, an API, and an end.
+//! `demo --http` and `replay --serve` for a new user: a map, an API, and an end.
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::common::{Running, Scratch, utm_fusion};
 
-/// Where the program says that it serves.
+/// Address on which the program serves, from its log.
 fn address(running: &mut Running) -> SocketAddr {
     running.says("http://");
     let log = running.log();
@@ -17,7 +17,7 @@ fn address(running: &mut Running) -> SocketAddr {
     rest.split('/').next().unwrap().parse().unwrap()
 }
 
-/// Status and body.
+/// Status and body of an answer.
 fn ask(address: SocketAddr, method: &str, path: &str) -> (u16, String) {
     let mut socket = TcpStream::connect(address).unwrap();
     socket.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
@@ -38,7 +38,7 @@ fn json(address: SocketAddr, path: &str) -> Value {
     serde_json::from_str(&body).unwrap()
 }
 
-/// Asks until it is so.
+/// Waits until a condition is met.
 fn until(what: &str, mut is_so: impl FnMut() -> bool) {
     let start = Instant::now();
     while !is_so() {
@@ -48,10 +48,10 @@ fn until(what: &str, mut is_so: impl FnMut() -> bool) {
 }
 
 #[test]
-fn the_demo_is_live() {
+fn demo_serves_a_live_picture() {
     let scratch = Scratch::new();
     let mut command = utm_fusion("demo");
-    // A port alone is one of this machine.
+    // A port alone means this machine.
     command.args(["--http", "0", "--duration", "35s"]);
     let mut running = Running::start(&mut command, scratch.path("log"));
     let address = address(&mut running);
@@ -73,7 +73,7 @@ fn the_demo_is_live() {
 }
 
 #[test]
-fn two_demos_do_not_hear_each_other() {
+fn two_demos_receive_no_data_of_each_other() {
     let scratch = Scratch::new();
     let start = |seed: &str| {
         let mut command = utm_fusion("demo");
@@ -106,7 +106,7 @@ fn two_demos_do_not_hear_each_other() {
         for sensor in json(address, "/api/v1/sensors")["features"].as_array().unwrap() {
             let properties = &sensor["properties"];
             assert_eq!(properties["state"], "operational", "{properties}");
-            // What comes on the lines is what its own flight sends, once.
+            // The lines receive only the datagrams of the program's own flight, each once.
             assert!(properties["rate_hz"].as_f64().unwrap() > 0.0 && properties["contested"].is_null());
         }
         running.signal("-INT");
@@ -116,7 +116,7 @@ fn two_demos_do_not_hear_each_other() {
 }
 
 #[test]
-fn a_recording_is_served_paused_and_taken_elsewhere() {
+fn recording_is_served_paused_and_moved_in_time() {
     let scratch = Scratch::new();
     let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo");
     let mut command = utm_fusion("replay");
@@ -134,7 +134,7 @@ fn a_recording_is_served_paused_and_taken_elsewhere() {
     let stood = time();
     std::thread::sleep(Duration::from_millis(500));
     assert_eq!(time(), stood, "it is paused");
-    // The recording goes from 23:59:30 to 00:00:45: each time of day is there once.
+    // The recording lasts from 23:59:30 to 00:00:45, so each time of day is unique.
     for (clock, at) in [("23:59:50", "2026-06-20T23:59:50"), ("00:00:10", "2026-06-21T00:00:10")] {
         until("its length", || json(address, "/api/v1/info")["replay"]["end"].is_string());
         let (status, told) = ask(address, "POST", &format!("/api/v1/replay/seek?time={clock}"));
@@ -163,7 +163,7 @@ fn a_recording_is_served_paused_and_taken_elsewhere() {
 }
 
 #[test]
-fn a_loop_shows_the_flight_again_and_again() {
+fn looped_replay_repeats_the_flight() {
     let scratch = Scratch::new();
     let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo");
     let mut command = utm_fusion("replay");

@@ -1,4 +1,4 @@
-//! A driver with a virtual clock, whose recording is replayed.
+//! A driver with a virtual clock, and the replay of its recording.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -10,9 +10,9 @@ use asterix::cat048::{self, TrackNumber};
 use asterix::{blocks, encode_block};
 use fusion::Identity;
 use fusion::Source;
-use fusion::integrity::{Concern, Trust, Word};
+use fusion::integrity::{Concern, Trust, TrustOverride};
 use fusion::numbering::{Given, LARGEST_TRANSPONDER_NUMBER, NumberChange};
-use fusion::operational::{Correlation, HeldCorrelation, Verdict};
+use fusion::operational::{ActiveAssociation, ManualAssociation, Verdict};
 use fusion::time::{SECOND, Time};
 use jiff::SignedDuration;
 use proptest::prelude::*;
@@ -22,11 +22,11 @@ use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Profile, Record};
 use utm_fusion::formats::{Cat129Encoder, pack};
-use utm_fusion::live::{Driver, Made};
+use utm_fusion::live::{Driver, DriverEvent};
 use utm_fusion::pipeline::Event;
-use utm_fusion::record::{Recorded, Recorder, RecorderQueue};
-use utm_fusion::simulate::Datagram;
-use utm_fusion::state::{Registrations, correlation_line, registration_text, word_line};
+use utm_fusion::record::{Recorder, RecorderQueue, RecordingItem};
+use utm_fusion::simulate::SimulatedDatagram;
+use utm_fusion::state::{SavedRegistrations, correlation_line, registration_text, word_line};
 
 use crate::common::{
     Scratch, complete_from, datagrams, files, flight, only, replayed, replayed_datagrams, replayed_now,
@@ -36,31 +36,31 @@ use crate::common::{
 pub(crate) const SCENARIO: &str = "name = \"live\"\nduration_s = 60\n[drones]\nmultirotors = 3\nequipped = 2\n\
                         [birds]\ncount = 3\n[network]\nlost = 0.02\nreordered = 0.1\nduplicated = 0.05\n";
 
-/// What is done to the flight on its way to the driver.
+/// Disturbances of the flight on its way to the driver.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Fate {
     pub(crate) seed: u64,
-    /// A datagram waits in the queue for up to this long, milliseconds; some of them.
+    /// Maximum time for which some of the datagrams wait in the queue, in milliseconds.
     pub(crate) queue_ms: i64,
-    /// Ticks come about this long after they are due, milliseconds.
+    /// Maximum delay of ticks after they are due, in milliseconds.
     pub(crate) tick_ms: i64,
-    /// Nothing arrives from this time of the flight on, for that long, seconds.
+    /// Time of the flight at which reception stops, and its duration, in seconds.
     pub(crate) silence_s: Option<(i64, i64)>,
-    /// At this time of the flight the wall clock steps by that much, seconds.
+    /// Time of the flight at which the wall clock steps, and the size of the step, in seconds.
     pub(crate) step_s: Option<(i64, i64)>,
-    /// At this time of the flight it steps back to where it was, seconds.
+    /// Time of the flight at which the clock steps back, in seconds.
     pub(crate) undone_s: Option<i64>,
-    /// The service stands still at this time of the flight, for that long, seconds.
+    /// Time of the flight at which the service pauses, and the duration, in seconds.
     pub(crate) pause_s: Option<(i64, i64)>,
-    /// Numbers of before.
+    /// Numbers from an earlier run.
     pub(crate) numbers: Vec<Given>,
-    /// Registration of before.
-    pub(crate) registrations: Registrations,
-    /// At these times of the flight an operator decides something of whoever is there, seconds.
+    /// Registration from an earlier run.
+    pub(crate) registrations: SavedRegistrations,
+    /// Times of the flight at which an operator decides on a correlation, in seconds.
     pub(crate) decide_s: Vec<i64>,
-    /// At these he says something of a transponder, seconds.
+    /// Times of the flight at which an operator sets the trust in a transponder, in seconds.
     pub(crate) say_s: Vec<i64>,
-    /// Datagrams from one checkpoint to the next; 0: there are none.
+    /// Number of datagrams between two checkpoints; 0: no checkpoints.
     pub(crate) checkpoint_every: usize,
 }
 
@@ -68,10 +68,10 @@ fn seconds(seconds: i64) -> SignedDuration {
     SignedDuration::from_secs(seconds)
 }
 
-/// Who sends everything.
+/// Sender of all datagrams.
 const FROM: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 40_000);
 
-/// A datagram as the engine's thread hands it on.
+/// A datagram as the engine's thread passes it on.
 fn reception(line: usize, received: Time, payload: Vec<u8>) -> Reception {
     Reception {
         received: Some(received),
@@ -83,25 +83,30 @@ fn reception(line: usize, received: Time, payload: Vec<u8>) -> Reception {
     }
 }
 
-/// Arrivals, ticks and their order, as the engine's thread of the service would see them.
+/// Result of a flight whose arrivals and ticks come in the order of the service's engine thread.
 pub(crate) struct Flown {
     slots: u64,
     alarms: u64,
-    /// Slots with the alert `jamming`.
+    /// Number of slots with the alert `jamming`.
     jammed: u64,
-    /// Of each point with a radar's part: its time, whether it is fused, and the radar's track number.
+    /// For each point with a radar part: its time, whether it is fused, and the radar's track number.
     radar: Vec<(Time, bool, u16)>,
-    /// What is known of the radars at the end.
-    pub(crate) registrations: Registrations,
-    /// How many decisions were made.
+    /// Registration of the radars at the end.
+    pub(crate) registrations: SavedRegistrations,
+    /// Number of decisions on correlations.
     pub(crate) correlations: usize,
-    /// How many words on transponders were said.
+    /// Number of trust settings.
     pub(crate) words: usize,
-    /// Datagrams of the pictures of now, each with its deadline.
+    /// Datagrams of the present pictures, each with its deadline.
     now: Vec<(Time, Vec<u8>)>,
 }
 
-pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder: &RecorderQueue) -> Flown {
+pub(crate) fn fly(
+    config: &Config,
+    arrivals: &[SimulatedDatagram],
+    fate: &Fate,
+    recorder: &RecorderQueue,
+) -> Flown {
     let mut random = ChaCha8Rng::seed_from_u64(fate.seed);
     let encoder = Cat129Encoder::of(config);
     let start = arrivals[0].received;
@@ -110,8 +115,8 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     let unused = fate.registrations.restore(config, Some(start), driver.engine_mut());
     assert!(unused.is_empty(), "{unused:?}");
     let text = registration_text(&fate.registrations).into();
-    assert!(recorder.wait(Recorded::Registered(text)));
-    let registrations = Registrations::default();
+    assert!(recorder.add(RecordingItem::Registered(text)));
+    let registrations = SavedRegistrations::default();
     let mut flown = Flown {
         slots: 0,
         alarms: 0,
@@ -127,7 +132,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     let mut hand_out = |driver: &mut Driver| {
         while let Some(made) = driver.poll() {
             match made {
-                Made::Slot(frame) => {
+                DriverEvent::Slot(frame) => {
                     flown.slots += 1;
                     let is_jamming = |concern: &Concern| matches!(concern, Concern::Jamming { .. });
                     flown.jammed += u64::from(frame.picture.concerns.iter().any(is_jamming));
@@ -146,21 +151,21 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
                         flown.now.extend(payloads.into_iter().map(|payload| (frame.due, payload)));
                     }
                     for payload in pack(frame.picture.within(config.output.max_accuracy_m), &encoder) {
-                        assert!(recorder.wait(Recorded::Output { due: frame.due, payload }));
+                        assert!(recorder.add(RecordingItem::Output { due: frame.due, payload }));
                     }
                 }
-                Made::Number(NumberChange::Heard(given)) => {
-                    assert!(recorder.wait(Recorded::Numbered(given)));
+                DriverEvent::Number(NumberChange::Heard(given)) => {
+                    assert!(recorder.add(RecordingItem::Numbered(given)));
                 }
-                Made::Number(NumberChange::Returned(_)) => {}
-                Made::Event(event) => flown.alarms += u64::from(event.is_warning()),
+                DriverEvent::Number(NumberChange::Returned(_)) => {}
+                DriverEvent::Event(event) => flown.alarms += u64::from(event.is_warning()),
             }
         }
         let now = driver.pipeline().engine().correlations();
         if now != held {
-            let line = |held: &HeldCorrelation| correlation_line(held.since, &held.correlation, config);
+            let line = |held: &ActiveAssociation| correlation_line(held.since, &held.correlation, config);
             let text = now.iter().map(line).collect::<String>().into();
-            assert!(recorder.wait(Recorded::Correlations(text)));
+            assert!(recorder.add(RecordingItem::Correlations(text)));
             held = now;
         }
     };
@@ -168,7 +173,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
     let mut correlations = 0;
     let mut sayings = fate.say_s.iter().enumerate().peekable();
     let mut words = 0;
-    // The steady time, and the wall clock's.
+    // The wall clock at a steady time.
     let wall = |steady: Time| match fate.step_s {
         Some((at, by))
             if steady >= start + seconds(at)
@@ -185,14 +190,14 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
         })
     };
     let heard = arrivals.iter().filter(|datagram| within(fate.silence_s, datagram.received).is_none());
-    // When each is read from its socket, and when the engine takes it; the queue keeps the order.
+    // Time at which each datagram is read from its socket, and at which the engine takes it; the queue keeps the order.
     let mut taken = start;
     let mut steady = start;
     for (index, datagram) in heard.enumerate() {
         let waits = if random.random_bool(0.3) { random.random_range(0..=fate.queue_ms) } else { 0 };
         taken = taken.max(datagram.received + SignedDuration::from_millis(waits));
         taken = within(fate.pause_s, taken).unwrap_or(taken);
-        // Ticks until then, each when it is due, or some time after.
+        // Ticks until then, each when it is due or some time later.
         while let Some(deadline) = driver.next_made() {
             let late = SignedDuration::from_micros(random.random_range(0..=fate.tick_ms * 1000));
             let early = deadline - wall(steady);
@@ -204,7 +209,7 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
             steady = at;
             driver.tick(wall(at));
             hand_out(&mut driver);
-            // A deadline that a step of the clock has moved away comes no nearer by itself.
+            // If a step of the clock has moved a deadline away, further ticks do not reach it.
             if early < SignedDuration::ZERO && driver.next_made() == Some(deadline) {
                 break;
             }
@@ -216,17 +221,17 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
                 && let Ok(slot) = driver.correlate(correlation)
             {
                 let line = correlation_line(slot, &correlation, config).into();
-                assert!(recorder.wait(Recorded::Decided(line)));
+                assert!(recorder.add(RecordingItem::Decided(line)));
                 correlations += 1;
             }
         }
         while let Some((index, _)) = sayings.next_if(|(_, at)| steady >= start + seconds(**at)) {
-            // First that two are not to be trusted, then nothing any more of the first.
+            // First distrusts two transponders, then resets the first one.
             let trust = if index < 2 { Trust::Distrusted } else { Trust::Automatic };
             let identity = driver.pipeline().engine().transponders().nth(index % 2).unwrap();
-            let word = Word { identity, trust };
-            let slot = driver.say(word).unwrap();
-            assert!(recorder.wait(Recorded::Decided(word_line(slot, &word, config).into())));
+            let word = TrustOverride { identity, trust };
+            let slot = driver.set_trust(word).unwrap();
+            assert!(recorder.add(RecordingItem::Decided(word_line(slot, &word, config).into())));
             words += 1;
         }
         if random.random_bool(0.1) {
@@ -238,21 +243,21 @@ pub(crate) fn fly(config: &Config, arrivals: &[Datagram], fate: &Fate, recorder:
         let received = driver.reception(wall(datagram.received), wall(steady));
         let payload = datagram.payload.clone();
         if fate.checkpoint_every > 0 && index % fate.checkpoint_every == 0 {
-            assert!(recorder.wait(Recorded::Checkpoint(driver.checkpoint(config))));
+            assert!(recorder.add(RecordingItem::Checkpoint(driver.checkpoint(config))));
         }
-        assert!(recorder.wait(Recorded::Input { received, line, from, payload: payload.clone() }));
+        assert!(recorder.add(RecordingItem::Input { received, line, from, payload: payload.clone() }));
         driver.receive(&reception(line, received, payload));
         hand_out(&mut driver);
     }
     driver.finish();
     hand_out(&mut driver);
     (flown.correlations, flown.words) = (correlations, words);
-    flown.registrations = Registrations::of(config, driver.pipeline().engine());
+    flown.registrations = SavedRegistrations::of(config, driver.pipeline().engine());
     flown
 }
 
-/// What an operator says who sees these tracks: first that two are not one, then that two are, then nothing any more.
-fn wish(index: usize, shown: &[Source], held: &[HeldCorrelation]) -> Option<Correlation> {
+/// Decisions of an operator who sees these tracks: first separates a pair, then joins one, then returns to automatic.
+fn wish(index: usize, shown: &[Source], held: &[ActiveAssociation]) -> Option<ManualAssociation> {
     let transponder = |source: &Source| source.transponder().map(|part| part.identity);
     let fused = shown.iter().find(|source| matches!(source, Source::Fused(..)));
     match index % 3 {
@@ -264,16 +269,16 @@ fn wish(index: usize, shown: &[Source], held: &[HeldCorrelation]) -> Option<Corr
                 .map(|radar| (radar, shown.iter().rev().find_map(transponder), Verdict::Correlated))
         }
         _ => {
-            let HeldCorrelation { correlation, .. } = held.first()?;
-            return Some(Correlation { verdict: Verdict::Automatic, ..*correlation });
+            let ActiveAssociation { correlation, .. } = held.first()?;
+            return Some(ManualAssociation { verdict: Verdict::Automatic, ..*correlation });
         }
     }
     .and_then(|(source, transponder, verdict)| {
-        Some(Correlation { radar: source.radar()?.track, transponder: transponder?, verdict })
+        Some(ManualAssociation { radar: source.radar()?.track, transponder: transponder?, verdict })
     })
 }
 
-/// Flies it and records it into `directory`.
+/// Simulates the flight, and records it into `directory`.
 pub(crate) fn record(
     scenario: &str,
     start: Option<Time>,
@@ -307,7 +312,7 @@ fn recorded_equals_replayed(scenario: &str, start: Option<Time>, fate: &Fate) ->
     let scratch = Scratch::new();
     let directory = scratch.path("recordings");
     let flown = record(scenario, start, fate, &directory, 256);
-    // A step of the clock by an hour begins another file, which is another test.
+    // A step of the clock by an hour begins another file, which is covered by another test.
     let inputs = files(&directory, "input-", ".pcap");
     if let [input] = &inputs[..] {
         let output = fs::read(only(&directory, "output-", ".pcap")).unwrap();
@@ -319,13 +324,13 @@ fn recorded_equals_replayed(scenario: &str, start: Option<Time>, fate: &Fate) ->
     flown
 }
 
-/// Half a minute before a midnight.
+/// Half a minute before midnight.
 fn before_midnight() -> Time {
     Time::midnight(jiff::civil::date(2026, 11, 21)).unwrap() + seconds(-30)
 }
 
 #[test]
-fn midnight_is_a_moment_like_any_other() {
+fn midnight_has_no_effect_on_the_output() {
     let fly_at = |start: Time| {
         let flown = recorded_equals_replayed(SCENARIO, Some(start), &Fate { seed: 7, ..Fate::default() });
         assert_eq!(flown.alarms, 0);
@@ -341,8 +346,8 @@ fn midnight_is_a_moment_like_any_other() {
 
 #[test]
 fn datagrams_delayed_beyond_the_window_follow_the_restart() {
-    // The service stands still for 26 s and looks at the clock before it has handled all that came before: the engine starts
-    // afresh, and the clock was not set back.
+    // The service pauses for 26 s, and reads the clock before it has handled all earlier data: the engine restarts,
+    // although the clock was not set back.
     let decide_s = vec![27, 29];
     let (silence_s, pause_s) = (Some((17, 14)), Some((16, 26)));
     let fate = Fate { seed: 20, silence_s, pause_s, decide_s, ..Fate::default() };
@@ -354,7 +359,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_recording_replays_to_what_was_sent(
+    fn recording_replays_to_the_sent_output(
         seed in 0..1000_u64,
         queue_ms in prop::sample::select(vec![0, 5, 300, 3000]),
         tick_ms in prop::sample::select(vec![0, 1, 400, 2000]),
@@ -369,7 +374,7 @@ proptest! {
     }
 
     #[test]
-    fn so_it_does_when_the_clock_steps(
+    fn recording_with_a_clock_step_replays_to_the_sent_output(
         seed in 0..1000_u64,
         at in 15..40_i64,
         by in prop::sample::select(vec![-1, 1, -3, 3, -20, 24, 25, 26, 3600, -3600]),
@@ -424,16 +429,16 @@ fn each_file_alone_replays_to_the_output_from_its_mark_on() {
     each_file_alone(Profile::Reference, 0);
 }
 
-/// The memory of this profile is longer than the window: each file begins with the state of then.
+/// The memory of this profile is longer than the window, so each file has to begin with a saved state.
 #[test]
-fn so_it_does_with_a_checkpoint_in_the_profile_that_remembers() {
+fn recording_with_a_checkpoint_replays_in_operational_profile() {
     each_file_alone(Profile::Operational, 40);
 }
 
 fn each_file_alone(profile: Profile, checkpoint_every: usize) {
     let scratch = Scratch::new();
     let directory = scratch.path("recordings");
-    // Radars that see much fill a mebibyte in less than a minute.
+    // Radars with many plots fill a mebibyte in less than a minute.
     let scenario =
         "name = \"long\"\nduration_s = 240\n[drones]\nmultirotors = 12\nequipped = 9\n[birds]\ncount = 250\n";
     let fate = Fate { seed: 3, queue_ms: 300, tick_ms: 5, checkpoint_every, ..Fate::default() };
@@ -446,7 +451,7 @@ fn each_file_alone(profile: Profile, checkpoint_every: usize) {
     for (index, input) in inputs.iter().enumerate() {
         let last = datagrams(input).last().unwrap().0;
         let is_last = index + 1 == inputs.len();
-        // A slot that is due after the file's end lacks what came later.
+        // A slot due after the file's end lacks later data.
         let whole = |due: Time| due >= complete_from(input) + due_after && (is_last || due <= last);
         let pick = |from: Vec<(Time, Vec<u8>)>| -> Vec<_> {
             from.into_iter().filter(|(due, _)| whole(*due)).collect()
@@ -455,7 +460,7 @@ fn each_file_alone(profile: Profile, checkpoint_every: usize) {
         assert!(expected.len() > 20 || is_last, "{}: {} datagrams", input.display(), expected.len());
         assert!(expected == replayed, "{}", input.display());
     }
-    // All of them together are the whole flight.
+    // All files together are the whole flight.
     let all = scratch.path("all.pcap");
     let output = crate::common::utm_fusion("replay")
         .args(&inputs)
@@ -469,13 +474,13 @@ fn each_file_alone(profile: Profile, checkpoint_every: usize) {
     assert!(datagrams(&all) == sent);
 }
 
-/// A radar that restarts counts its tracks anew: the same flight, other numbers from the middle on.
+/// A radar that restarts numbers its tracks again: the same flight, with other numbers from the middle on.
 #[test]
-fn so_it_does_when_a_radar_restarts_with_other_numbers() {
+fn recording_with_a_radar_restart_replays_to_the_output() {
     let simulation = flight(SCENARIO, 7, None);
     let start = simulation.datagrams[0].received;
     let restart = start + seconds(42);
-    let renumbered: Vec<Datagram> = simulation
+    let renumbered: Vec<SimulatedDatagram> = simulation
         .datagrams
         .iter()
         .map(|datagram| {
@@ -513,8 +518,8 @@ fn so_it_does_when_a_radar_restarts_with_other_numbers() {
     assert_eq!(recorder.join().unwritten, 0);
     let output = fs::read(only(&record.dir, "output-", ".pcap")).unwrap();
     assert!(output.len() > 1000 && output == replayed(&only(&record.dir, "input-", ".pcap")));
-    // The old numbers end with the restart, but for the way from a last plot to a first one, and a new one is fused as the old
-    // one was.
+    // The old numbers end with the restart, except between a last plot and a first one. A new one is fused like the old
+    // one.
     let of = |from: Time, to: Time| -> BTreeSet<(bool, bool)> {
         let within = flown.radar.iter().filter(|(time, ..)| from < *time && *time < to);
         within.map(|&(_, is_fused, number)| (number >= 1000, is_fused)).collect()
@@ -525,7 +530,7 @@ fn so_it_does_when_a_radar_restarts_with_other_numbers() {
 }
 
 #[test]
-fn own_output_that_comes_back_is_counted_and_not_taken_in() {
+fn own_output_received_back_is_counted_and_rejected() {
     let simulation = flight(SCENARIO, 2, None);
     let config = &simulation.config;
     let encoder = Cat129Encoder::of(config);
@@ -536,7 +541,7 @@ fn own_output_that_comes_back_is_counted_and_not_taken_in() {
         let mut sent = Vec::new();
         driver.receive(&reception(0, received, datagram.payload.clone()));
         while let Some(made) = driver.poll() {
-            if let Made::Slot(frame) = made {
+            if let DriverEvent::Slot(frame) = made {
                 sent.extend(pack(&frame.picture.tracks, &encoder));
             }
         }
@@ -544,7 +549,7 @@ fn own_output_that_comes_back_is_counted_and_not_taken_in() {
             echoed += blocks(&payload).count() as u64;
             driver.receive(&reception(1, received, payload));
             while let Some(made) = driver.poll() {
-                accepted += u64::from(matches!(made, Made::Event(Event::Accepted { .. })));
+                accepted += u64::from(matches!(made, DriverEvent::Event(Event::Accepted { .. })));
             }
         }
     }
@@ -555,7 +560,7 @@ fn own_output_that_comes_back_is_counted_and_not_taken_in() {
 }
 
 #[test]
-fn numbers_of_before_are_used_again_and_recorded() {
+fn earlier_numbers_are_reused_and_recorded() {
     let first = Scratch::new();
     let fate = Fate { seed: 5, ..Fate::default() };
     record(SCENARIO, None, &fate, &first.path("r"), 256);
@@ -565,7 +570,7 @@ fn numbers_of_before_are_used_again_and_recorded() {
     let given = numbers(&first.path("r"));
     assert_eq!(given.len(), 2, "those of the transponders in the file");
 
-    // Both drones had other numbers in an earlier life.
+    // Both drones had other numbers in an earlier run.
     let scratch = Scratch::new();
     let before: Vec<Given> =
         given.iter().map(|given| Given { number: given.number + 70, ..*given }).collect();
@@ -582,9 +587,9 @@ fn numbers_of_before_are_used_again_and_recorded() {
     assert_eq!(recorded, before.iter().map(|given| (given.number, given.identity)).collect());
 }
 
-/// All 429,496 numbers are somebody's: those who fly get theirs all the same, and the recording replays to what was sent.
+/// All 429,496 numbers are assigned: transponders in flight still get theirs, and the recording replays to the data sent.
 #[test]
-fn nobody_is_left_out_where_all_numbers_are_taken() {
+fn exhausted_numbers_leave_no_transponder_out() {
     let start = flight(SCENARIO, 5, None).datagrams[0].received;
     let numbers: Vec<Given> = (1..=LARGEST_TRANSPONDER_NUMBER)
         .map(|number| {
@@ -607,9 +612,8 @@ fn nobody_is_left_out_where_all_numbers_are_taken() {
 }
 
 #[test]
-fn a_tick_shortens_no_memory() {
-    // A copy 1.95 s after its original, handled behind a tick that is 2.1 s after it: still a copy, as it is in a replay,
-    // which has no ticks.
+fn tick_shortens_no_memory() {
+    // A copy 1.95 s after its original, handled after a tick 2.1 s after it, is still a copy, as in a replay without ticks.
     let simulation = flight(SCENARIO, 6, None);
     let datagram = &simulation.datagrams[0];
     let second = datagram.received.nanos() / SECOND * SECOND;

@@ -18,11 +18,11 @@ use crate::stage::Stage;
 
 const SCENARIO: &str =
     "name = \"flood\"\nduration_s = 24\n[drones]\nmultirotors = 3\nequipped = 3\n[birds]\ncount = 3\n";
-/// So many invented identities come, each once, and so many a second.
+/// Number of invented identities, each sent once, and their rate per second.
 const INVENTED: u64 = 4_000;
 const A_SECOND: u32 = 1_000;
 
-/// `/metrics` of the service; its log tells where.
+/// `/metrics` of the service, at the address in its log.
 fn metrics(service: &Running) -> String {
     let log = service.log();
     let address = log.split("http://").nth(1).unwrap().split('/').next().unwrap();
@@ -33,18 +33,18 @@ fn metrics(service: &Running) -> String {
     answer
 }
 
-/// The value of a sample.
+/// Value of a sample.
 fn sample(metrics: &str, name: &str) -> Option<u64> {
     metrics.lines().find_map(|line| line.strip_prefix(name)?.trim().parse().ok())
 }
 
-/// What a site publishes of these receptions.
+/// Points that a site publishes for these receptions.
 fn points(config: &Config, received: impl Iterator<Item = Reception>) -> Vec<OutputPoint> {
     output(received.map(Ok), config, Masks::default()).unwrap()
 }
 
 #[test]
-fn invented_identities_cost_the_drones_nothing_and_are_told() {
+fn invented_identities_affect_no_drone_and_are_reported() {
     let stage = Stage::new(SCENARIO, 21_700, |config, _| admit(config, 20));
     let (stop, listener) = stage.listen();
     let mut service = stage.run("run.log");
@@ -63,7 +63,7 @@ fn invented_identities_cost_the_drones_nothing_and_are_told() {
             std::thread::sleep(Duration::from_secs(1) / A_SECOND / 2);
         }
         service.says("degraded: a flood of new identities, up to ");
-        // All of them, and the drones; on a slow machine the slots take a while.
+        // All invented identities and the drones; on a slow machine this takes a while.
         let heard = "utm_fusion_new_identities_total{sensor=\"drone-it\",fate=\"heard\"} ";
         let admitted = "utm_fusion_new_identities_total{sensor=\"drone-it\",fate=\"admitted\"} ";
         let until = Instant::now() + Duration::from_secs(60);
@@ -88,7 +88,7 @@ fn invented_identities_cost_the_drones_nothing_and_are_told() {
     let is_told_of = |payload: &Vec<u8>| payload.windows(PREFIX.len()).any(|octets| octets == PREFIX);
     assert!(!heard.iter().any(is_told_of), "an invented aircraft was published");
 
-    // What was sent is what the recording gives, and it gives the same without the invented ones.
+    // The data sent equals the replay of the recording, and its replay without the invented identities.
     let directory = stage.scratch.path("recordings");
     let input = only(&directory, "input-", ".pcap");
     assert!(fs::read(only(&directory, "output-", ".pcap")).unwrap() == replayed(&input));

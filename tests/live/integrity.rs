@@ -1,4 +1,4 @@
-//! What an operator says of a transponder: it is recorded, and the recording replays to what was sent.
+//! Operators' trust settings are recorded, and the recording replays to the data sent.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -11,7 +11,7 @@ use utm_fusion::state::parse_decisions;
 use crate::common::{Scratch, beside, only, replayed};
 use crate::driver::{Fate, SCENARIO, record};
 
-/// The flags of the points of transponders in a recording of what was sent.
+/// Integrity flags of the transponders' points in a recording of the output.
 fn flags(path: &std::path::Path) -> BTreeSet<u8> {
     let mut found = BTreeSet::new();
     for datagram in Capture::open(path).unwrap().map(Result::unwrap) {
@@ -27,7 +27,7 @@ fn flags(path: &std::path::Path) -> BTreeSet<u8> {
 }
 
 #[test]
-fn a_recording_with_words_on_transponders_replays_to_what_was_sent() {
+fn recording_with_trust_settings_replays_to_the_sent_output() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
     let fate = Fate { seed: 7, queue_ms: 300, tick_ms: 400, say_s: vec![25, 35, 45], ..Fate::default() };
@@ -38,6 +38,6 @@ fn a_recording_with_words_on_transponders_replays_to_what_was_sent() {
     let text = fs::read_to_string(beside(&input, "decisions.jsonl")).unwrap();
     assert_eq!(parse_decisions(&text).unwrap().len(), 3, "{text}");
     assert!(fs::read(&output).unwrap() == replayed(&input), "with {text}");
-    // Bits 3 and 4: who is not to be trusted has failed, and is suspect too.
+    // Bits 3 and 4: a distrusted transponder is failed, and also suspect.
     assert_eq!(flags(&output), [0, 0x0c].into());
 }

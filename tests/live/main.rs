@@ -1,4 +1,4 @@
-//! The live service: its recording replays to what it sent, whatever happens to clock, disk, network and process.
+//! The live service: its recording replays to the data sent, despite faults of clock, disk, network and process.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![expect(clippy::disallowed_methods, reason = "files that the service wrote, and the real time")]

@@ -1,4 +1,4 @@
-//! Remote ID that gateways post over HTTP to a running service.
+//! Remote ID posted by gateways over HTTP to a running service.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -16,14 +16,14 @@ const SCENARIO: &str = "name = \"posted\"\nduration_s = 20\n[drones]\nmultirotor
                         [remote_id]\ndrones = 2\n";
 const PATH: &str = "/api/v1/remote-id";
 
-/// The Remote ID receiver's lines are posted.
+/// Configures the Remote ID receiver for posted lines.
 fn posted(config: &mut Config, _: &Scratch) {
     let sensor = config.sensors.iter_mut().find(|sensor| sensor.kind.name() == "remote-id").unwrap();
     sensor.inputs.clear();
     sensor.connections = vec![Connection { format: ConnectionFormat::Http, ..Connection::default() }];
 }
 
-/// The sensor's state, as soon as it is known.
+/// State of the sensor, as soon as it is available.
 fn gateway(port: u16) -> Value {
     for _ in 0..200 {
         let sensors = ask(port, "GET", "/api/v1/sensors").1;
@@ -36,13 +36,13 @@ fn gateway(port: u16) -> Value {
     panic!("no sensor has such a line");
 }
 
-/// What a gateway sends until it breaks off; nothing is answered.
+/// Sends an incomplete request; there is no answer.
 fn break_off(port: u16, text: &str) {
     let mut socket = TcpStream::connect(("127.0.0.1", port)).unwrap();
     socket.write_all(text.as_bytes()).unwrap();
 }
 
-/// A whole request, octet by octet as it is given; its status.
+/// Sends a whole request as given, and returns its status.
 fn raw(port: u16, request: &[u8]) -> u16 {
     let mut socket = TcpStream::connect(("127.0.0.1", port)).unwrap();
     socket.write_all(request).unwrap();
@@ -52,14 +52,14 @@ fn raw(port: u16, request: &[u8]) -> u16 {
 }
 
 #[test]
-fn what_gateways_post_is_shown_recorded_and_replayed_to_the_same_octets() {
+fn posted_lines_are_shown_recorded_and_replayed() {
     let stage = Stage::new(SCENARIO, 21_900, posted);
     let service = stage.run("run.log");
     let port = service.http_port();
     let before = gateway(port);
     assert_eq!(
         (&before["state"], &before["lines"][0]["joined"]),
-        (&json!("outage"), &json!(true)),
+        (&json!("degraded"), &json!(true)),
         "it is open, and nothing has come: {before}"
     );
 
@@ -67,7 +67,7 @@ fn what_gateways_post_is_shown_recorded_and_replayed_to_the_same_octets() {
     let mut batch: Vec<&[u8]> = Vec::new();
     let (mut began, mut sent, mut bad) = (now(), 0, 0);
     let mut post = |batch: &mut Vec<&[u8]>| {
-        // What is damaged between two lines costs neither of them.
+        // A damaged line between two others affects neither of them.
         let text = batch.join(&b"\n{\"transmitter\":\"\xff\n"[..]);
         let expected = batch.len() as u64;
         let damaged = expected.saturating_sub(1);
@@ -104,7 +104,7 @@ fn what_gateways_post_is_shown_recorded_and_replayed_to_the_same_octets() {
     post(&mut batch);
     assert!(sent > 40 && bad > 10, "{sent} lines, {bad} damaged");
 
-    // Who breaks off, sends too much or something else has posted nothing.
+    // Requests that are incomplete, too large, or of another kind post nothing.
     let line = std::str::from_utf8(
         stage
             .simulation
@@ -170,7 +170,7 @@ fn what_gateways_post_is_shown_recorded_and_replayed_to_the_same_octets() {
 }
 
 #[test]
-fn check_and_record_say_what_such_a_line_is() {
+fn check_and_record_describe_a_posted_line() {
     let stage = Stage::new(SCENARIO, 21_950, posted);
     let check = utm_fusion("check").arg("--network").arg("--config").arg(&stage.site).output().unwrap();
     let text = String::from_utf8(check.stdout).unwrap();

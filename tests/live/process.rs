@@ -1,10 +1,13 @@
-//! The process: what systemd is told, numbers across restarts, the commands around the service.
+//! The process: notifications to systemd, numbers across restarts, and the commands around the service.
 
+use std::collections::BTreeSet;
+use std::fmt;
 use std::fs;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::{Duration, Instant};
 
+use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use utm_fusion::config::{Address, Config};
 use utm_fusion::live::now;
 
@@ -13,6 +16,65 @@ use crate::stage::Stage;
 
 const SCENARIO: &str = "name = \"still\"\nduration_s = 20\n[drones]\nmultirotors = 1\nequipped = 1\n";
 
+/// Names of the members of a JSON object. A name that occurs twice in it, or in an object within it, is an error.
+#[derive(Default)]
+struct UniqueMembers(BTreeSet<String>);
+
+impl<'de> Deserialize<'de> for UniqueMembers {
+    fn deserialize<D: Deserializer<'de>>(json: D) -> Result<Self, D::Error> {
+        json.deserialize_any(MemberVisitor)
+    }
+}
+
+struct MemberVisitor;
+
+impl<'de> Visitor<'de> for MemberVisitor {
+    type Value = UniqueMembers;
+
+    fn expecting(&self, text: &mut fmt::Formatter<'_>) -> fmt::Result {
+        text.write_str("JSON of the log")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<UniqueMembers, A::Error> {
+        let mut names = BTreeSet::new();
+        while let Some((name, _)) = map.next_entry::<String, UniqueMembers>()? {
+            if !names.insert(name.clone()) {
+                return Err(A::Error::custom(format!("{name} occurs twice")));
+            }
+        }
+        Ok(UniqueMembers(names))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<UniqueMembers, A::Error> {
+        while seq.next_element::<UniqueMembers>()?.is_some() {}
+        Ok(UniqueMembers::default())
+    }
+
+    fn visit_str<E>(self, _: &str) -> Result<UniqueMembers, E> {
+        Ok(UniqueMembers::default())
+    }
+
+    fn visit_bool<E>(self, _: bool) -> Result<UniqueMembers, E> {
+        Ok(UniqueMembers::default())
+    }
+
+    fn visit_u64<E>(self, _: u64) -> Result<UniqueMembers, E> {
+        Ok(UniqueMembers::default())
+    }
+
+    fn visit_i64<E>(self, _: i64) -> Result<UniqueMembers, E> {
+        Ok(UniqueMembers::default())
+    }
+
+    fn visit_f64<E>(self, _: f64) -> Result<UniqueMembers, E> {
+        Ok(UniqueMembers::default())
+    }
+
+    fn visit_unit<E>(self) -> Result<UniqueMembers, E> {
+        Ok(UniqueMembers::default())
+    }
+}
+
 fn told(socket: &UnixDatagram) -> String {
     let mut octets = [0; 256];
     let length = socket.recv(&mut octets).unwrap();
@@ -20,7 +82,7 @@ fn told(socket: &UnixDatagram) -> String {
 }
 
 #[test]
-fn systemd_is_told_that_it_is_ready_alive_and_stopping() {
+fn systemd_is_notified_of_ready_watchdog_and_stopping() {
     let scratch = Scratch::new();
     let config = on_own_ports(&flight(SCENARIO, 1, None).config, 22_000, &scratch, None);
     let site = scratch.file("site.toml", config.to_string());
@@ -41,21 +103,22 @@ fn systemd_is_told_that_it_is_ready_alive_and_stopping() {
         let first = Instant::now();
         assert_eq!(told(&socket), "WATCHDOG=1");
         assert!(first.elapsed() < Duration::from_secs(3));
-        // The service goes on. Of two signals that wait, it may see the second first.
+        // The service continues. Of two pending signals, it may handle the second first.
         service.signal("-HUP");
         service.says("site.toml: read anew");
         let (code, log) = service.stop();
         assert_eq!(code, Some(0), "{log}");
         while told(&socket) != "STOPPING=1" {}
+        assert!(log.contains(r#""span":{"line":"239."#), "{log}");
         for line in log.lines() {
-            let line: serde_json::Value = serde_json::from_str(line).expect(line);
-            assert!(line["timestamp"].is_string() && line["level"].is_string(), "{line}");
+            let members = serde_json::from_str::<UniqueMembers>(line).expect(line).0;
+            assert!(["timestamp", "level"].iter().all(|name| members.contains(*name)), "{line}");
         }
     }
 }
 
 #[test]
-fn a_broken_file_of_numbers_is_set_aside() {
+fn broken_numbers_file_is_set_aside() {
     let scratch = Scratch::new();
     let config = on_own_ports(&flight(SCENARIO, 1, None).config, 22_100, &scratch, None);
     let site = scratch.file("site.toml", config.to_string());
@@ -66,13 +129,20 @@ fn a_broken_file_of_numbers_is_set_aside() {
     assert!(service.is_running());
     let (code, log) = service.stop();
     assert_eq!(code, Some(0), "{log}");
+    for line in log.lines() {
+        let time = line.split(' ').next().unwrap();
+        assert!(
+            time.len() == "2026-11-28T12:00:00.000Z".len() && time.parse::<jiff::Timestamp>().is_ok(),
+            "{log}"
+        );
+    }
     assert!(log.contains("another one is begun contents=\"transponder numbers\""), "{log}");
     assert_eq!(files(&scratch.path("state"), "numbers.json.damaged-2", "Z").len(), 1);
     assert!(!scratch.path("state/numbers.json").exists());
 }
 
 #[test]
-fn check_tells_of_each_line_whether_it_opens() {
+fn check_reports_whether_each_line_opens() {
     let scratch = Scratch::new();
     let config = on_own_ports(&flight(SCENARIO, 1, None).config, 22_200, &scratch, None);
     let check = |text: &str| {
@@ -82,7 +152,7 @@ fn check_tells_of_each_line_whether_it_opens() {
     };
     let (code, said) = check(&config.to_string());
     assert_eq!((code, said.lines().count(), said.matches(": ok").count()), (Some(0), 3, 3), "{said}");
-    // 192.0.2.1 is of no machine.
+    // 192.0.2.1 is not an address of any machine.
     let elsewhere = config.to_string().replacen("interface = \"127.0.0.1\"", "interface = \"192.0.2.1\"", 1);
     let (code, said) = check(&elsewhere);
     assert_eq!((code, said.matches(": ok").count()), (Some(1), 2), "{said}");
@@ -109,7 +179,7 @@ fn record_ends_after_its_duration() {
 }
 
 #[test]
-fn what_can_never_work_is_told_at_once() {
+fn unusable_configuration_is_reported_at_once() {
     let scratch = Scratch::new();
     let mut config = on_own_ports(&flight(SCENARIO, 1, None).config, 22_350, &scratch, None);
     let site = scratch.file("site.toml", config.to_string());
@@ -138,8 +208,9 @@ fn what_can_never_work_is_told_at_once() {
     assert!(said.contains("(output.asterix); utm-fusion check --network says what to do"), "{said}");
 }
 
+#[cfg(feature = "completions")]
 #[test]
-fn a_packager_gets_completions_and_a_page() {
+fn completions_and_man_page_are_generated() {
     let printed = |command: &[&str]| {
         let output = utm_fusion(command[0]).args(&command[1..]).output().unwrap();
         assert!(output.status.success());
@@ -156,12 +227,12 @@ fn a_packager_gets_completions_and_a_page() {
 
 /// A history of some minutes in the state directory of a test.
 fn history(scratch: &Scratch) {
-    use utm_fusion::history::{Limits, SavedTrack, Snapshot, Store};
+    use utm_fusion::history::{HistoryLimits, HistoryPicture, HistoryStore, HistoryTrack};
     fs::create_dir_all(scratch.path("state")).unwrap();
-    let limits = Limits { age: jiff::SignedDuration::from_hours(24), octets: 1 << 30 };
-    let store = Store::open(&scratch.path("state/history.redb"), limits).unwrap();
+    let limits = HistoryLimits { age: jiff::SignedDuration::from_hours(24), octets: 1 << 30 };
+    let store = HistoryStore::open(&scratch.path("state/history.redb"), limits).unwrap();
     let before = now() + jiff::SignedDuration::from_mins(-10);
-    let track = |number: u32| SavedTrack {
+    let track = |number: u32| HistoryTrack {
         id: format!("F-{number}"),
         source: "radar",
         number,
@@ -170,7 +241,7 @@ fn history(scratch: &Scratch) {
         altitude_amsl_m: Some(100.0),
     };
     for second in (0..500).step_by(5) {
-        let picture = |second: i64| Snapshot {
+        let picture = |second: i64| HistoryPicture {
             time: before + jiff::SignedDuration::from_secs(second),
             tracks: (0..60).map(track).collect(),
         };
@@ -178,7 +249,7 @@ fn history(scratch: &Scratch) {
     }
 }
 
-/// Makes a damaged file of a whole one; `None`: a directory.
+/// Damages the contents of a file; `None`: a directory takes its place.
 type Damage = &'static dyn Fn(Vec<u8>) -> Option<Vec<u8>>;
 
 #[test]
@@ -227,7 +298,7 @@ fn damaged_state_is_set_aside_and_the_service_starts() {
         let empty = how == "empty";
         let until = Instant::now() + Duration::from_secs(10);
         let damaged = || metric(service.http_port(), "utm_fusion_state_damaged_total");
-        // Empty lines are no decisions, and an empty database is a new one; three octets more may be repaired.
+        // Empty lines are valid, and an empty database is a new one; three additional octets may be repaired.
         let expected =
             names.iter().filter(|name| !is_whole(name)).count() as f64 - if empty { 3.0 } else { 0.0 };
         while damaged() < expected {
@@ -249,7 +320,7 @@ fn damaged_state_is_set_aside_and_the_service_starts() {
     }
 }
 
-/// The value of a metric without labels.
+/// Value of a metric without labels.
 fn metric(port: u16, name: &str) -> f64 {
     let mut socket = std::net::TcpStream::connect(("127.0.0.1", port)).unwrap();
     let request = "GET /metrics HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
@@ -273,7 +344,7 @@ fn second_service_on_one_state_directory_is_refused() {
     assert!(said.contains(&state) && said.contains(&format!("process {}", first.id())), "{said}");
     let check = utm_fusion("check").arg("--config").arg(&site).output().unwrap();
     assert_eq!(check.status.code(), Some(0), "{check:?}");
-    // Killed: the lock is gone with it.
+    // After a kill, the lock is released.
     first.signal("-KILL");
     first.wait(Duration::from_secs(5));
     let mut second = Running::start(utm_fusion("run").arg("--config").arg(&site), scratch.path("second.log"));

@@ -1,4 +1,4 @@
-//! The recipe for a reverse proxy, `docker/nginx.conf`, as it stands: with nginx, where that is installed.
+//! The recipe for a reverse proxy, `docker/nginx.conf`, with nginx, if installed.
 
 use std::net::TcpListener;
 use std::num::NonZeroU32;
@@ -10,12 +10,12 @@ use crate::tls::{Issued, NAME};
 
 const RECIPE: &str = include_str!("../../docker/nginx.conf");
 
-/// nginx, ended with the test.
+/// nginx, which ends with the test.
 struct Nginx(Child);
 
 impl Drop for Nginx {
     fn drop(&mut self) {
-        // It is one process: it has no workers.
+        // A single process without workers.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
@@ -31,7 +31,7 @@ fn nginx() -> Option<&'static str> {
     found
 }
 
-/// The recipe between that port and the service, with files of this test.
+/// Starts nginx with the recipe, between this port and the service, with files of this test.
 fn proxy(nginx: &str, scratch: &Scratch, port: u16, service: u16) -> Nginx {
     let mut recipe = RECIPE.to_owned();
     for (written, here) in [
@@ -66,7 +66,7 @@ fn proxy(nginx: &str, scratch: &Scratch, port: u16, service: u16) -> Nginx {
 }
 
 #[test]
-fn the_recipe_passes_on_streams_at_once_and_says_who_asks() {
+fn proxy_recipe_forwards_streams_and_client_addresses() {
     let Some(nginx) = nginx() else { return };
     let scratch = Scratch::new();
     let scenario = "name = \"still\"\nduration_s = 20\n[drones]\nmultirotors = 1\nequipped = 1\n";
@@ -91,14 +91,14 @@ fn the_recipe_passes_on_streams_at_once_and_says_who_asks() {
         std::thread::sleep(Duration::from_millis(100));
     }
 
-    // What is buffered would come when there are kilobytes of it; a heartbeat has a hundred octets.
+    // A buffering proxy would deliver after some kilobytes; a heartbeat has a hundred octets.
     let mut stream = issued.connect_from([127, 0, 0, 9], port).unwrap();
     stream.answer("/api/v1/stream", "", "event: snapshot").unwrap();
     for _ in 0..3 {
         stream.until("event: heartbeat").unwrap();
     }
 
-    // What is asked for as a WebSocket is one behind it, too.
+    // A WebSocket passes the proxy, too.
     let mut socket = issued.connect_from([127, 0, 0, 5], port).unwrap();
     let handshake = "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
                      Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nOrigin: https://fusion.example\r\n";
@@ -107,7 +107,7 @@ fn the_recipe_passes_on_streams_at_once_and_says_who_asks() {
         socket.until("\"event\":\"heartbeat\"").unwrap();
     }
 
-    // Its own page steers, another one does not.
+    // The service's own page is accepted, another origin is not.
     let mut page = issued.connect_from([127, 0, 0, 8], port).unwrap();
     let mut post = |origin: &str| {
         page.status("POST /api/v1/stream-tickets", &format!("Content-Length: 0\r\nOrigin: {origin}\r\n"))
@@ -115,7 +115,7 @@ fn the_recipe_passes_on_streams_at_once_and_says_who_asks() {
     assert_eq!(post("https://fusion.example").unwrap(), 200);
     assert_eq!(post("https://strange.example").unwrap(), 403);
 
-    // Each client has its own limit, whatever it writes itself.
+    // Each client has its own limit, whatever headers it forges.
     let mut greedy = issued.connect_from([127, 0, 0, 7], port).unwrap();
     let mut statuses = Vec::new();
     for number in 0..200 {

@@ -1,4 +1,4 @@
-//! The recorder alone: rotation, what is kept, disks that fail.
+//! The recorder alone: rotation, retention, and failing disks.
 
 use std::fs;
 use std::net::{Ipv4Addr, SocketAddrV4};
@@ -10,7 +10,7 @@ use fusion::numbering::Given;
 use fusion::time::{SECOND, Time};
 use jiff::SignedDuration;
 use utm_fusion::config::{Config, Record};
-use utm_fusion::record::{Recorded, Recorder, RecorderQueue};
+use utm_fusion::record::{Recorder, RecorderQueue, RecordingItem};
 use utm_fusion::state::read_numbers;
 
 use crate::common::{Scratch, beside, datagrams, files, only, read};
@@ -23,7 +23,7 @@ const START: Time = Time::from_nanos(1_795_168_800 * SECOND);
 
 fn send(queue: &RecorderQueue, after: SignedDuration, payload: Vec<u8>) {
     let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 4711);
-    assert!(queue.wait(Recorded::Input { received: START + after, line: 0, from, payload }));
+    assert!(queue.add(RecordingItem::Input { received: START + after, line: 0, from, payload }));
 }
 
 fn millis(millis: i64) -> SignedDuration {
@@ -31,7 +31,7 @@ fn millis(millis: i64) -> SignedDuration {
 }
 
 #[test]
-fn files_rotate_and_the_oldest_own_ones_go() {
+fn files_rotate_and_the_oldest_own_ones_are_removed() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
     fs::create_dir(&dir).unwrap();
@@ -41,12 +41,12 @@ fn files_rotate_and_the_oldest_own_ones_go() {
     }
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 3, keep_mib: 0, keep_hours: 0 };
     let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
-    // 5 MiB and a bit, in datagrams as large as there are, and small ones.
+    // A little more than 5 MiB, in datagrams of maximum size and empty ones.
     for index in 0..85 {
         send(&queue, millis(index * 10), vec![index as u8; 65_507]);
         send(&queue, millis(index * 10), vec![]);
     }
-    // An hour later, all is small.
+    // More than an hour later, all recordings are small.
     send(&queue, SignedDuration::from_hours(2), vec![1, 2]);
     drop(queue);
     let counts = recorder.join();
@@ -64,21 +64,21 @@ fn files_rotate_and_the_oldest_own_ones_go() {
     foreign.iter().for_each(|name| assert!(dir.join(name).exists(), "{name}"));
 }
 
-/// What a file begins with was the state just before its first datagram, or the file begins with none.
+/// A file begins with the state just before its first datagram, or without a state.
 #[test]
-fn a_state_of_before_something_was_lost_begins_no_file() {
+fn state_from_before_a_loss_begins_no_file() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 9, keep_mib: 0, keep_hours: 0 };
     let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
-    let state = |state: &str| assert!(queue.wait(Recorded::Checkpoint(state.to_owned().into())));
+    let state = |state: &str| assert!(queue.add(RecordingItem::Checkpoint(state.to_owned().into())));
     let hours = SignedDuration::from_hours;
     send(&queue, hours(0), vec![1]);
-    // Full after an hour, and there is a state.
+    // Full after an hour, and a state is available.
     state("two");
     send(&queue, hours(2), vec![2]);
     state("old");
-    assert!(queue.wait(Recorded::Gap(START + hours(3))));
+    assert!(queue.add(RecordingItem::Gap(START + hours(3))));
     send(&queue, hours(3) + millis(1), vec![3]);
     // Full, and waiting for the next state, for a minute at most.
     send(&queue, hours(5), vec![4]);
@@ -104,26 +104,26 @@ fn a_state_of_before_something_was_lost_begins_no_file() {
 }
 
 #[test]
-fn a_later_file_begins_with_the_decisions_that_are_in_force() {
+fn later_file_begins_with_the_decisions_in_force() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 2, keep_mib: 0, keep_hours: 0 };
     let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
-    let correlated = |line: &str| assert!(queue.wait(Recorded::Decided(line.into())));
+    let correlated = |line: &str| assert!(queue.add(RecordingItem::Decided(line.into())));
     let hours = SignedDuration::from_hours;
     send(&queue, hours(0), vec![1]);
     correlated("one\n");
     correlated("two\n");
-    assert!(queue.wait(Recorded::Correlations("two\n".into())));
+    assert!(queue.add(RecordingItem::Correlations("two\n".into())));
     send(&queue, hours(2), vec![2]);
     correlated("three\n");
     let read = |file: &std::path::Path| fs::read_to_string(file).unwrap();
-    // Nothing is in force any more.
-    assert!(queue.wait(Recorded::Correlations("".into())));
+    // No decision is in force any more.
+    assert!(queue.add(RecordingItem::Correlations("".into())));
     send(&queue, hours(4), vec![3]);
     drop(queue);
     assert_eq!(recorder.join().unwritten, 0);
-    // The first file is gone, with what stood beside it; beside the last there is nothing to say.
+    // The first file was removed, with the files beside it; the last has no decisions.
     let inputs = files(&dir, "input-", ".pcap");
     assert_eq!(inputs.len(), 2);
     let second = only(&dir, "input-", ".decisions.jsonl");
@@ -131,9 +131,9 @@ fn a_later_file_begins_with_the_decisions_that_are_in_force() {
     assert_eq!(read(&second), "two\nthree\n");
 }
 
-/// A site that has given very many numbers: a pair of files has those of who flies, each written once.
+/// At a site with many assigned numbers, a recording has only those of transponders in flight, each once.
 #[test]
-fn numbers_cost_what_the_pair_needs_of_them() {
+fn recording_holds_only_numbers_in_use() {
     use std::os::unix::fs::MetadataExt;
     let given = |number: u32, heard: Time| {
         let mut serial = [b' '; 12];
@@ -158,7 +158,7 @@ fn numbers_cost_what_the_pair_needs_of_them() {
     let node = || fs::metadata(file().unwrap()).unwrap().ino();
     let at_first = node();
     for number in (100_000..102_000).chain([60_000, 100_000]) {
-        assert!(queue.wait(Recorded::Numbered(given(number, START))));
+        assert!(queue.add(RecordingItem::Numbered(given(number, START))));
     }
     send(&queue, millis(1), vec![3]);
     drop(queue);
@@ -170,7 +170,7 @@ fn numbers_cost_what_the_pair_needs_of_them() {
 }
 
 #[test]
-fn what_is_written_is_there_within_a_second_and_a_removed_directory_comes_again() {
+fn data_is_on_disk_within_a_second_and_directory_recreated() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 3, keep_mib: 0, keep_hours: 0 };
@@ -186,7 +186,7 @@ fn what_is_written_is_there_within_a_second_and_a_removed_directory_comes_again(
     let parts = || if dir.exists() { files(&dir, "input-", ".pcap.part") } else { Vec::new() };
     wait(&|| parts().first().is_some_and(|part| read(part).0.len() == 1));
 
-    // A second recorder keeps its hands off.
+    // A second recorder does not write to the directory.
     let (second, other) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
     send(&second, millis(0), vec![9]);
     drop(second);
@@ -215,23 +215,23 @@ fn what_is_written_is_there_within_a_second_and_a_removed_directory_comes_again(
 }
 
 #[test]
-fn restarts_within_a_minute_push_no_recording_out() {
+fn quick_restarts_remove_no_recording() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 2, keep_mib: 0, keep_hours: 0 };
-    // Files are stamped by the machine's clock.
+    // Files have time stamps of the machine's clock.
     let start = utm_fusion::live::now();
     let run = |after: SignedDuration, octets: usize| {
         let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
         let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 4711);
         for payload in vec![7_u8; octets].chunks(60_000) {
             let (received, payload) = (start + after, payload.to_vec());
-            assert!(queue.wait(Recorded::Input { received, line: 0, from, payload }));
+            assert!(queue.add(RecordingItem::Input { received, line: 0, from, payload }));
         }
         drop(queue);
         recorder.join().unwritten == 0
     };
-    // A process that another test starts just then holds the lock of the directory for a moment.
+    // A process started by another test at this moment may hold the lock of the directory briefly.
     let run = |after, octets| assert!((0..20).any(|_| run(after, octets)), "nothing is recorded");
     run(millis(-10_000), 900_000);
     let first = files(&dir, "input-", ".pcap");

@@ -1,4 +1,4 @@
-//! The radars' registration: over restarts, in recordings, and where its file is not what it should be.
+//! Registration of the radars: over restarts, in recordings, and with an invalid file.
 
 use std::fs;
 use std::path::Path;
@@ -10,21 +10,21 @@ use serde_json::{Value, json};
 use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Profile, Record, SensorKind};
-use utm_fusion::live::{Driver, Made};
+use utm_fusion::live::{Driver, DriverEvent};
 use utm_fusion::pipeline::{Event, Pipeline};
 use utm_fusion::record::Recorder;
 use utm_fusion::simulate::Simulation;
-use utm_fusion::state::{Registrations, parse_registration, registration_text};
+use utm_fusion::state::{SavedRegistrations, parse_registration, registration_text};
 
 use crate::common::{Running, Scratch, beside, files, flight, on_own_ports, only, replayed, utm_fusion};
 use crate::driver::{Fate, Flown, fly};
 
-/// Enough drones for the radar to be found out in a few minutes.
+/// Enough drones to estimate the radar's misalignment in a few minutes.
 const SCENARIO: &str = "name = \"registered\"\nduration_s = 150\n[drones]\nmultirotors = 12\nequipped = 12\n";
-/// The radar is turned by so much.
+/// Bearing error of the radar, in degrees.
 const TURNED_DEG: f64 = 4.0;
 
-/// A flight seen by a turned radar, in the operational profile.
+/// A flight seen by a misaligned radar, in the operational profile.
 fn turned(seed: u64, start: Option<Time>) -> (Simulation, Config) {
     let simulation = flight(SCENARIO, seed, start);
     let mut config = simulation.config.clone();
@@ -51,7 +51,7 @@ fn recorded(simulation: &Simulation, config: &Config, fate: &Fate, dir: &Path) -
 }
 
 #[test]
-fn a_recording_that_begins_with_a_registration_replays_to_what_was_sent() {
+fn recording_beginning_with_a_registration_replays() {
     let scratch = Scratch::new();
     let (simulation, config) = turned(1, None);
     let fate = Fate { seed: 1, queue_ms: 300, tick_ms: 400, silence_s: Some((60, 10)), ..Fate::default() };
@@ -60,7 +60,7 @@ fn a_recording_that_begins_with_a_registration_replays_to_what_was_sent() {
     let input = only(&first, "input-", ".pcap");
     assert!(fs::read(only(&first, "output-", ".pcap")).unwrap() == replayed(&input), "from nothing");
 
-    // A flight an hour later, by a service that knows how the radar is turned.
+    // A flight an hour later, by a service with the saved registration.
     let later = simulation.datagrams[0].received + SignedDuration::from_hours(1);
     let (simulation, config) = turned(1, Some(later));
     let second = scratch.path("second");
@@ -72,7 +72,7 @@ fn a_recording_that_begins_with_a_registration_replays_to_what_was_sent() {
     let written = fs::read_to_string(beside(&input, "registration.json")).unwrap();
     assert!(parse_registration(&written).unwrap() == flown.registrations);
 
-    // The summary tells it; without the file it is not known at first, and the output another.
+    // The summary reports it; without the file the registration is unknown at first, and the output differs.
     let summary = |state: &Path| {
         let mut replay = utm_fusion("replay");
         replay.arg(&input).arg("--config").arg(beside(&input, "site.toml")).arg("--state").arg(state);
@@ -93,7 +93,7 @@ fn a_recording_that_begins_with_a_registration_replays_to_what_was_sent() {
     assert!(sent != replayed(&input), "what was known was not used");
 }
 
-/// A service of that configuration with this file: its log, and what the file is after it.
+/// Runs a service of this configuration with this file; returns its log and its directory.
 fn run(config: &Config, port: u16, file: &str) -> (String, Scratch) {
     let scratch = Scratch::new();
     let config = on_own_ports(config, port, &scratch, None);
@@ -109,7 +109,7 @@ fn run(config: &Config, port: u16, file: &str) -> (String, Scratch) {
 }
 
 #[test]
-fn a_service_goes_on_with_a_registration_unless_it_is_not_this_radars() {
+fn registration_is_restored_only_for_the_same_radar() {
     let scratch = Scratch::new();
     let (simulation, mut config) = turned(2, None);
     let registrations = recorded(&simulation, &config, &Fate::default(), &scratch.path("r")).registrations;
@@ -137,7 +137,7 @@ fn a_service_goes_on_with_a_registration_unless_it_is_not_this_radars() {
 }
 
 #[test]
-fn no_file_keeps_a_service_from_starting() {
+fn damaged_registration_file_stops_no_start() {
     let scratch = Scratch::new();
     let (simulation, config) = turned(3, None);
     let registrations = recorded(&simulation, &config, &Fate::default(), &scratch.path("r")).registrations;
@@ -155,7 +155,7 @@ fn no_file_keeps_a_service_from_starting() {
         );
         assert_eq!(files(&after.path("state"), "registration.json.damaged-2", "Z").len(), 1);
     }
-    // The file is what it should be, and what it says of the radar is not.
+    // The file is valid, but the radar's state in it is not.
     let contents: Value = serde_json::from_str(&text).unwrap();
     let id = contents["radars"].as_object().unwrap().keys().next().unwrap().clone();
     let state = &contents["radars"][&id]["state"];
@@ -167,7 +167,7 @@ fn no_file_keeps_a_service_from_starting() {
     let azimuths = state["settled"]["axes"][0].as_str().unwrap();
     let now = state["now"].as_i64().unwrap();
     let much = vec![state["latest"][0].clone(); 1000];
-    // One entry is refused for this reason, and no other.
+    // One entry is rejected, for this reason.
     let refused = |place: &str, value: Value, why: &str| {
         let mut hostile = contents.clone();
         *hostile.pointer_mut(place).unwrap() = value;
@@ -197,9 +197,9 @@ fn no_file_keeps_a_service_from_starting() {
     ] {
         let hurt = refused(&format!("/radars/{id}/state{place}"), value, why);
         assert_eq!(delays(hurt.engine()), json!({}), "what it showed of delays is relative to it");
-        assert!(Registrations::of(&config, hurt.engine()).is_empty());
+        assert!(SavedRegistrations::of(&config, hurt.engine()).is_empty());
     }
-    // What was learnt of its errors is begun anew by itself.
+    // Its learned errors restart separately.
     for (place, value, why) in [
         ("/version", json!(9), "learning state of version 9"),
         ("/plots", json!("1.0"), "1 numbers where 2"),
@@ -213,7 +213,7 @@ fn no_file_keeps_a_service_from_starting() {
         let (_, registered) = hurt.engine().registered().next().unwrap();
         assert_eq!(registered.learning_state().time(), None, "{place}");
     }
-    // And so is each type of transponders.
+    // Each type of transponders restarts separately, too.
     assert_eq!(contents["transponders"]["types"].as_array().map(Vec::len), Some(1));
     for (place, value, why) in [
         ("/version", json!(9), "learning state of version 9"),
@@ -230,7 +230,7 @@ fn no_file_keeps_a_service_from_starting() {
 }
 
 #[test]
-fn a_silence_is_not_forgetting() {
+fn registration_survives_a_silence() {
     let (simulation, config) = turned(4, None);
     let start = simulation.datagrams[0].received;
     let mut driver = Driver::new(&config, Masks::default(), start, 2);
@@ -248,7 +248,7 @@ fn a_silence_is_not_forgetting() {
     let end = simulation.datagrams.last().unwrap().received;
     driver.tick(end + SignedDuration::from_hours(1));
     let restarts = std::iter::from_fn(|| driver.poll())
-        .filter(|made| matches!(made, Made::Event(Event::Restarted)))
+        .filter(|made| matches!(made, DriverEvent::Event(Event::Restarted)))
         .count();
     assert_eq!(restarts, 1);
     assert!(known(&driver)[0].samples >= before[0].samples);

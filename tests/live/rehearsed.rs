@@ -1,4 +1,4 @@
-//! `replay --to-inputs`: a recording is the input of a live service, which then has the tracks that a replay has.
+//! `replay --to-inputs`: a recording is the input of a live service, which then has the same tracks as a replay.
 
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -12,7 +12,7 @@ use crate::common::{Running, Scratch, ask, flight, on_own_ports, utm_fusion};
 
 const SCENARIO: &str = "name = \"rehearsed\"\nduration_s = 24\n[drones]\nmultirotors = 3\nequipped = 2\n";
 
-/// A recording, which was made at other addresses than the site's.
+/// A recording made at other addresses than the site's.
 fn recording(scratch: &Scratch, port: u16) -> (PathBuf, Config, Simulation) {
     let flight = flight(SCENARIO, 5, None);
     write(&flight, "", &scratch.path("flight")).unwrap();
@@ -29,14 +29,14 @@ fn texts(output: &Output) -> (Option<i32>, String, String) {
     (output.status.code(), text(&output.stdout), text(&output.stderr))
 }
 
-/// The value of a field of a log line.
+/// Value of a field in a log line, as a time.
 fn stamp(log: &str, field: &str) -> i128 {
     let rest = log.split(&format!("{field}=")).nth(1).unwrap_or_else(|| panic!("no {field}: {log}"));
     let text = rest.split_whitespace().next().unwrap().trim_matches('"');
     text.parse::<jiff::Timestamp>().unwrap_or_else(|error| panic!("{text}: {error}")).as_nanosecond()
 }
 
-/// Time and position of tracks: nanoseconds, degrees.
+/// Time and position of a track: nanoseconds, degrees.
 fn position(track: &Value) -> (i128, f64, f64) {
     let time = track["time"].as_str().unwrap().parse::<jiff::Timestamp>().unwrap();
     (time.as_nanosecond(), track["lng"].as_f64().unwrap(), track["lat"].as_f64().unwrap())
@@ -48,7 +48,7 @@ fn metres((_, lng, lat): (i128, f64, f64), (_, other_lng, other_lat): (i128, f64
 }
 
 #[test]
-fn run_shows_the_tracks_that_replay_shows() {
+fn run_and_replay_show_the_same_tracks() {
     let scratch = Scratch::new();
     let (capture, config, _) = recording(&scratch, 26_200);
     let site = scratch.file("site.toml", config.to_string());
@@ -63,7 +63,7 @@ fn run_shows_the_tracks_that_replay_shows() {
     let mut sender = Running::start(&mut sender, scratch.path("replay.log"));
     let (code, log) = sender.wait(Duration::from_secs(60));
     assert_eq!(code, Some(0), "{log}");
-    // The picture is 6.25 s old, and so of the flight still.
+    // The picture is 6.25 s old, and therefore still within the flight.
     let (status, tracks) = ask(service.http_port(), "GET", "/api/v1/tracks");
     assert_eq!(status, 200, "{tracks}");
     let moved = stamp(&log, "now") - stamp(&log, "recorded");
@@ -105,7 +105,7 @@ fn datagrams_without_an_input_are_counted_by_content() {
 }
 
 #[test]
-fn a_rehearsal_ends_with_a_signal() {
+fn signal_ends_a_rehearsal() {
     let scratch = Scratch::new();
     let (capture, config, _) = recording(&scratch, 26_240);
     let site = scratch.file("site.toml", config.to_string());
@@ -118,7 +118,7 @@ fn a_rehearsal_ends_with_a_signal() {
 }
 
 #[test]
-fn inputs_that_this_machine_cannot_reach_are_named() {
+fn unreachable_inputs_are_named() {
     let scratch = Scratch::new();
     let (capture, config, _) = recording(&scratch, 26_260);
     for (input, problem) in [

@@ -1,4 +1,4 @@
-//! SIGHUP: what changes at once, what is told to need a restart, and that of an invalid file nothing is taken.
+//! SIGHUP: keys that change at once, keys that need a restart, and the rejection of an invalid file.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -28,7 +28,7 @@ struct Stage {
 }
 
 impl Stage {
-    /// `change` sees where the tokens and areas are.
+    /// `change` has access to the files of tokens and areas.
     fn new(port: u16, change: impl FnOnce(&mut Config, &Scratch)) -> Self {
         let scratch = Scratch::new();
         let mut config = on_own_ports(&flight(SCENARIO, 1, None).config, port, &scratch, None);
@@ -44,7 +44,7 @@ impl Stage {
         Self { scratch, config, site, service, port, reloads: 0 }
     }
 
-    /// Writes the configuration, and has it read; what was logged of it.
+    /// Writes the configuration, and reloads it; returns the log of the reload.
     fn reload(&mut self) -> String {
         let text = self.config.to_string();
         self.reload_text(&text)
@@ -58,7 +58,7 @@ impl Stage {
             std::thread::sleep(Duration::from_millis(50));
             let log = self.service.log();
             let told: Vec<&str> = log.split(" read anew\n").collect();
-            // Its last word.
+            // The last line of a reload.
             let is_over = |told: &str| told.contains("SIGHUP is done") || told.contains("SIGHUP is refused");
             if told.len() > self.reloads && is_over(told[self.reloads]) {
                 return told[self.reloads].to_owned();
@@ -67,7 +67,7 @@ impl Stage {
         panic!("nothing was read anew:\n{}", self.service.log());
     }
 
-    /// Status and body.
+    /// Status and body of an answer.
     fn get(&self, path: &str, headers: &str) -> (u16, String) {
         let mut answer = String::new();
         self.open(path, &format!("{headers}Connection: close\r\n")).read_to_string(&mut answer).unwrap();
@@ -84,7 +84,7 @@ impl Stage {
         socket
     }
 
-    /// The status for these tokens, and for none.
+    /// Statuses for these tokens, and without a token.
     fn statuses(&self) -> [u16; 3] {
         ["Authorization: Bearer alpha\r\n", "Authorization: Bearer beta\r\n", ""]
             .map(|headers| self.get("/api/v1/info", headers).0)
@@ -105,7 +105,7 @@ fn with_tokens(config: &mut Config, scratch: &Scratch) {
     config.http.auth = Auth::Tokens { tokens_file: scratch.path("tokens.toml") };
 }
 
-/// Whether the status, which comes each second, is sent to that port.
+/// Whether the status, which is sent once a second, arrives at this port.
 fn hears_status(port: u16) -> bool {
     let socket = joined(group(99), port, Ipv4Addr::LOCALHOST);
     let mut octets = [0; 64];
@@ -118,7 +118,7 @@ fn area(scratch: &Scratch, name: &str, kind: AreaKind) -> Area {
 }
 
 #[test]
-fn a_revoked_token_is_refused_at_once_and_its_stream_ends() {
+fn revoked_token_is_rejected_and_its_stream_ends() {
     let mut stage = Stage::new(22_400, with_tokens);
     assert_eq!(stage.statuses(), [200, 401, 401]);
     let mut stream = stage.open("/api/v1/stream", "Authorization: Bearer alpha\r\nConnection: close\r\n");
@@ -133,7 +133,7 @@ fn a_revoked_token_is_refused_at_once_and_its_stream_ends() {
     stream.read_to_string(&mut shown).unwrap();
     assert!(shown.contains("event: closed\ndata: {\"reason\":\"the token is no longer known\"}"), "{shown}");
 
-    // A file of tokens that is wrong locks nobody out, and lets nobody in.
+    // An invalid file of tokens neither removes nor adds access.
     tokens(&stage.scratch, "no hash");
     let told = stage.reload();
     assert!(told.contains("everything stays as it was") && told.contains("desk: sha256"), "{told}");
@@ -142,7 +142,7 @@ fn a_revoked_token_is_refused_at_once_and_its_stream_ends() {
 }
 
 #[test]
-fn what_can_change_does_and_the_rest_is_named() {
+fn reload_applies_changes_and_names_the_rest() {
     let mut stage = Stage::new(22_500, |config, _| config.output.status = true);
     let port = stage.config.output.asterix[0].port;
     let cors = |stage: &Stage| stage.get("/api/v1/info", "Origin: https://map.example\r\n").1;
@@ -188,7 +188,7 @@ fn what_can_change_does_and_the_rest_is_named() {
     assert_eq!(stage.get("/api/v1/info", "").0, 200);
     assert!(hears_status(port + 9));
 
-    // An output that cannot be opened leaves the old one, and what needs a restart is told again.
+    // An output that cannot be opened leaves the old one in place; keys that need a restart are reported again.
     let Address::Multicast { interface, .. } = &mut stage.config.output.asterix[0].address else { panic!() };
     *interface = [192, 0, 2, 1].into();
     stage.config.http.cors.clear();
@@ -201,7 +201,7 @@ fn what_can_change_does_and_the_rest_is_named() {
 }
 
 #[test]
-fn of_an_invalid_file_nothing_is_taken_and_everything_wrong_is_told() {
+fn invalid_file_is_rejected_with_all_errors() {
     let mut stage = Stage::new(22_600, |_, _| {});
     let valid = stage.config.to_string();
     let wrong = valid.replace("cors = []", "cors = [\"https://map.example\"]");
@@ -214,14 +214,14 @@ fn of_an_invalid_file_nothing_is_taken_and_everything_wrong_is_told() {
     assert!(!told.contains("in force now"), "{told}");
     let (status, head) = stage.get("/api/v1/info", "Origin: https://map.example\r\n");
     assert!(status == 200 && !head.contains("access-control-allow-origin"), "{head}");
-    // A file that is as it was is no change.
+    // An unchanged file is not a change.
     let told = stage.reload_text(&valid);
     assert!(!told.contains("in force now") && !told.contains("restart"), "{told}");
     stage.stop();
 }
 
 #[test]
-fn tokens_can_be_asked_for_and_no_longer_but_never_the_latter_where_others_reach_the_service() {
+fn token_requirement_cannot_be_lifted_on_a_public_address() {
     let mut stage = Stage::new(22_700, |_, _| {});
     assert_eq!(stage.statuses(), [200, 200, 200]);
     with_tokens(&mut stage.config, &stage.scratch);
@@ -246,7 +246,7 @@ fn tokens_can_be_asked_for_and_no_longer_but_never_the_latter_where_others_reach
 }
 
 #[test]
-fn zone_file_that_becomes_invalid_keeps_the_old_zone() {
+fn invalid_zone_file_keeps_the_old_zone() {
     let mut stage = Stage::new(22_900, |config, scratch| {
         config.areas = vec![area(scratch, "field", AreaKind::Alert(AlertArea::default()))];
     });

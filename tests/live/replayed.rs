@@ -1,4 +1,4 @@
-//! `replay --udp`: what is heard is what `replay -o x.pcap` writes, in time, again and again with `--loop`.
+//! `replay --udp` sends what `replay -o x.pcap` writes, in time, and repeatedly with `--loop`.
 
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ impl Stage {
         command
     }
 
-    /// What `replay` of these arguments writes.
+    /// Datagrams that `replay` writes with these arguments.
     fn written(&self, args: &[&str]) -> Vec<Vec<u8>> {
         let out = self.scratch.path("out.pcap");
         let ran = self.replay(args).arg("-o").arg(&out).output().unwrap();
@@ -41,7 +41,7 @@ impl Stage {
         datagrams(&out).into_iter().map(|(_, payload)| payload).collect()
     }
 
-    /// Hears the output until there is nothing to stop it and half a second of silence.
+    /// Receives the output until stopped, and until half a second of silence.
     fn listen(&self) -> (Sender<()>, JoinHandle<Heard>) {
         let (stop, stopped): (Sender<()>, Receiver<()>) = channel();
         let socket = joined(group(99), self.port, Ipv4Addr::LOCALHOST);
@@ -72,7 +72,7 @@ fn demo(name: &str) -> PathBuf {
 }
 
 #[test]
-fn what_is_sent_is_what_the_file_holds_at_the_pace_of_the_flight() {
+fn replay_sends_the_file_at_the_pace_of_the_flight() {
     for (port, span, seconds) in
         [(22_900, &[][..], 81.0), (22_910, &["--start", "+30s", "--end", "00:00:25"], 25.0)]
     {
@@ -88,7 +88,7 @@ fn what_is_sent_is_what_the_file_holds_at_the_pace_of_the_flight() {
         assert_eq!(ran.status.code(), Some(0), "{}", String::from_utf8_lossy(&ran.stderr));
         assert!(heard.points == written, "{} heard, {} written", heard.points.len(), written.len());
         assert!((took_s - seconds / 20.0).abs() < 0.6, "{took_s} s for {seconds} s");
-        // A status a second, of the recording's time: through midnight, and well.
+        // One status per second of the recording's time, through midnight, and without faults.
         let times: Vec<u32> = heard
             .statuses
             .iter()
@@ -101,7 +101,7 @@ fn what_is_sent_is_what_the_file_holds_at_the_pace_of_the_flight() {
 }
 
 #[test]
-fn a_loop_sends_the_same_again_until_ctrl_c() {
+fn looped_replay_sends_again_until_ctrl_c() {
     let stage = Stage::new(22_950);
     let span = ["--start", "+30s", "--end", "+34s"];
     let written = stage.written(&span);

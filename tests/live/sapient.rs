@@ -1,4 +1,4 @@
-//! `[[output.sapient]]` through `run`: what a fusion node hears that reads protocol buffers by hand.
+//! `[[output.sapient]]` through `run`, with a fusion node that decodes protocol buffers itself.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -21,7 +21,7 @@ const STATUS: u64 = 6;
 const DETECTION: u64 = 7;
 const TASK_ACK: u64 = 9;
 
-/// A message field by field: number and octets; of a number its octets, the lowest first.
+/// A message as a list of fields: number and octets. The octets of a number begin with the lowest.
 type Fields = Vec<(u64, Vec<u8>)>;
 
 fn varint(octets: &mut &[u8]) -> u64 {
@@ -74,7 +74,7 @@ fn code(fields: &Fields, number: u64) -> u64 {
     one(fields, number).map_or(0, |octets| u64::from_le_bytes(octets.try_into().unwrap()))
 }
 
-/// The node of this test.
+/// The fusion node of this test.
 struct Node {
     socket: TcpStream,
     read: Vec<u8>,
@@ -99,7 +99,7 @@ impl Node {
         }
     }
 
-    /// The number and the fields of the content of the next message; `None`: it ended, or nothing came for so long.
+    /// Number and fields of the content of the next message; `None` at the end of the connection, or after the timeout.
     fn hear(&mut self, patience: Duration) -> Option<(u64, Fields)> {
         let until = Instant::now() + patience;
         let mut octets = [0; 4096];
@@ -124,7 +124,7 @@ impl Node {
         }
     }
 
-    /// Sends a message whose content is of this number.
+    /// Sends a message with content of this number.
     fn say(&mut self, number: u8, content: &[u8]) {
         let length = u32::try_from(content.len() + 2).unwrap();
         let mut octets = length.to_le_bytes().to_vec();
@@ -135,7 +135,7 @@ impl Node {
 }
 
 #[test]
-fn a_node_that_agrees_hears_every_track_once_a_second_and_no_slot_waits_for_it() {
+fn accepting_node_gets_each_track_once_a_second() {
     let listener = TcpListener::bind(("127.0.0.1", 0)).unwrap();
     let port = listener.local_addr().unwrap().port();
     let change = |config: &mut Config, _: &Scratch| {
@@ -148,7 +148,7 @@ fn a_node_that_agrees_hears_every_track_once_a_second_and_no_slot_waits_for_it()
     let stage = Stage::new(SCENARIO, 23_400, change);
     let service = stage.run("run.log");
 
-    // It refuses the first registration, is asked again, and takes its time.
+    // The node rejects the first registration, receives another one, and answers late.
     let mut node = Node::accept(&listener);
     let (number, registration) = node.hear(Duration::from_secs(5)).unwrap();
     assert_eq!((number, text(&registration, 2)), (REGISTRATION, "BSI Flex 335 v2.0".to_owned()));
@@ -165,7 +165,7 @@ fn a_node_that_agrees_hears_every_track_once_a_second_and_no_slot_waits_for_it()
         while !feed.is_finished() {
             heard.extend(node.hear(Duration::from_millis(500)));
             if heard.len() == 20 {
-                // A task: it takes none.
+                // A task, which is rejected.
                 node.say(8, b"\x0a\x1a01H4R63D7NVN8444Z5M77WEBY7");
             }
         }
@@ -205,18 +205,18 @@ fn a_node_that_agrees_hears_every_track_once_a_second_and_no_slot_waits_for_it()
         let location = fields(one(detection, 6).unwrap());
         let place = |number| double(&location, number).unwrap();
         assert_eq!((code(&location, 7), code(&location, 8)), (1, 1), "degrees and metres, ellipsoid");
-        // Of the site, within 20 km: no coordinate is in the place of the other.
+        // Within 20 km of the site: the coordinates are not swapped.
         assert!((place(1) - site.longitude_deg).abs() < 0.4 && (place(2) - site.latitude_deg).abs() < 0.2);
         assert!(place(4) > 0.0 && place(5) > 0.0);
     }
 
-    // What is sent elsewhere knows nothing of it.
+    // The other outputs are not affected.
     let directory = stage.scratch.path("recordings");
     let (input, output) = (only(&directory, "input-", ".pcap"), only(&directory, "output-", ".pcap"));
     assert!(datagrams(&output).len() > 20 && fs::read(&output).unwrap() == replayed(&input));
 }
 
-/// The list of a configuration as it is shown is empty: a table of the same name takes its place.
+/// Removes the empty list from a displayed configuration, because a table of the same name replaces it.
 fn without_sapient(text: &str) -> String {
     text.replace("sapient = []\n", "")
 }

@@ -1,5 +1,5 @@
-//! Two senders with one SAC/SIC: the first counts, the other is refused and named. Lines that `source` names and that bring
-//! the same complete each other.
+//! Two senders with one SAC/SIC: the first is accepted, the other is rejected and named. Lines with the same data, whose
+//! hosts `source` names, complete each other.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -18,15 +18,15 @@ use utm_fusion::simulate::Simulation;
 use crate::common::{Running, Scratch, beside, flight, joined, only, read, replayed, utm_fusion};
 use crate::stage::Stage;
 
-/// Every drone has a transponder that is never silent for long: those of another flight have the same serial numbers, and
-/// never get a turn.
+/// Every drone has a transponder without long silences. Those of another flight have the same serial numbers, and are never
+/// accepted.
 const SCENARIO: &str = "name = \"live\"\nduration_s = 24\n[drones]\nmultirotors = 2\nequipped = 2\n[birds]\ncount = 3\n\
                         [transponder]\nperiod_s = [1.5, 2.0]\ndropped = 0.0\ngap_every_s = 0.0\n\
                         starts_after_s = [0.0, 1.0]\nends_before_s = [0.0, 0.0]\n";
 
-/// When the second sender begins, seconds of the flight.
+/// Start of the second sender, in seconds of the flight.
 const SECOND_S: f64 = 5.0;
-/// And when it ends.
+/// End of the second sender, in seconds of the flight.
 const SECOND_ENDS_S: f64 = 16.0;
 
 pub(crate) fn json(address: SocketAddr, path: &str) -> Value {
@@ -43,7 +43,7 @@ fn address(running: &mut Running) -> SocketAddr {
     running.log().split("url=http://").nth(1).unwrap().split('/').next().unwrap().parse().unwrap()
 }
 
-/// Sends another flight to the inputs of the stage, as a stray simulator would; from this address.
+/// Sends another flight to the inputs of the stage, like a stray simulator; returns its address.
 fn stray(stage: &Stage, other: &Simulation) -> SocketAddr {
     let sender = stage.sender();
     let start = other.datagrams[0].received;
@@ -60,7 +60,7 @@ fn stray(stage: &Stage, other: &Simulation) -> SocketAddr {
     sender.local_addr().unwrap()
 }
 
-/// The recording of one sender alone, with what stands beside it.
+/// The recording of one sender alone, with the files beside it.
 fn of_one(input: &Path, port: u16, scratch: &Scratch) -> std::path::PathBuf {
     let alone = scratch.path(input.file_name().unwrap().to_str().unwrap());
     for extension in ["site.toml", "numbers.json", "registration.json"] {
@@ -81,7 +81,7 @@ fn of_one(input: &Path, port: u16, scratch: &Scratch) -> std::path::PathBuf {
 }
 
 #[test]
-fn of_two_senders_the_first_counts_and_both_are_named() {
+fn first_of_two_senders_is_accepted_and_both_are_named() {
     let stage = Stage::new(SCENARIO, 22_700, |_, _| {});
     let other = flight(SCENARIO, 2, Some(stage.start()));
     let mut service = stage.run("run.log");
@@ -97,7 +97,7 @@ fn of_two_senders_the_first_counts_and_both_are_named() {
     let (stray, told) = std::thread::scope(|scope| {
         scope.spawn(|| stage.send(0.0, 24.0));
         let stray = scope.spawn(|| stray(&stage, &other));
-        // 5 s after it began to speak at the latest, and some more where this machine is busy.
+        // At most 5 s after its start, or later if this machine is busy.
         let began = stage.start() + jiff::SignedDuration::from_millis((SECOND_S * 1e3) as i64);
         let mut told: Option<(Time, Vec<String>)> = None;
         let until = Instant::now() + Duration::from_secs(40);
@@ -114,14 +114,14 @@ fn of_two_senders_the_first_counts_and_both_are_named() {
         println!("told after {after_s:.1} s");
         (stray.join().unwrap(), texts)
     });
-    // Both are named, the radar's and the transponders'.
+    // Both are named, for the radar and for the transponders.
     let first = told[0].split_whitespace().find(|word| word.starts_with("127.0.0.1:")).unwrap();
     let first: SocketAddr = first.parse().unwrap();
     assert!(
         told.iter().all(|text| text.contains(&format!("127.0.0.1:{} is refused", stray.port()))),
         "{told:?}"
     );
-    // It has ended: so does the alert.
+    // The second sender has ended, and so does the alert.
     let until = Instant::now() + Duration::from_secs(20);
     while lasting().iter().any(named) {
         assert!(Instant::now() < until, "{:?}", lasting());
@@ -138,7 +138,7 @@ fn of_two_senders_the_first_counts_and_both_are_named() {
         "told once a sensor:\n{log}"
     );
 
-    // What was sent is what the recording replays to, and what the first sender alone gives.
+    // The data sent equals the replay of the recording, and that of the first sender alone.
     let dir = stage.scratch.path("recordings");
     let (input, sent) = (only(&dir, "input-", ".pcap"), fs::read(only(&dir, "output-", ".pcap")).unwrap());
     let recorded = read(&input).0;
@@ -149,8 +149,8 @@ fn of_two_senders_the_first_counts_and_both_are_named() {
     assert!(sent == replayed(&of_one(&input, first.port(), &scratch)), "the first sender alone");
 }
 
-/// A host that joins the radar's group, repeats one of its datagrams every 4 s as a redundant line would, and forges plots
-/// under its SAC/SIC four times a second; both go to `to`. Returns how many datagrams were forged.
+/// A host that joins the radar's group, repeats one of its datagrams every 4 s like a redundant line, and forges plots
+/// under its SAC/SIC four times a second; both go to `to`. Returns the number of forged datagrams.
 fn forge(stage: &Stage, to: (Ipv4Addr, u16), until: Time) -> u64 {
     let (group, port) = stage.to(0);
     let listener = joined(group, port, Ipv4Addr::LOCALHOST);
@@ -187,12 +187,13 @@ fn forge(stage: &Stage, to: (Ipv4Addr, u16), until: Time) -> u64 {
     count
 }
 
-/// The host of [`forge`].
+/// Address of the host of [`forge`].
 const FORGER: Ipv4Addr = Ipv4Addr::new(127, 0, 0, 66);
 
 #[test]
 fn forger_behind_copies_is_refused_on_every_line_and_named() {
-    // Without a source the radar's own group takes what any host sends; with one, the forger uses the transponders' group.
+    // Without a source, the radar's group accepts datagrams from any host; with one, the forger uses the transponders'
+    // group.
     for (pinned, reason) in [(false, "other_sender"), (true, "foreign_source")] {
         let stage = Stage::new(SCENARIO, if pinned { 22_760 } else { 22_740 }, |config, _| {
             config.sensors[0].inputs[0].source = pinned.then_some(Ipv4Addr::LOCALHOST);
@@ -214,7 +215,7 @@ fn forger_behind_copies_is_refused_on_every_line_and_named() {
             .iter()
             .find(|one| one["id"] == stage.config.sensors[0].id);
         let radar = &radar.unwrap()["properties"];
-        // The status is of a second before, and so are its counters.
+        // Status and counters may be a second old.
         assert!(count > 20 && radar["refused"][reason].as_u64() >= Some(count / 2), "{count}: {radar}");
         let contested = radar["contested"].as_array().unwrap();
         assert!(contested.iter().any(|one| one["reason"] == reason), "{radar}");
@@ -225,8 +226,8 @@ fn forger_behind_copies_is_refused_on_every_line_and_named() {
             alert["kind"] == "sensor" && alert["text"].as_str().is_some_and(|text| text.contains(refused))
         };
         assert!(alerts["alerts"].as_array().unwrap().iter().any(|alert| names_it(&alert)), "{alerts}");
-        // No ghosts: each plot and each service message that was taken is the radar's own.
-        let sent = |datagram: &&utm_fusion::simulate::Datagram| {
+        // No ghosts: all accepted plots and service messages are from the radar itself.
+        let sent = |datagram: &&utm_fusion::simulate::SimulatedDatagram| {
             datagram.payload[0] != 129 && datagram.received.seconds_since(stage.start()) <= 14.5
         };
         let own: usize = stage
@@ -247,10 +248,10 @@ fn forger_behind_copies_is_refused_on_every_line_and_named() {
     }
 }
 
-/// The hosts of two lines.
+/// Hosts of two lines.
 const HOSTS: [Ipv4Addr; 2] = [Ipv4Addr::new(10, 0, 0, 1), Ipv4Addr::new(10, 0, 0, 2)];
 
-/// Two lines that each lose a tenth, as a capture; from two hosts that the inputs name as `source`, or from one.
+/// A capture of two lines, each with a loss of a tenth: from two hosts that the inputs name as `source`, or from one.
 fn lines(simulation: &Simulation, scratch: &Scratch, two: bool) -> (String, Vec<u8>) {
     let capture = scratch.path(if two { "two.pcap" } else { "one.pcap" });
     let mut config = simulation.config.clone();
@@ -272,7 +273,7 @@ fn lines(simulation: &Simulation, scratch: &Scratch, two: bool) -> (String, Vec<
 }
 
 #[test]
-fn redundant_lines_that_lose_datagrams_complete_each_other() {
+fn redundant_lines_with_losses_complete_each_other() {
     let scenario = "name = \"lines\"\nduration_s = 60\n[drones]\nmultirotors = 3\nequipped = 2\n[birds]\ncount = 3\n\
                     [network]\nsecond_line = true\nlost = 0.1\nreordered = 0.05\n";
     let scratch = Scratch::new();

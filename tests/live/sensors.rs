@@ -1,4 +1,4 @@
-//! Every kind of sensor at once: one aircraft each, and a recording that replays to what was sent.
+//! All kinds of sensors at once: one track per aircraft, and a recording that replays to the data sent.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -17,7 +17,7 @@ use crate::stage::Stage;
 /// Radar, CAT129, CAT021, Remote ID and a camera.
 const EVENT: &str = include_str!("../../config/scenarios/event.toml");
 
-/// Sends the flight until `until_s`, each datagram to the sensor that it is of.
+/// Sends the flight until `until_s`, each datagram to its sensor.
 fn send(stage: &Stage, until_s: f64) {
     let sender = stage.sender();
     let mut sensors: BTreeMap<(Ipv4Addr, u16), usize> = BTreeMap::new();
@@ -41,7 +41,7 @@ fn send(stage: &Stage, until_s: f64) {
 }
 
 #[test]
-fn five_kinds_of_sensors_are_one_picture_and_their_recording_replays_to_it() {
+fn five_sensor_kinds_make_one_picture_that_replays() {
     let scenario = EVENT.replace("duration_s = 300", "duration_s = 24");
     assert_ne!(scenario, EVENT);
     let stage = Stage::new(&scenario, 23_500, |_, _| {});
@@ -59,7 +59,7 @@ fn five_kinds_of_sensors_are_one_picture_and_their_recording_replays_to_it() {
     kinds.sort_unstable();
     kinds.dedup();
     assert_eq!(kinds, ["adsb", "camera", "radar", "remote-id", "transponder"]);
-    // One track each: whoever states the identity, CAT129 or Remote ID or both.
+    // One track per identity, whether CAT129 or Remote ID or both report it.
     let mut tracks: BTreeMap<String, usize> = BTreeMap::new();
     let picture = json(address, "/api/v1/tracks");
     for track in picture["features"].as_array().unwrap() {
@@ -73,7 +73,7 @@ fn five_kinds_of_sensors_are_one_picture_and_their_recording_replays_to_it() {
     }
     assert!(tracks.len() > 8 && tracks.values().all(|&count| count == 1), "{tracks:?}");
 
-    // readsb's clients find aircraft with ADS-B under their ICAO address.
+    // Clients of readsb find aircraft with ADS-B under their ICAO address.
     let aircraft = json(address, "/data/aircraft.json");
     let aircraft = aircraft["aircraft"].as_array().unwrap();
     let by_adsb = |track: &&Value| !track["properties"]["aircraft"]["icao24"].is_null();
@@ -106,7 +106,7 @@ fn five_kinds_of_sensors_are_one_picture_and_their_recording_replays_to_it() {
     let input = only(&recordings, "input-", ".pcap");
     let output = only(&recordings, "output-", ".pcap");
     assert!(replayed(&input) == fs::read(&output).unwrap(), "what is replayed is not what was sent");
-    // What the camera looked at names it, with a bearing of these moments; nobody else does.
+    // Only tracks seen by the camera name it, with a recent bearing.
     let lines = stage.scratch.path("tracks.ndjson");
     let mut replay = utm_fusion("replay");
     replay.arg(&input).arg("--config").arg(beside(&input, "site.toml")).arg("-o").arg(&lines);

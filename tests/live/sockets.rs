@@ -1,4 +1,4 @@
-//! `run` with real sockets, fed by a sender of its own.
+//! `run` with real sockets, fed by its own sender.
 
 use std::fs;
 use std::net::Ipv4Addr;
@@ -17,10 +17,10 @@ const SCENARIO: &str =
     "name = \"live\"\nduration_s = 22\n[drones]\nmultirotors = 2\nequipped = 2\n[birds]\ncount = 3\n";
 
 #[test]
-fn what_was_sent_what_was_recorded_and_what_is_replayed_are_the_same() {
+fn sent_recorded_and_replayed_output_are_the_same() {
     let stage = Stage::new(SCENARIO, 21_000, |_, _| {});
     let (stop, listener) = stage.listen();
-    // Two processes hear one group; the other one only records.
+    // Two processes receive one group; the other one only records.
     let other = stage.scratch.path("other");
     let mut record = Running::start(
         utm_fusion("record").arg("--config").arg(&stage.site).arg("--dir").arg(&other),
@@ -46,7 +46,7 @@ fn what_was_sent_what_was_recorded_and_what_is_replayed_are_the_same() {
     assert!(heard == sent, "{} heard, {} recorded", heard.len(), sent.len());
     assert!(fs::read(&output).unwrap() == replayed(&input));
 
-    // All that was fed is in both recordings, from its sender, to its group and port.
+    // All fed datagrams are in both recordings, with their sender, group and port.
     let fed: Vec<&Vec<u8>> = stage.simulation.datagrams.iter().map(|datagram| &datagram.payload).collect();
     for input in [input, only(&other, "input-", ".pcap")] {
         let (recorded, whole) = read(&input);
@@ -69,9 +69,10 @@ fn what_was_sent_what_was_recorded_and_what_is_replayed_are_the_same() {
     assert_eq!(numbers.len(), 2);
 }
 
-/// A destination of now gets that picture and the status, and none of the other; the recording is of the other alone.
+/// A destination for the present picture receives that picture and the status, and not the lagged picture; the recording
+/// has only the lagged one.
 #[test]
-fn a_sink_of_now_hears_what_a_replay_writes_of_now() {
+fn present_picture_sent_equals_its_replay() {
     let stage = Stage::new(SCENARIO, 21_600, |config, _| {
         let lagged = config.output.asterix[0];
         let address = Address::Multicast { group: group(98), interface: Ipv4Addr::LOCALHOST };
@@ -102,9 +103,10 @@ fn a_sink_of_now_hears_what_a_replay_writes_of_now() {
     assert!(now == payloads(replayed_now(&input)));
 }
 
-/// A radar that puts a counter and a time behind the blocks of each datagram: told once, recorded as it came, no fault.
+/// A radar that appends a counter and a time to the blocks of each datagram: reported once, recorded unchanged, not a
+/// fault.
 #[test]
-fn a_trailer_is_recognised_and_the_recording_replays_to_what_was_sent() {
+fn recording_with_trailers_replays_to_the_sent_output() {
     let mut stage = Stage::new(SCENARIO, 21_300, |_, _| {});
     let plots = stage.simulation.datagrams.iter_mut().filter(|datagram| datagram.payload[0] != 129);
     for (count, datagram) in plots.enumerate() {
@@ -118,7 +120,7 @@ fn a_trailer_is_recognised_and_the_recording_replays_to_what_was_sent() {
     let told = "a trailer of 8 octets follows the blocks of each datagram from 127.0.0.1 to ";
     assert_eq!(log.matches(told).count(), 1, "{log}");
     assert!(log.contains("trailer_octets=8"), "{log}");
-    // The first few, until it was recognised, once a second at most.
+    // Only the first datagrams, until the trailer was recognised; at most once a second.
     assert!(log.matches("LEN is below 3").count() <= 3, "{log}");
 
     let directory = stage.scratch.path("recordings");
@@ -133,7 +135,7 @@ fn a_trailer_is_recognised_and_the_recording_replays_to_what_was_sent() {
     assert!(fs::read(&output).unwrap() == replayed(&input));
 }
 
-/// A radar whose blocks come in ORADIS framing: read as if they came without it, recorded as they came.
+/// A radar whose blocks are in ORADIS framing: read as without it, and recorded unchanged.
 #[test]
 fn oradis_framing_is_read_live_and_in_the_recording() {
     let mut stage = Stage::new(SCENARIO, 22_050, |_, _| {});
@@ -160,7 +162,7 @@ fn oradis_framing_is_read_live_and_in_the_recording() {
 }
 
 #[test]
-fn a_kill_leaves_readable_files_which_the_next_start_completes() {
+fn killed_service_leaves_files_that_the_next_completes() {
     let stage = Stage::new(SCENARIO, 21_100, |_, _| {});
     let mut service = stage.run("run.log");
     stage.send(0.0, 14.0);
@@ -190,11 +192,11 @@ fn a_kill_leaves_readable_files_which_the_next_start_completes() {
 }
 
 #[test]
-fn strangers_echoes_and_odd_datagrams_cost_nothing_and_a_lost_disk_stops_no_slot() {
+fn odd_datagrams_and_a_lost_disk_stop_no_slot() {
     let stage = Stage::new(SCENARIO, 21_200, |_, _| {});
     let (stop, listener) = stage.listen();
     let directory = stage.scratch.path("recordings");
-    // A file where the directory should be.
+    // A file in the place of the directory.
     fs::write(&directory, b"in the way").unwrap();
     let mut service = stage.run("run.log");
     service.says("cannot be recorded");

@@ -1,4 +1,4 @@
-//! A site on this machine: its sensors, a service of it, and who listens to its output.
+//! A site on this machine: its sensors, its service, and a listener to its output.
 
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ pub(crate) struct Stage {
     pub(crate) simulation: Simulation,
     pub(crate) config: Config,
     pub(crate) site: PathBuf,
-    /// What the flight is sent from: to the service another port would be another sender.
+    /// Socket that sends the flight; for the service another port would be another sender.
     socket: OnceLock<UdpSocket>,
 }
 
@@ -61,7 +61,7 @@ impl Stage {
         }
     }
 
-    /// Sends what the simulation holds from `from_s` to `until_s` of it, in real time.
+    /// Sends the simulation from `from_s` to `until_s`, in real time.
     pub(crate) fn send(&self, from_s: f64, until_s: f64) {
         let sender = self.socket.get_or_init(|| self.sender());
         let start = self.simulation.datagrams[0].received;
@@ -78,7 +78,7 @@ impl Stage {
         }
     }
 
-    /// The interface of its output.
+    /// Interface of its output.
     fn interface(&self) -> Ipv4Addr {
         match self.config.output.asterix[0].address {
             Address::Multicast { interface, .. } => interface,
@@ -86,19 +86,19 @@ impl Stage {
         }
     }
 
-    /// The reception of the first datagram of the flight.
+    /// Time of reception of the first datagram of the flight.
     pub(crate) fn start(&self) -> Time {
         self.simulation.datagrams[0].received
     }
 
-    /// Hears the output; its datagrams of CAT129.
+    /// Receives the output; returns its datagrams of CAT129.
     pub(crate) fn listen(&self) -> (Arc<AtomicBool>, JoinHandle<Vec<Vec<u8>>>) {
         let stop = Arc::new(AtomicBool::new(false));
         let listener = self.listen_to(group(99), self.config.output.asterix[0].port, &stop);
         (stop, listener)
     }
 
-    /// The same of any group, until it is to stop.
+    /// Receives the datagrams of CAT129 of any group until stopped.
     pub(crate) fn listen_to(
         &self,
         group: Ipv4Addr,
@@ -108,7 +108,7 @@ impl Stage {
         self.listen_for(group, port, stop, |datagram| datagram[0] == 129)
     }
 
-    /// The datagrams that are wanted.
+    /// Receives the datagrams for which `is_wanted` returns `true`, until stopped.
     pub(crate) fn listen_for(
         &self,
         group: Ipv4Addr,

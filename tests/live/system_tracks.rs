@@ -1,4 +1,4 @@
-//! `run` with destinations of CAT062: what they hear, beside CAT129 and instead of it.
+//! `run` with destinations for CAT062: the data that they receive, beside CAT129 and instead of it.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -24,7 +24,7 @@ fn records<R: Record<Edition = ()>>(datagrams: &[Vec<u8>]) -> Vec<R> {
 }
 
 #[test]
-fn destinations_of_cat062_hear_tracks_and_sensors_and_the_others_what_they_always_heard() {
+fn cat062_destinations_get_tracks_and_sensor_status() {
     let stage = Stage::new(SCENARIO, 22_500, |config, _| {
         let usual = config.output.asterix[0];
         for (last, picture) in [(98, PictureKind::Lagged), (97, PictureKind::Now)] {
@@ -40,7 +40,7 @@ fn destinations_of_cat062_hear_tracks_and_sensors_and_the_others_what_they_alway
     let (lagged, now) = (all(1, 98), all(2, 97));
     let service = stage.run("run.log");
     stage.send(0.0, 9.0);
-    // The service's own tracks and sensors come back to it, from whoever sends them.
+    // The service's own tracks and sensors come back to it, from another sender.
     let own: BTreeSet<u8> = [62, 63].into();
     let (sender, mut echoed) = (stage.sender(), BTreeSet::new());
     let echo = joined(group(98), port(1), Ipv4Addr::LOCALHOST);
@@ -65,7 +65,7 @@ fn destinations_of_cat062_hear_tracks_and_sensors_and_the_others_what_they_alway
     assert_eq!(refused, [62, 63].into(), "{unknown}");
     assert!(unknown.as_array().unwrap().iter().all(|source| source["own"] == true), "{unknown}");
 
-    // The recording is of CAT129 alone, and replays to what each destination heard.
+    // The recording has only CAT129, and replays to the data that each destination received.
     let directory = stage.scratch.path("recordings");
     let (input, output) = (only(&directory, "input-", ".pcap"), only(&directory, "output-", ".pcap"));
     let sent: Vec<Vec<u8>> = datagrams(&output).into_iter().map(|(_, payload)| payload).collect();
@@ -78,7 +78,7 @@ fn destinations_of_cat062_hear_tracks_and_sensors_and_the_others_what_they_alway
         assert!(payloads.iter().eq(tracks(62)), "{picture}: {} of {}", tracks(62).count(), payloads.len());
         assert!(payloads.len() > 20 && tracks(65).count() > 10 && tracks(129).count() == 0);
 
-        // Each second every sensor: at first nothing of it was heard, then it works.
+        // Each second has the status of each sensor: at first without receptions, then operational.
         let service = if picture == "lagged" { 1 } else { 2 };
         let sensors = records::<cat063::Record>(heard);
         let said = |record: &cat063::Record| {

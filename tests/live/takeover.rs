@@ -1,4 +1,4 @@
-//! A radar that dies, and another host that speaks in its place; a service message from a host that does not.
+//! A radar that fails, and another host that takes over; and a service message from a host that does not.
 
 use std::net::SocketAddr;
 
@@ -7,7 +7,7 @@ use fusion::time::{SECOND, Time};
 use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{AlertKind, Config, Severity};
-use utm_fusion::live::{Alert, AlertSettings, Alerts, Driver, Made, SensorState, SensorStatus};
+use utm_fusion::live::{Alert, AlertMonitor, AlertSettings, Driver, DriverEvent, SensorState, SensorStatus};
 use utm_fusion::pipeline::Event;
 
 const RADAR: &str = "10.0.0.1:4000";
@@ -16,9 +16,9 @@ const OTHER: &str = "10.0.0.2:5000";
 /// A driver and its alerts with a virtual clock.
 struct Watch {
     driver: Driver,
-    alerts: Alerts,
+    alerts: AlertMonitor,
     source: DataSource,
-    /// Takeovers and contests that were reported.
+    /// Reported takeovers and contests.
     reported: Vec<Event>,
 }
 
@@ -33,13 +33,13 @@ impl Watch {
         let source = DataSource { sac: config.sensors[0].sac, sic: config.sensors[0].sic };
         Self {
             driver: Driver::new(&config, Masks::default(), at(0.0), 1),
-            alerts: Alerts::new(AlertSettings::default(), at(0.0)),
+            alerts: AlertMonitor::new(AlertSettings::default(), at(0.0)),
             source,
             reported: Vec::new(),
         }
     }
 
-    /// A radar's service message.
+    /// Sends a radar's service message.
     fn serve(&mut self, from: &str, second: f64, is_nogo: bool) {
         let common = cat034::CommonStatus::default().with_nogo(is_nogo);
         let record = cat034::Record {
@@ -60,13 +60,13 @@ impl Watch {
             payload: [payload, vec![240, 0, 4, (second * 10.0) as u64 as u8]].concat(),
         });
         while let Some(made) = self.driver.poll() {
-            if let Made::Event(event @ (Event::TookOver(_) | Event::Contested(_))) = made {
+            if let DriverEvent::Event(event @ (Event::TookOver(_) | Event::Contested(_))) = made {
                 self.reported.push(event);
             }
         }
     }
 
-    /// The radar's state, and the alert of it that lasts.
+    /// State of the radar, and its active alert.
     fn look(&mut self, second: f64) -> (SensorStatus, Option<Alert>) {
         let sensors = self.driver.sensors(at(second), |_| Vec::new());
         self.alerts.note_sensors(&sensors, at(second));
@@ -94,7 +94,7 @@ fn nogo_of_a_foreign_host_raises_no_outage_and_is_named() {
 }
 
 #[test]
-fn takeover_of_a_dead_radar_is_an_alert_that_names_both() {
+fn takeover_of_a_silent_radar_is_an_alert_naming_both() {
     let mut watch = Watch::new();
     for second in 0..8 {
         watch.serve(RADAR, f64::from(second), false);
@@ -109,7 +109,7 @@ fn takeover_of_a_dead_radar_is_an_alert_that_names_both() {
     let [Event::TookOver(takeover)] = watch.reported[..] else { panic!("{:?}", watch.reported) };
     assert_eq!((takeover.before.to_string(), takeover.after.to_string()), (RADAR.into(), OTHER.into()));
 
-    // Now it may say so, and is named; what it said does not hold for the radar, when that comes back.
+    // Now its NOGO is accepted, and it is named; its state does not apply to the first radar when that returns.
     watch.serve(OTHER, 16.0, true);
     let (status, alert) = watch.look(16.1);
     assert_eq!(status.state, SensorState::Outage);

@@ -1,4 +1,4 @@
-//! `demo` as it shows in a terminal, and what it says at its end.
+//! Display of `demo` in a terminal, and its final lines.
 
 use std::num::NonZero;
 use std::process::{Command, Stdio};
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::common::{Scratch, utm_fusion};
 
-/// What the program writes into a terminal of this size; `script` of util-linux makes one.
+/// Output of the program in a terminal of this size, which `script` of util-linux provides.
 #[cfg(target_os = "linux")]
 fn in_terminal(rows: u16, columns: u16, arguments: &str) -> Vec<u8> {
     let program = env!("CARGO_BIN_EXE_utm-fusion");
@@ -24,13 +24,13 @@ fn cells(number: u16) -> NonZero<u16> {
     NonZero::new(number).unwrap()
 }
 
-/// One table, in place, whatever the size; with no line broken by the terminal.
+/// One table, repainted in place in any size; no line is broken by the terminal.
 #[cfg(target_os = "linux")]
 #[test]
-fn the_demo_repaints_one_table_in_any_terminal() {
+fn demo_repaints_one_table_in_any_terminal() {
     for (rows, columns) in [(24, 80), (8, 40), (50, 132)] {
         let written = in_terminal(rows, columns, "demo --duration 1s");
-        // As high as the whole output, so that nothing is scrolled away, but the program has counted on less.
+        // The terminal below keeps 200 lines of scrollback, so that lines which scroll away are checked, too.
         let text = String::from_utf8(written.clone()).unwrap();
         let paintings = text.matches(" track  source").count();
         assert!(paintings > 100, "{paintings} paintings");
@@ -43,7 +43,7 @@ fn the_demo_repaints_one_table_in_any_terminal() {
         assert_eq!(wrapped, 0, "{rows} × {columns}");
         let mut lines = Vec::new();
         terminal.screen_mut().set_scrollback(usize::MAX);
-        // A page at a time, from the oldest line on.
+        // One page at a time, from the oldest line on.
         let mut back = terminal.screen().scrollback();
         loop {
             terminal.screen_mut().set_scrollback(back);
@@ -61,9 +61,9 @@ fn the_demo_repaints_one_table_in_any_terminal() {
     }
 }
 
-/// The last lines are the scores of `evaluate` for the same flight, each beside the input that there was.
+/// The last lines are the scores of `evaluate` for the same flight, each beside that of the input.
 #[test]
-fn the_demo_ends_with_the_scores_of_evaluate() {
+fn demo_ends_with_the_scores_of_evaluate() {
     let scratch = Scratch::new();
     let ran = |command: &mut Command| {
         let output = command.output().unwrap();
@@ -73,7 +73,7 @@ fn the_demo_ends_with_the_scores_of_evaluate() {
     let shown = ran(&mut utm_fusion("demo"));
     assert!(!shown.contains('\x1b'), "no terminal, no control characters");
 
-    // One of the transponders lies, and is found out.
+    // One of the transponders reports false positions, and is flagged.
     assert!(shown.contains("FAILED, ") && shown.contains("flagged    0000000000"), "{shown}");
     let found = shown.lines().find(|line| line.starts_with("The transponder of drone D")).unwrap();
     assert!(found.contains(" lied from 2026-") && found.contains(" s later it was flagged."), "{found}");
@@ -95,28 +95,40 @@ fn the_demo_ends_with_the_scores_of_evaluate() {
     evaluate.arg("--capture").arg(file("capture.pcap")).arg("--config").arg(file("site.toml")).arg("--json");
     let scores: Value = serde_json::from_str(&ran(&mut evaluate)).unwrap();
 
+    // Slots with false positions have a row of their own; the mean over all slots lies between the two.
+    let metres = |row: &str| -> [f64; 2] {
+        let line = shown.lines().find_map(|line| line.strip_prefix(row)).unwrap_or_else(|| panic!("{shown}"));
+        let numbers: Vec<f64> = line.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        [numbers[0], numbers[2]]
+    };
+    let (honest, lying) = (metres("while its transponder spoke"), metres("while it sent false positions"));
+    for (index, stream) in ["fused", "transponder"].into_iter().enumerate() {
+        let mean = scores[stream]["all"]["epos_covered"]["mean_m"].as_f64().unwrap();
+        assert!(honest[index] < mean && mean < lying[index], "{stream}: {mean}\n{shown}");
+    }
+    assert!(honest[0] < honest[1], "{shown}");
+
     for (row, group, error, share, alone) in [
-        ("while its transponder spoke", "all", "epos_covered", "pu_covered_percent", "transponder"),
         ("while its transponder was silent", "all", "epos_gap", "pu_gap_percent", "radar"),
         ("drones without a transponder", "unequipped", "epos", "pu_percent", "radar"),
     ] {
         let line =
             shown.lines().find(|line| line.starts_with(row)).unwrap_or_else(|| panic!("{row}: {shown}"));
-        // Metres, percent: of the output, and of the input alone.
+        // Metres and percent: of the output, and of the input alone.
         let words: Vec<&str> = line[row.len()..].split_whitespace().collect();
         let numbers: Vec<f64> = words.iter().filter_map(|word| word.parse().ok()).collect();
         assert_eq!((numbers.len(), words.last()), (4, Some(&alone)), "{line}");
         for (stream, told) in [("fused", &numbers[..2]), (alone, &numbers[2..])] {
             let score = &scores[stream][group];
             let expected = [score[error]["mean_m"].as_f64().unwrap(), score[share].as_f64().unwrap()];
-            // Rounded to what is shown; the files round places to millimetres.
+            // Rounded as displayed; the files round positions to millimetres.
             assert!((told[0] - expected[0]).abs() < 0.06, "{line}: {expected:?}");
             assert!((told[1] - expected[1]).abs() <= 0.51, "{line}: {expected:?}");
         }
     }
 }
 
-/// The lines of a demonstration without a terminal: code 0, and no control characters.
+/// Lines of a demonstration without a terminal: exit code 0, and no control characters.
 fn demonstrated(scenario: &str) -> Vec<String> {
     let output = utm_fusion("demo").args(["--scenario", scenario]).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
@@ -125,7 +137,7 @@ fn demonstrated(scenario: &str) -> Vec<String> {
     shown.lines().map(str::to_owned).collect()
 }
 
-/// Of the last table: sources, names and the other columns, by rows.
+/// Rows of the last table: source, name and the whole line.
 fn rows<'a>(shown: &'a [String]) -> Vec<(&'a str, &'a str, &'a str)> {
     let table = shown.iter().rposition(|line| line.starts_with(" track  source")).unwrap();
     let rows = shown[table + 1..].iter().take_while(|line| !line.is_empty());
@@ -136,21 +148,21 @@ fn rows<'a>(shown: &'a [String]) -> Vec<(&'a str, &'a str, &'a str)> {
     rows.map(|line| row(line)).collect()
 }
 
-/// How many aircraft of the summary are known by an address, and by a serial number that begins so.
+/// Number of aircraft in the summary with an address, and with a serial number that begins like this.
 fn aircraft(shown: &[String], serial: &str) -> (usize, usize) {
     let count =
         |of: &str| shown.iter().filter(|line| line.starts_with("aircraft") && line.contains(of)).count();
     (count(" (address "), count(&format!(" (serial {serial}")))
 }
 
-/// How many reports of a sensor were used.
+/// Number of reports of a sensor that were used.
 fn used(shown: &[String], sensor: &str) -> u64 {
     let begins = format!("sensor     {sensor}: ");
     let line = shown.iter().find_map(|line| line.strip_prefix(&begins)).unwrap_or_else(|| panic!("{sensor}"));
     line.split(' ').next().unwrap().parse().unwrap()
 }
 
-/// Of who is heard: its mean error, metres, and the share of the time in which it has a place, percent.
+/// Mean error in metres, and availability in percent, of aircraft whose transponders were received.
 fn while_heard(shown: &[String]) -> (f64, u64) {
     let row = "while its transponder spoke";
     let line = shown.iter().find(|line| line.starts_with(row)).unwrap();
@@ -165,7 +177,7 @@ fn is_callsign(who: &str) -> bool {
 }
 
 #[test]
-fn an_airfield_shows_aeroplanes_and_drones_without_a_radar() {
+fn airfield_demo_shows_aeroplanes_and_drones() {
     let shown = demonstrated("airfield");
     // Two that pass, two in the circuit, one that meets a drone; and no vehicle on the ground.
     assert_eq!(aircraft(&shown, "SMTR7"), (5, 5), "{shown:#?}");
@@ -182,7 +194,7 @@ fn an_airfield_shows_aeroplanes_and_drones_without_a_radar() {
 }
 
 #[test]
-fn an_event_shows_what_every_kind_of_sensor_sees() {
+fn event_demo_shows_tracks_of_every_sensor_kind() {
     let shown = demonstrated("event");
     let rows = rows(&shown);
     let of_source = |wanted: &str| rows.iter().filter(|(source, ..)| *source == wanted).count();

@@ -1,4 +1,4 @@
-//! TLS of the program itself: the handshake, a renewed certificate, files that cannot be used.
+//! TLS of the program itself: the handshake, a renewed certificate, and unusable files.
 
 use std::fs;
 use std::io::{self, Read, Write};
@@ -17,7 +17,7 @@ use crate::common::{Running, Scratch, flight, on_own_ports, utm_fusion};
 
 pub(crate) const NAME: &str = "fusion.example";
 
-/// A certificate that signs itself, and its key.
+/// A self-signed certificate, and its key.
 pub(crate) struct Issued {
     pub(crate) certificate: String,
     pub(crate) key: String,
@@ -37,12 +37,12 @@ impl Issued {
         Self { certificate: certificate.pem(), key: key.serialize_pem(), root: certificate.der().clone() }
     }
 
-    /// A connection to whoever can prove to be this.
+    /// Connects to a server that proves to have this certificate.
     pub(crate) fn connect(&self, port: u16) -> io::Result<Connection> {
         self.connect_from([127, 0, 0, 1], port)
     }
 
-    /// The same from an address of its own.
+    /// Connects from another address.
     pub(crate) fn connect_from(&self, from: [u8; 4], port: u16) -> io::Result<Connection> {
         let mut roots = RootCertStore::empty();
         roots.add(self.root.clone()).unwrap();
@@ -63,7 +63,7 @@ impl Issued {
         Ok(Connection(stream))
     }
 
-    /// The status of a request of its own connection.
+    /// Status of a request on a new connection.
     fn status(&self, port: u16) -> io::Result<u16> {
         self.connect(port)?.status("GET /healthz", "")
     }
@@ -72,7 +72,7 @@ impl Issued {
 pub(crate) struct Connection(StreamOwned<ClientConnection, TcpStream>);
 
 impl Connection {
-    /// Asks; the connection stays open.
+    /// Sends a request; the connection stays open.
     pub(crate) fn status(&mut self, what: &str, headers: &str) -> io::Result<u16> {
         write!(self.0, "{what} HTTP/1.1\r\nHost: {NAME}\r\n{headers}\r\n")?;
         let head = self.until("\r\n\r\n")?;
@@ -82,7 +82,7 @@ impl Connection {
         head.split(' ').nth(1).and_then(|status| status.parse().ok()).ok_or_else(|| io::Error::other(head))
     }
 
-    /// Asks by HTTP/1.0: what comes, until it holds that text.
+    /// Sends a request by HTTP/1.0; returns the answer up to this text.
     pub(crate) fn answer(&mut self, path: &str, headers: &str, end: &str) -> io::Result<String> {
         write!(self.0, "GET {path} HTTP/1.0\r\nHost: {NAME}\r\n{headers}\r\n")?;
         self.until(end)
@@ -91,7 +91,7 @@ impl Connection {
     pub(crate) fn until(&mut self, end: &str) -> io::Result<String> {
         let mut text = Vec::new();
         while !String::from_utf8_lossy(&text).contains(end) {
-            // One at a time: what follows is somebody else's to read.
+            // One octet at a time, so that later octets remain unread.
             let mut octet = [0];
             self.0.read_exact(&mut octet)?;
             text.push(octet[0]);
@@ -118,7 +118,7 @@ fn write(scratch: &Scratch, certificate: &str, key: &str) {
     fs::write(scratch.path("key.pem"), key).unwrap();
 }
 
-/// SIGHUP; what was logged of it.
+/// Sends SIGHUP; returns the log of the reload.
 fn reload(service: &Running) -> String {
     let before = service.log().len();
     service.signal("-HUP");
@@ -133,7 +133,7 @@ fn reload(service: &Running) -> String {
 }
 
 #[test]
-fn tls_from_the_first_octet_on_and_a_renewed_certificate_from_sighup_on() {
+fn tls_is_required_and_sighup_renews_the_certificate() {
     let scratch = Scratch::new();
     site(&scratch, 24_100, |_| {});
     let (first, second) = (Issued::new(), Issued::new());
@@ -147,7 +147,7 @@ fn tls_from_the_first_octet_on_and_a_renewed_certificate_from_sighup_on() {
     let port = log.split("url=https://127.0.0.1:").nth(1).unwrap().split('/').next().unwrap();
     let port: u16 = port.parse().unwrap();
 
-    // Who says nothing hinders nobody.
+    // A silent client does not delay others.
     let silent = TcpStream::connect(("127.0.0.1", port)).unwrap();
     let mut open = first.connect(port).unwrap();
     assert_eq!(open.status("GET /healthz", "").unwrap(), 200);
@@ -167,7 +167,7 @@ fn tls_from_the_first_octet_on_and_a_renewed_certificate_from_sighup_on() {
     assert!(first.status(port).is_err(), "the old certificate is still shown");
     assert_eq!(open.status("GET /healthz", "").unwrap(), 200, "an open connection goes on");
 
-    // The certificate of the one with the key of the other: everything stays.
+    // The certificate of one with the key of the other: the reload changes nothing.
     write(&scratch, &first.certificate, &second.key);
     let told = reload(&service);
     assert!(
@@ -196,7 +196,7 @@ fn check(scratch: &Scratch) -> (Option<i32>, String) {
 }
 
 #[test]
-fn a_file_that_cannot_be_used_is_named_with_what_is_wrong() {
+fn unusable_certificate_file_is_named_with_the_reason() {
     let scratch = Scratch::new();
     site(&scratch, 24_200, |_| {});
     let (told, code) = check(&scratch);
@@ -222,7 +222,7 @@ fn a_file_that_cannot_be_used_is_named_with_what_is_wrong() {
     }
     write(&scratch, &own.certificate, &own.key);
     assert_eq!(check(&scratch), (Some(0), String::new()));
-    // What works and should not stay so.
+    // Valid files with a weakness.
     let expired = Issued::until(2020);
     write(&scratch, &expired.certificate, &expired.key);
     let (code, told) = check(&scratch);
@@ -233,7 +233,7 @@ fn a_file_that_cannot_be_used_is_named_with_what_is_wrong() {
 }
 
 #[test]
-fn tokens_that_travel_in_the_clear_are_warned_of() {
+fn unencrypted_tokens_are_warned_of() {
     let scratch = Scratch::new();
     let own = Issued::new();
     write(&scratch, &own.certificate, &own.key);

@@ -1,4 +1,4 @@
-//! A service that is restarted at once goes on as if it had not been away.
+//! A service that is restarted at once continues as if it had not stopped.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -11,9 +11,9 @@ use serde_json::Value;
 use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Profile};
-use utm_fusion::live::{Driver, Made, PublishedPicture, now};
+use utm_fusion::live::{Driver, DriverEvent, PublishedPicture, now};
 use utm_fusion::simulate::Simulation;
-use utm_fusion::state::Warm;
+use utm_fusion::state::WarmState;
 
 use crate::common::{Running, ask, flight};
 use crate::driver::SCENARIO;
@@ -31,12 +31,12 @@ fn reception(simulation: &Simulation, index: usize) -> Reception {
     }
 }
 
-/// Slots by their centres, as they are published.
+/// Published slots by their centres.
 type Slots = BTreeMap<Time, String>;
 
 fn take(driver: &mut Driver, slots: &mut Slots) {
     while let Some(made) = driver.poll() {
-        if let Made::Slot(PublishedPicture { picture, now, .. }) = made {
+        if let DriverEvent::Slot(PublishedPicture { picture, now, .. }) = made {
             assert!(slots.insert(picture.time, format!("{picture:?} {now:?}")).is_none(), "published twice");
         }
     }
@@ -45,9 +45,9 @@ fn take(driver: &mut Driver, slots: &mut Slots) {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
-    /// Against a service that was there all the time and did not hear what the other one missed.
+    /// Compared with a service that never stopped, and did not receive the datagrams that the other one missed.
     #[test]
-    fn whenever_it_stops_and_whenever_it_is_back(
+    fn restart_at_any_time_continues_the_output(
         seed in 1..50_u64,
         written in 0.1..0.9_f64,
         more in 0..200_usize,
@@ -73,7 +73,7 @@ proptest! {
 
         let mut driver = Driver::new(&config, Masks::default(), start, 2);
         let mut slots = Slots::new();
-        let mut warm = Warm { engine: Bytes::new(), encoders: Bytes::new(), inputs: Vec::new(), published: None, until: start };
+        let mut warm = WarmState { engine: Bytes::new(), encoders: Bytes::new(), inputs: Vec::new(), published: None, until: start };
         for index in 0..=stopped {
             let received = reception(&simulation, index);
             driver.receive(&received);
@@ -85,12 +85,12 @@ proptest! {
             }
         }
         let mut driver = Driver::new(&config, Masks::default(), back, 2);
-        driver.go_on(&config, Masks::default(), &warm, back).unwrap();
+        driver.resume(&config, Masks::default(), &warm, back).unwrap();
         for index in (stopped + 1..count).filter(heard) {
             driver.receive(&reception(&simulation, index));
             take(&mut driver, &mut slots);
         }
-        // Only those are missing that were due while it was away.
+        // Only slots that were due during the stop are missing.
         for (time, slot) in &expected {
             match slots.get(time) {
                 Some(published) => prop_assert_eq!(published, slot, "{}", time),
@@ -104,7 +104,7 @@ proptest! {
     }
 }
 
-/// Who is in the picture, and since when.
+/// Ids of the tracks in the picture, with their first times.
 fn shown(port: u16) -> BTreeMap<String, Value> {
     let picture = ask(port, "GET", "/api/v1/tracks").1;
     let features = picture["features"].as_array().cloned().unwrap_or_default();
@@ -126,7 +126,7 @@ fn soon(service: &Running) -> BTreeMap<String, Value> {
     }
 }
 
-/// The centre of the first slot that it shows.
+/// Centre of the first slot that the service shows.
 fn first_shown(port: u16) -> Time {
     let asked = Instant::now();
     loop {
@@ -140,10 +140,10 @@ fn first_shown(port: u16) -> Time {
     }
 }
 
-/// Stopped in order, a service publishes ahead what it holds. Where the next one does not know up to where, it publishes nothing
-/// that could have been published; where nobody was before it begins at once.
+/// At a regular stop, a service publishes its remaining slots early. If the next run does not know up to which slot, it
+/// publishes no slot that may have been published. Without an earlier run it begins at once.
 #[test]
-fn whoever_does_not_know_what_was_published_repeats_nothing() {
+fn start_without_the_published_mark_repeats_no_slot() {
     let scenario = "name = \"live\"\nduration_s = 30\n[drones]\nmultirotors = 2\nequipped = 2\n";
     let stage = Stage::new(scenario, 24_900, |_, _| {});
     let shown = |log: &str, from_s: f64, until_s: f64| {
@@ -165,9 +165,9 @@ fn whoever_does_not_know_what_was_published_repeats_nothing() {
     assert!(first > started && log.contains("an earlier service was here"), "{first} {started} {log}");
 }
 
-/// Killed, and stopped as systemd does: the aircraft are there again with the next slot, each as the one it was.
+/// Killed, and stopped as by systemd: the same aircraft are shown again with the next slot.
 #[test]
-fn a_killed_service_shows_the_same_aircraft_at_once_when_it_is_back() {
+fn killed_service_shows_the_same_aircraft_after_restart() {
     let scenario = "name = \"live\"\nduration_s = 40\n[drones]\nmultirotors = 3\nequipped = 2\n";
     let stage = Stage::new(scenario, 23_900, |config, _| config.state.checkpoint_s = 2.0);
     let mut service = stage.run("first.log");
@@ -186,7 +186,7 @@ fn a_killed_service_shows_the_same_aircraft_at_once_when_it_is_back() {
     stage.send(24.0, 31.0);
     let (code, log) = service.stop();
     assert_eq!(code, Some(0), "{log}");
-    assert!(log.contains("the engine goes on where it stopped"), "{log}");
+    assert!(log.contains("engine state restored"), "{log}");
 
     let service = stage.run("third.log");
     stage.send(32.0, 40.0);
@@ -196,5 +196,5 @@ fn a_killed_service_shows_the_same_aircraft_at_once_when_it_is_back() {
     }
     let (code, log) = service.stop();
     assert_eq!(code, Some(0), "{log}");
-    assert!(log.contains("the engine goes on where it stopped"), "{log}");
+    assert!(log.contains("engine state restored"), "{log}");
 }

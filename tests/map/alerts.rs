@@ -1,5 +1,5 @@
-//! Tried as an operator: two drones converge, the warning comes, is heard, acknowledged and logged; a drone flies into a
-//! closed zone and raises an alarm, and another one that is allowed there raises none.
+//! An operator handles alerts. Two drones converge: the warning is shown, sounded, acknowledged and logged. A drone enters a
+//! closed zone and raises an alarm; another one, which is allowed there, raises none.
 
 use std::time::{Duration, Instant};
 
@@ -13,16 +13,16 @@ use super::{BADGE, ROWS, SOON, fresh_folder, installed};
 const LIST: &str = "document.getElementById('alert-list').innerText";
 const SAID: &str = "document.getElementById('alert-said').innerText";
 const TITLE: &str = "document.title";
-/// Notes the frequency of every tone from here on, Hz.
+/// Records the frequency of every tone from here on, in Hz.
 const LISTEN: &str = "window.notes = []; \
     window.OscillatorNode = class extends OscillatorNode { \
         constructor(context, options) { super(context, options); notes.push(options.frequency); } }; 0";
-/// Notes of the two tones that the other one has not.
+/// Counts notes that only one of the two tones contains.
 const OF_WARNING: &str = "notes.filter(hz => hz === 660).length";
 const OF_CRITICAL: &str = "notes.filter(hz => hz === 1175).length";
 
 #[test]
-fn two_drones_converge_and_an_operator_deals_with_it() {
+fn operator_handles_the_conflict_of_two_drones() {
     let Some(program) = installed() else { return };
     let folder = fresh_folder("map-alerts");
     let service = encounter::paused(&folder, true);
@@ -32,26 +32,26 @@ fn two_drones_converge_and_an_operator_deals_with_it() {
     browser.run(LISTEN);
     sign_in(&mut browser, GUEST);
     browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} === 2"), SOON);
-    sound_that_the_browser_blocks_is_said_to_be(&mut browser);
-    the_switch_is_heard(&mut browser);
+    blocked_sound_is_reported(&mut browser);
+    sound_switch_plays_the_warning(&mut browser);
 
     service.order("play");
-    the_warning_comes_and_is_heard(&mut browser, &service);
+    warning_appears_and_sounds(&mut browser, &service);
     service.order("pause");
-    whoever_may_only_look_is_told_so(&mut browser);
+    read_only_token_cannot_acknowledge(&mut browser);
     a_click_acknowledges(&mut browser, &service);
 
     service.order("play");
-    let allowed = who_is_allowed_raises_no_alarm(&service);
-    what_is_critical_sounds_until_somebody_acts(&mut browser, &service);
+    let allowed = allowed_aircraft_raises_no_alarm(&service);
+    critical_alert_sounds_until_handled(&mut browser, &service);
     service.order("pause");
     assert!(allowed, "both were never inside at once");
     shelved_ones_are_folded_away(&mut browser, &service);
-    what_is_over_is_in_the_history(&mut browser, &service);
+    ended_alerts_are_in_the_history(&mut browser, &service);
     assert_eq!(complaints(&browser), Vec::<&String>::new(), "errors in the console");
 }
 
-/// But for the answers to who had no token.
+/// Browser complaints, except about answers to requests without a token.
 fn complaints(browser: &Browser) -> Vec<&String> {
     browser.complaints().iter().filter(|complaint| !complaint.contains("401 (Unauthorized)")).collect()
 }
@@ -61,8 +61,8 @@ fn sign_in(browser: &mut Browser, token: &str) {
     browser.run("document.getElementById('sign-in-form').requestSubmit()");
 }
 
-/// Nobody has touched the page yet.
-fn sound_that_the_browser_blocks_is_said_to_be(browser: &mut Browser) {
+/// The user has not interacted with the page yet.
+fn blocked_sound_is_reported(browser: &mut Browser) {
     let blocked = "!document.getElementById('sound-blocked').hidden";
     browser.wait(&format!("{blocked} && document.getElementById('sound').checked"), SOON);
     browser.wait("document.getElementById('sound-state').textContent.includes('blocks')", SOON);
@@ -71,7 +71,7 @@ fn sound_that_the_browser_blocks_is_said_to_be(browser: &mut Browser) {
     browser.wait(&format!("!({blocked}) && {OF_WARNING} === 1"), SOON);
 }
 
-fn the_switch_is_heard(browser: &mut Browser) {
+fn sound_switch_plays_the_warning(browser: &mut Browser) {
     browser.press("a");
     browser.wait("document.activeElement.id === 'alerts'", SOON);
     browser.click("#sound");
@@ -82,20 +82,20 @@ fn the_switch_is_heard(browser: &mut Browser) {
     browser.wait("document.getElementById('alerts').hidden", SOON);
 }
 
-/// Those that last and that nobody has acknowledged or shelved.
+/// Active alerts that are neither acknowledged nor shelved.
 fn waiting(service: &Service) -> Vec<Value> {
     let answer = service.get("/api/v1/alerts");
     let is_quiet = |alert: &&Value| alert["acknowledged"].is_object() || alert["shelved"].is_object();
     answer["alerts"].as_array().unwrap().iter().filter(|alert| !is_quiet(alert)).cloned().collect()
 }
 
-/// The one of the two drones.
+/// The conflict of the two drones.
 fn conflict(service: &Service) -> Value {
     let answer = service.get("/api/v1/alerts?kind=conflict");
     answer["alerts"][0].clone()
 }
 
-fn the_warning_comes_and_is_heard(browser: &mut Browser, service: &Service) {
+fn warning_appears_and_sounds(browser: &mut Browser, service: &Service) {
     let toast = "document.getElementById('toast')";
     browser.wait(&format!("!{toast}.hidden && {toast}.innerText.includes('come close in')"), SOON + SOON);
     browser.wait(&format!("{OF_WARNING} > 2"), SOON);
@@ -103,7 +103,7 @@ fn the_warning_comes_and_is_heard(browser: &mut Browser, service: &Service) {
     browser.wait(&format!("/^[(]\\d+!?[)] /.test({TITLE}) && {TITLE}.includes('come close in')"), SOON);
 }
 
-fn whoever_may_only_look_is_told_so(browser: &mut Browser) {
+fn read_only_token_cannot_acknowledge(browser: &mut Browser) {
     browser.click("#toast-open");
     browser.wait(&format!("{LIST}.includes('come close in')"), SOON);
     browser.wait("document.getElementById('alert-bar').innerText.includes('control')", SOON);
@@ -116,7 +116,7 @@ fn whoever_may_only_look_is_told_so(browser: &mut Browser) {
     browser.wait("document.getElementById('alert-bar').hidden", SOON);
 }
 
-/// The button with these words of the alert that says that.
+/// The button labelled `words` of the alert that contains `text`.
 fn button(text: &str, words: &str) -> String {
     format!(
         "[...[...document.querySelectorAll('#alerts li')].find(item => item.innerText.includes('{text}')) \
@@ -139,8 +139,9 @@ fn a_click_acknowledges(browser: &mut Browser, service: &Service) {
     assert!(lines.len() == 1 && lines[0].contains("desk") && lines[0].contains("come close"), "{lines:?}");
 }
 
-/// While both are inside, there is one alert of the zone, about the other one; whether both ever were.
-fn who_is_allowed_raises_no_alarm(service: &Service) -> bool {
+/// While both drones are inside, the zone has one alert, about the drone that is not allowed. Returns whether both ever were
+/// inside.
+fn allowed_aircraft_raises_no_alarm(service: &Service) -> bool {
     let is_inside = |track: &Value| {
         let position = |name: &str| track["properties"][name].as_f64().unwrap();
         let east = (position("lng") - PLACE.0) * 111_300.0 * PLACE.1.to_radians().cos();
@@ -165,15 +166,15 @@ fn who_is_allowed_raises_no_alarm(service: &Service) -> bool {
     false
 }
 
-fn what_is_critical_sounds_until_somebody_acts(browser: &mut Browser, service: &Service) {
-    // The volume is entered: worse than what was acknowledged.
+fn critical_alert_sounds_until_handled(browser: &mut Browser, service: &Service) {
+    // The volume is entered, which is more severe than the acknowledged alert.
     browser.wait(&format!("{LIST}.includes('are too close')"), SOON);
-    // On a slow machine it would be over before somebody acts.
+    // Paused, because on a slow machine the encounter would end before the actions.
     service.order("pause");
     assert!(conflict(service).get("acknowledged").is_none());
     browser.wait(&format!("/^[(]\\d+![)] /.test({TITLE})"), SOON);
     let heard = browser.number(OF_CRITICAL);
-    browser.wait(&format!("{OF_CRITICAL} >= {heard} + 4"), SOON); // two a tone
+    browser.wait(&format!("{OF_CRITICAL} >= {heard} + 4"), SOON); // two per tone
     for _ in 0..waiting(service).len() {
         browser.run("[...document.querySelectorAll('#alert-list button')].find(button => button.innerText === 'Acknowledge' && !button.hidden).focus()");
         let before = browser.number("document.querySelectorAll('#alert-list [data-seen=true]').length");
@@ -186,7 +187,7 @@ fn what_is_critical_sounds_until_somebody_acts(browser: &mut Browser, service: &
     }
     browser.wait(&format!("!{TITLE}.startsWith('(')"), SOON);
     let heard = browser.number(OF_CRITICAL);
-    std::thread::sleep(Duration::from_secs(6)); // more than one of its repetitions
+    std::thread::sleep(Duration::from_secs(6)); // longer than its repetition interval
     assert_eq!(browser.number(OF_CRITICAL), heard, "it sounds although all is acknowledged");
 }
 
@@ -209,10 +210,10 @@ fn shelved_ones_are_folded_away(browser: &mut Browser, service: &Service) {
     );
 }
 
-fn what_is_over_is_in_the_history(browser: &mut Browser, service: &Service) {
+fn ended_alerts_are_in_the_history(browser: &mut Browser, service: &Service) {
     service.order("play");
     let end = Instant::now() + SOON + SOON;
-    // Another one may have come and gone before it.
+    // Another alert may have come and gone before it.
     loop {
         let alerts = service.get("/api/v1/alerts?kind=conflict");
         let mut ended = alerts["ended"].as_array().into_iter().flatten();

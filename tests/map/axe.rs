@@ -1,6 +1,7 @@
-//! Every view of the page against the rules of axe-core (WCAG 2 and good practice): light and dark, on a desk and on a phone.
+//! Every view of the page against the rules of axe-core (WCAG 2 and good practice): light and dark, desktop and phone.
 //!
-//! `UTM_FUSION_AXE` names the file `axe.min.js` of the npm package `axe-core`; without it the test says so and passes.
+//! `UTM_FUSION_AXE` names the file `axe.min.js` of the npm package `axe-core`. Without it the test reports itself as skipped and
+//! passes.
 
 use std::fs;
 
@@ -9,7 +10,7 @@ use super::{DRAWN, ROWS, SOON, encounter, fresh_folder, installed, paused};
 
 const ROW: &str = "document.querySelector('#table-body tr:not(.spacer)').click()";
 
-/// What is done after the page was loaded.
+/// Views, with the script that opens each after the page was loaded.
 const VIEWS: [(&str, &str); 18] = [
     ("the page", "0"),
     ("legend", "document.getElementById('legend').open = true"),
@@ -36,11 +37,11 @@ const VIEWS: [(&str, &str); 18] = [
 
 const OPEN: &str = "document.getElementById('alerts-button').click();";
 
-/// What is done while two drones are too close, and one of them where it must not be: after `OPEN`, and half a second before
-/// anybody looks.
+/// Views while two drones are too close and one is in a closed zone: scripts that run after `OPEN`, half a second before the
+/// check.
 const OF_ALERTS: [(&str, &str); 7] = [
     (
-        "alerts", // none of them is shelved any more
+        "alerts", // none is shelved any more
         "for (const button of document.querySelectorAll('#shelved-list .acts button:nth-child(2)')) button.click()",
     ),
     ("an alert's form", "document.querySelector('#alert-list [aria-expanded]').click()"),
@@ -76,7 +77,7 @@ fn no_view_breaks_a_rule_of_accessibility() {
 }
 
 #[test]
-fn nor_does_one_of_alerts() {
+fn no_view_of_alerts_breaks_accessibility() {
     let Some(axe) = axe() else { return };
     let Some(program) = installed() else { return };
     let folder = fresh_folder("map-axe-alerts");
@@ -99,7 +100,7 @@ fn axe() -> Option<String> {
     Some(fs::read_to_string(file).unwrap())
 }
 
-/// What is wrong with these views, light and dark, on a desk and on a phone.
+/// Violations in these views, light and dark, desktop and phone.
 fn broken(browser: &mut Browser, axe: &str, url: &str, views: &[(&str, String)]) -> Vec<String> {
     let mut broken = Vec::new();
     for (width, height, is_phone) in [(1280, 800, false), (390, 844, true)] {

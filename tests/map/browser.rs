@@ -1,4 +1,4 @@
-//! Chromium without a window, driven over the DevTools protocol: JSON messages on two pipes, each ended by a zero octet.
+//! Headless Chromium, controlled by the DevTools protocol: JSON messages on two pipes, each terminated by a zero octet.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-/// The longest that any answer may take, on a machine that does other things as well.
+/// Timeout of an answer, on a machine with other load.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// The program, where there is one.
+/// Path of the browser, if it is installed.
 pub fn installed() -> Option<PathBuf> {
     let names = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
     let folders: Vec<_> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
@@ -29,15 +29,15 @@ pub struct Browser {
     session: Option<String>,
     complaints: Vec<String>,
     requests: Vec<String>,
-    /// The status and the body that are answered in the service's place, by the end of the path.
+    /// Status and body to answer instead of the service, by the end of the path.
     faults: Vec<(&'static str, u16, &'static str)>,
 }
 
 impl Browser {
-    /// With an empty profile in a folder of its own, so that nobody's settings matter.
+    /// Starts a browser with an empty profile in its own folder, so that user settings have no effect.
     pub fn start(program: &Path, profile: &Path) -> Self {
-        // Chromium reads commands on descriptor 3 and writes answers on 4; the shell makes them of its own two, and
-        // becomes Chromium, so that the child's id is Chromium's.
+        // Chromium reads commands on descriptor 3 and writes answers on 4. The shell maps its own two to them and execs Chromium,
+        // so that the child's process id is Chromium's.
         let mut child = Command::new("sh")
             .arg("-c")
             .arg(r#"exec "$@" 3<&0 4>&1 </dev/null >/dev/null 2>/dev/null"#)
@@ -46,7 +46,7 @@ impl Browser {
             .args(["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--window-size=1440,900"])
             .args(["--disable-background-networking", "--disable-component-update", "--disable-sync"])
             .args(["--remote-debugging-pipe", "--force-device-scale-factor=1"])
-            // An element's `computedName` is what a screen reader says of it.
+            // The `computedName` of an element is the text a screen reader speaks.
             .arg("--enable-blink-features=ComputedAccessibilityInfo")
             .arg(format!("--user-data-dir={}", profile.display()))
             .arg("about:blank")
@@ -83,7 +83,7 @@ impl Browser {
         browser
     }
 
-    /// To a page of its own.
+    /// Attaches to a page of its own.
     fn attach(&mut self) {
         let target = self.command("Target.createTarget", &json!({"url": "about:blank"}));
         let attached =
@@ -95,14 +95,14 @@ impl Browser {
         self.resize(1440, 900, false);
     }
 
-    /// The size of the page, pixels; a phone has a finger in the place of a mouse.
+    /// Sets the size of the page in pixels. A phone has touch input instead of a mouse.
     pub fn resize(&mut self, width: u32, height: u32, is_phone: bool) {
         let size = json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": is_phone});
         self.command("Emulation.setDeviceMetricsOverride", &size);
         self.command("Emulation.setTouchEmulationEnabled", &json!({"enabled": is_phone}));
     }
 
-    /// From now on requests of these paths are answered with that status and body, and the others by the service.
+    /// From now on, answers requests of these paths with this status and body; the service answers the others.
     pub fn fail(&mut self, faults: &[(&'static str, u16, &'static str)]) {
         self.faults = faults.to_vec();
         let pattern = |(path, ..): &(&str, u16, &str)| json!({"urlPattern": format!("*{path}*")});
@@ -118,7 +118,7 @@ impl Browser {
         assert_eq!(answer.get("errorText"), None, "{url}");
     }
 
-    /// Until an expression is true. Not being so yet, or no such element yet, is no error.
+    /// Waits until an expression is true. A false value or a missing element is not an error until the timeout.
     pub fn wait(&mut self, expression: &str, at_most: Duration) {
         let end = Instant::now() + at_most;
         loop {
@@ -149,7 +149,7 @@ impl Browser {
             .unwrap_or_else(|| panic!("no number: {expression}"))
     }
 
-    /// A click of the mouse in the middle of an element, as of a person: a browser lets a page sound only after one.
+    /// Clicks the middle of an element with the mouse, like a user: browsers allow sound only after a click.
     pub fn click(&mut self, selector: &str) {
         let found = format!(
             "(() => {{ const node = document.querySelector({selector:?}); node.scrollIntoView({{block: 'nearest'}}); \
@@ -165,7 +165,7 @@ impl Browser {
         }
     }
 
-    /// A key that makes a character.
+    /// Presses a key that produces a character.
     pub fn press(&mut self, key: &str) {
         self.command("Input.dispatchKeyEvent", &json!({"type": "keyDown", "key": key, "text": key}));
         self.command("Input.dispatchKeyEvent", &json!({"type": "keyUp", "key": key}));
@@ -175,18 +175,18 @@ impl Browser {
         self.command("Input.insertText", &json!({"text": text}));
     }
 
-    /// A PNG of the page.
+    /// Screenshot of the page as PNG.
     pub fn screenshot(&mut self) -> Vec<u8> {
         let answer = self.command("Page.captureScreenshot", &json!({"format": "png"}));
         from_base64(answer["data"].as_str().unwrap())
     }
 
-    /// Exceptions, errors in the console and what the browser itself objected to, such as a broken security policy.
+    /// Exceptions, console errors, and complaints of the browser, such as violations of the content security policy.
     pub fn complaints(&self) -> &[String] {
         &self.complaints
     }
 
-    /// The address of everything that the page asked for.
+    /// URLs of all requests of the page.
     pub fn requests(&self) -> &[String] {
         &self.requests
     }
@@ -196,13 +196,13 @@ impl Browser {
         self.command("Runtime.evaluate", &parameters)
     }
 
-    /// For whoever reads a failure.
+    /// State of the page, for failure messages.
     fn state(&mut self) -> String {
         let body = self.evaluate("document.body.innerText.slice(0, 2000)");
         format!("page: {}\ncomplaints: {:?}", body["result"]["value"], self.complaints)
     }
 
-    /// The id under which it is answered.
+    /// Sends a command. Returns the id of its answer.
     fn send(&mut self, method: &str, parameters: &Value) -> u64 {
         self.last_id += 1;
         let mut message = json!({"id": self.last_id, "method": method, "params": parameters});
@@ -221,7 +221,7 @@ impl Browser {
             let message =
                 self.messages.recv_timeout(left).unwrap_or_else(|error| panic!("{method}: {error}"));
             if message["id"] == json!(id) {
-                // While a page is being replaced there is nothing to evaluate in; whoever waits asks again.
+                // While a page is being replaced nothing can be evaluated; the caller tries again.
                 return message.get("result").cloned().unwrap_or_default();
             }
             self.note(&message["method"], &message["params"]);
@@ -247,7 +247,7 @@ impl Browser {
         }
     }
 
-    /// In the service's place.
+    /// Answers a request instead of the service.
     fn answer(&mut self, paused: &Value) {
         let url = paused["request"]["url"].as_str().unwrap_or_default();
         let path = url.split('?').next().unwrap_or_default();
@@ -267,7 +267,7 @@ impl Browser {
 }
 
 impl Drop for Browser {
-    /// Asks it to go, with all its processes; ends it where it does not.
+    /// Asks the browser to exit with all its processes, and kills it if it does not.
     fn drop(&mut self) {
         let _ = self.commands.write_all(b"{\"id\":0,\"method\":\"Browser.close\"}\0");
         for _ in 0..50 {

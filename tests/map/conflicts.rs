@@ -1,4 +1,4 @@
-//! Two drones come near each other, as the operator sees it.
+//! A conflict of two drones, as the operator sees it.
 
 use std::fs;
 
@@ -10,11 +10,11 @@ use super::{BADGE, DRAWN, ROWS, SOON, fresh_folder, installed};
 
 const LISTED: &str = "document.querySelectorAll('#conflict-rows tr').length";
 const IS_HIDDEN: &str = "document.getElementById('conflicts').hidden";
-/// From the time of the slot that is shown to that of its conflicts, milliseconds.
+/// Time from the slot shown to the slot of its conflicts, in milliseconds.
 const AHEAD_MS: i64 = 6250;
 
 #[test]
-fn a_conflict_is_listed_and_drawn_and_over_when_it_is() {
+fn conflict_is_listed_drawn_and_removed() {
     let Some(program) = installed() else { return };
     let folder = fresh_folder("map-conflicts");
     service::simulate(&folder, "crossing");
@@ -37,28 +37,28 @@ fn a_conflict_is_listed_and_drawn_and_over_when_it_is() {
     browser.wait(&format!("!{IS_HIDDEN} && {LISTED} > 0"), SOON);
     let row = "document.querySelector('#conflict-rows tr').textContent";
     browser.wait(&format!("/(warning|violation)drone/.test({row}) && {row}.includes('in height')"), SOON);
-    // With the list the same picture has a line that it has not without.
+    // With the list open, the same picture has an additional line.
     browser.wait(DRAWN, SOON);
     let pixels = "document.getElementById('canvas').toDataURL()";
     let with_line = browser.text(pixels);
-    the_line_leads_to_where_they_are_closest(&mut browser);
+    conflict_line_leads_to_closest_approach(&mut browser);
     browser.run("import('./conflicts.js').then(({ Conflicts }) => { Conflicts.prototype.draw = () => {}; })");
     browser.press("l");
     browser.press("l");
     browser.wait(DRAWN, SOON);
     assert_ne!(browser.text(pixels), with_line);
-    why_there_are_none_is_said_where_there_were(&mut browser);
-    // One click selects one of the two.
+    missing_conflicts_are_explained(&mut browser);
+    // One click selects one of the two drones.
     browser.run("document.querySelector('#conflict-rows button').click()");
     browser.wait("!document.getElementById('detail').hidden", SOON);
 
-    // In the first seconds nobody is known well enough to meet anybody.
+    // In the first seconds no track is accurate enough for a conflict.
     service.seek("09:00:01");
     browser.wait(IS_HIDDEN, SOON);
 }
 
-/// Which is on the screen with both of them.
-fn the_line_leads_to_where_they_are_closest(browser: &mut Browser) {
+/// Selecting the conflict shows both drones on the screen.
+fn conflict_line_leads_to_closest_approach(browser: &mut Browser) {
     let ends = "import('./conflicts.js').then(async ({ Conflicts }) => { \
         const { draw } = Conflicts.prototype; \
         const ends = []; \
@@ -75,8 +75,8 @@ fn the_line_leads_to_where_they_are_closest(browser: &mut Browser) {
     browser.wait(ends, SOON);
 }
 
-/// Whether the service computes none any more, or does not answer.
-fn why_there_are_none_is_said_where_there_were(browser: &mut Browser) {
+/// The reason is shown whether the service stops computing conflicts or does not answer.
+fn missing_conflicts_are_explained(browser: &mut Browser) {
     let reason = "document.getElementById('conflict-reason').innerText";
     let gone = format!(
         "!{IS_HIDDEN} && {LISTED} === 0 && document.getElementById('conflict-count').innerText === '?'"

@@ -1,4 +1,4 @@
-//! Two drones fly towards each other through a closed zone, in which one of them is allowed.
+//! Two drones fly towards each other through a closed zone in which one of them is allowed.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -8,26 +8,26 @@ use sha2::{Digest, Sha256};
 
 use super::service::{self, Service};
 
-/// Both fly straight at the place between them; on this seed they meet 37 s after the beginning.
+/// Both fly straight to the point between them. With this seed they meet 37 s after the start.
 const SCENARIO: &str = "name = \"encounter\"\nduration_s = 240\n\
     [airspace]\nradius_m = 700\nheight_agl_m = [80, 95]\n\
     [drones]\npattern = \"crossing\"\nmultirotors = 2\nfixed_wings = 0\nequipped = 2\nseparation_m = 0\n";
 const SEED: u32 = 3;
 
-/// Where they meet, longitude and latitude in degrees.
+/// Meeting point: longitude and latitude, in degrees.
 pub const PLACE: (f64, f64) = (-0.5716, 52.5158);
-/// Of the zone around it, metres.
+/// Radius of the zone around the meeting point, in metres.
 pub const RADIUS_M: f64 = 110.0;
 pub const ALLOWED: &str = "000000000001";
 pub const NOT_ALLOWED: &str = "000000000002";
 
-/// Who may do everything, and who may only look: the names of the tokens; the tokens are the names backwards.
+/// Tokens with all scopes, and for reading only. Each token is its name spelled backwards.
 const TOKENS: [(&str, &str); 2] =
     [("desk", r#"["read", "stream", "control"]"#), ("guest", r#"["read", "stream"]"#)];
 pub const DESK: &str = "ksed";
 pub const GUEST: &str = "tseug";
 
-/// Captures and site of it, with a prohibited zone of ED-318; with `tokens` the service asks for one.
+/// Captures and site of the encounter, with a prohibited zone in ED-318; with `tokens` the service requires one.
 pub fn fly(folder: &Path, tokens: bool) {
     let scenario = folder.join("encounter.toml");
     fs::write(&scenario, SCENARIO).unwrap();

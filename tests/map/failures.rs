@@ -1,5 +1,5 @@
-//! When a part of the service fails: the page says which, since when and why, counts nothing that it does not know, and
-//! goes on with the rest.
+//! Partial failures of the service: the page shows what failed, since when and why, hides unknown values, and continues with the
+//! rest.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ use super::browser::Browser;
 use super::service::{self, Service};
 use super::{BADGE, ROWS, SOON, fresh_folder, installed, paused};
 
-/// What is asked for each ten seconds takes its time.
+/// Requests with a period of ten seconds take longer.
 const LATER: Duration = SOON.saturating_mul(2);
 
 const BANNER: &str = "document.getElementById('failures').innerText";
@@ -16,30 +16,30 @@ const COUNTS: &str =
     "[...document.querySelectorAll('#sources .count')].map(count => count.textContent).join()";
 const SENSORS: &str = "document.getElementById('sensors').innerText.replaceAll('\\n', ' ')";
 const SINCE: &str = r"not known since \d\d:\d\d:\d\d UTC";
-/// How many colours are on the map: its ground is one.
+/// Number of colours on the map; its background is one.
 const COLOURS: &str = "(() => { const canvas = document.getElementById('canvas'); \
     const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height); \
     return new Set(new Uint32Array(data.buffer)).size; })()";
 
 #[test]
-fn what_fails_is_named_and_the_rest_goes_on() {
+fn failed_request_is_named_and_the_rest_continues() {
     let Some((_, service, mut browser)) = paused("map-failures", "reference") else { return };
 
-    // The sensors alone: the tracks are drawn and counted, the sensors are not.
+    // Only the sensors fail: tracks are drawn and counted, sensors are not.
     browser.fail(&[("/api/v1/sensors", 500, "{}")]);
     browser.open(&service.url());
     browser.wait(&format!("/^Sensors: {SINCE} [(]HTTP 500[)]$/.test({BANNER}.trim())"), LATER);
     browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 2 && {COLOURS} > 20"), LATER);
     browser.wait(&format!("/^\\d+,\\d+,\\d+$/.test({COUNTS}) && {COUNTS} !== '0,0,0'"), LATER);
     browser.wait(&format!("{SENSORS} === '? Sensors' && /^\\d+$/.test({ALERTS})"), LATER);
-    // Known again: ranges are from the radar, whose place was not known.
+    // Known again. Ranges are from the radar, whose position was unknown.
     browser.fail(&[]);
     browser.wait("document.getElementById('failures').hidden", LATER);
     browser.wait(&format!("{SENSORS} === '● gamekeeper ● drone-it'"), LATER);
     browser.wait("[...document.querySelectorAll('#table-body td.range')].every(cell => /^\\d+$/.test(cell.textContent))", LATER);
     assert!(browser.number(ROWS) > 2);
 
-    // Later, and with answers that are no answers: what was known is not taken for what is.
+    // Later failures, and invalid answers: old values must not be shown as current.
     browser.fail(&[
         ("/api/v1/sensors", 503, r#"{"title": "Service Unavailable", "detail": "not now"}"#),
         ("/api/v1/alerts", 200, "nonsense"),
@@ -57,7 +57,7 @@ fn what_fails_is_named_and_the_rest_goes_on() {
     browser.run("document.getElementById('alerts-button').click()");
     browser.wait("/^Not known since /.test(document.getElementById('alert-note').textContent)", LATER);
 
-    // Whether it is live is not known either, and a stream that does not come is no empty sky.
+    // The live state is unknown too, and a stream that does not start is not an empty sky.
     for (path, badge, banner, counts) in [
         ("/api/v1/info", "LIVE OR REPLAY?", "Service", r"\d+,\d+,\d+"),
         ("/api/v1/stream", "CONNECTING", "Tracks", "[?],[?],[?]"),
@@ -69,16 +69,16 @@ fn what_fails_is_named_and_the_rest_goes_on() {
     }
     assert_eq!(
         browser.text("document.getElementById('table-empty').textContent"),
-        "The tracks are not known"
+        "The tracks are not known: the service has not answered yet"
     );
     browser.fail(&[]);
     browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 2"), LATER);
     browser.wait("document.getElementById('failures').hidden", LATER);
 }
 
-/// A broken stream is no picture of now, from the first moment on.
+/// With a broken stream the picture is never shown as current, not even at first.
 #[test]
-fn what_is_shown_is_old_while_the_stream_is_broken() {
+fn broken_stream_marks_the_picture_as_old() {
     let Some(program) = installed() else { return };
     let folder = fresh_folder("map-broken");
     service::fly(&folder, None);
@@ -87,7 +87,7 @@ fn what_is_shown_is_old_while_the_stream_is_broken() {
     let mut browser = Browser::start(&program, &folder.join("profile"));
     browser.open(&service.url());
     browser.wait(&format!("{BADGE} === 'REPLAY' && {ROWS} > 2"), LATER);
-    // The service sends on, but what it sends makes no sense.
+    // The service continues to send, but the data are invalid.
     browser.run(
         "(() => { const parse = JSON.parse; window.isBroken = true; \
             JSON.parse = text => parse(window.isBroken && text.includes('FeatureCollection') ? 'x' : text); })()",

@@ -1,10 +1,10 @@
-//! How smooth the map of a whole city is while it is panned and zoomed: a measurement for people, not a test.
+//! Measurement of the frame rate while the map of a whole city is panned and zoomed; not a test.
 
 use super::browser::Browser;
 use super::service::{self, Service};
 use super::{SOON, fresh_folder, installed};
 
-/// Each movement for 150 frames; what lies between two of them, milliseconds.
+/// Each movement takes 150 frames; measures the time between frames, in milliseconds.
 const MEASURE: &str = "(async () => { \
     const canvas = document.getElementById('canvas'); \
     canvas.setPointerCapture = () => {}; \
@@ -31,7 +31,7 @@ const MEASURE: &str = "(async () => { \
         lines.push(`${name.padEnd(5)} p50 ${at(0.5)} p95 ${at(0.95)} most ${at(1)} ms`); } \
     return lines.join('\\n'); })()";
 
-/// `cargo test --release --test map frames -- --ignored --nocapture`, while the machine does nothing else.
+/// Run `cargo test --release --test map frames -- --ignored --nocapture` on an otherwise idle machine.
 #[test]
 #[ignore = "measures, and takes a minute"]
 fn the_frames_of_a_city_are_timed() {

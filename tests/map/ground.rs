@@ -1,4 +1,4 @@
-//! The site's own base map: vector tiles of its file, and nothing from anywhere else.
+//! The site's own base map: vector tiles from its file only.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use super::browser::Browser;
 use super::service::{self, Service};
 use super::{BADGE, DRAWN, ROWS, SOON, fresh_folder, installed};
 
-/// Pixels in the colour that water has on the map.
+/// Counts pixels in the colour of water.
 const WATER: &str = "(() => { const canvas = document.getElementById('canvas'); \
     const {width, height} = canvas; \
     const {data} = canvas.getContext('2d').getImageData(0, 0, width, height); \
@@ -33,12 +33,12 @@ fn the_ground_is_the_sites_own() {
     service.order("pause");
     service.seek("09:01:20");
     let mut browser = Browser::start(&program, &folder.join("profile"));
-    let layers = "layers=base"; // nothing else, whose colours would mix with its own
+    let layers = "layers=base"; // no other layers, whose colours would mix
     browser.open(&format!("{}#{layers}", service.url()));
     browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 0"), SOON);
     browser.wait("document.getElementById('attribution').textContent === '© nobody & everybody'", SOON);
     browser.wait(&format!("{WATER} > 5000"), SOON);
-    // In the colours of the theme, and deeper than the file goes.
+    // In the colours of each theme, and at zoom levels beyond those of the file.
     for step in
         ["document.getElementById('theme-button').click()", "document.getElementById('theme-button').click()"]
     {

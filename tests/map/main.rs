@@ -1,7 +1,7 @@
-//! The map page in a real browser over the program itself: what an operator sees of a simulated flight, of its recording
-//! and when sensors or the service fail.
+//! The map page in a real browser with the real program: a simulated flight, its recording, and failures of sensors and of the
+//! service.
 //!
-//! Where Chromium is not installed the test says so and passes, unless `UTM_FUSION_BROWSER=required`.
+//! Without Chromium the test reports itself as skipped and passes, unless `UTM_FUSION_BROWSER=required`.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![expect(
     clippy::disallowed_methods,
@@ -19,12 +19,14 @@ use tiles::Tiles;
 mod alerts;
 mod axe;
 mod browser;
+mod condition;
 mod conflicts;
 mod encounter;
 mod failures;
 mod frames;
 mod ground;
 mod names;
+mod naming;
 mod news;
 mod operator;
 mod past;
@@ -39,17 +41,17 @@ const SOON: Duration = Duration::from_secs(20);
 /// The first fused row of the table.
 const FUSED_ROW: &str =
     "[...document.querySelectorAll('#table-body tr')].find(row => row.cells[0]?.dataset.source === 'fused')";
-/// The rows of tracks; the table has a spacer above and below them.
+/// The rows of tracks, without the spacers above and below.
 const ROWS: &str = "document.querySelectorAll('#table-body tr:not(.spacer)').length";
-/// Two frames on, everything is drawn.
+/// Waits two frames, after which everything is drawn.
 const DRAWN: &str =
     "new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(() => drawn(true))))";
-/// Two transponders have not been heard for some seconds by then.
+/// By this time two transponders have been silent for some seconds.
 const COASTING: &str = "09:02:00";
 const BADGE: &str = "document.getElementById('badge').textContent";
 const CLOCK: &str = "document.getElementById('utc').textContent";
 
-/// One test, since a browser takes a second to start and the page's state is the story told here.
+/// One test, because a browser takes a second to start and the steps depend on the state of the page.
 #[test]
 fn an_operator_sees_the_flight_and_what_is_wrong() {
     let Some(program) = installed() else { return };
@@ -57,7 +59,7 @@ fn an_operator_sees_the_flight_and_what_is_wrong() {
     service::fly(&folder, None);
     let mut service = Service::replay(&folder, 0);
     let url = service.url();
-    // The numbers of some seconds are trails by then; while it is paused nothing else comes.
+    // Trails contain the positions of some seconds by then; nothing else arrives while paused.
     service.seek("09:01:20");
     std::thread::sleep(Duration::from_secs(7));
     service.order("pause");
@@ -82,7 +84,7 @@ fn an_operator_sees_the_flight_and_what_is_wrong() {
     let elsewhere: Vec<_> = browser.requests().iter().filter(|asked| !asked.starts_with(&url)).collect();
     assert!(elsewhere.is_empty(), "requests to another origin: {elsewhere:?}");
 
-    // From here on the console is told that nobody answers.
+    // From here on the console reports failed connections.
     let port = service.port();
     drop(service);
     browser.wait(&format!("{BADGE}.startsWith('STALE')"), SOON);
@@ -98,7 +100,7 @@ fn the_live_picture_says_how_far_it_is_behind() {
     let service = Service::demo();
     let mut browser = Browser::start(&program, &folder.join("profile"));
     browser.open(&service.url());
-    // 6.25 s after a slot opened it is published, on a busy machine a little later.
+    // A slot is published 6.25 s after its start, on a busy machine a little later.
     browser.wait(&format!("/^LIVE −6\\.[2-9]\\d s$/.test({BADGE})"), SOON + SOON);
     browser.wait("document.getElementById('replay').hidden", SOON);
     browser.wait("document.querySelectorAll('#sensors [data-look=ok]').length === 2", SOON);
@@ -110,7 +112,7 @@ fn the_live_picture_says_how_far_it_is_behind() {
     assert!(browser.requests().iter().all(|asked| asked.starts_with(&service.url())));
 }
 
-/// One key shows where everybody is by now, and again how it was.
+/// A key switches to the predicted present positions and back.
 fn now_is_predicted(browser: &mut Browser) {
     browser.press("n");
     browser.wait(&format!("{BADGE} === 'NOW (predicted)' && {ROWS} > 0"), SOON);
@@ -120,7 +122,7 @@ fn now_is_predicted(browser: &mut Browser) {
     browser.wait(&format!("/^LIVE −6\\.[2-9]\\d s$/.test({BADGE}) && {ROWS} > 0"), SOON);
 }
 
-/// The service stands still for some seconds, and then publishes what it owes: too late, and says so.
+/// The service stops for some seconds and then publishes the delayed slots, which the page marks as late.
 fn a_late_picture_is_not_live(browser: &mut Browser, service: &Service) {
     browser.run(
         "window.seen = [];
@@ -145,14 +147,14 @@ fn estimates_are_shown_where_there_are_some() {
     let Some((folder, service, mut browser)) = paused("map-operational", "operational") else { return };
     browser.open(&service.url());
     browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 2"), SOON);
-    // The service says how fast each is; the page guesses no more.
+    // The service reports speeds, so the page does not estimate them.
     let speeds = "[...document.querySelectorAll('#table-body td.speed')].map(cell => cell.textContent)";
     browser.wait(&format!("{speeds}.filter(Boolean).every(text => /^\\d+$/.test(text))"), SOON);
     browser.wait(&format!("{FUSED_ROW} !== undefined"), SOON);
     browser.run(&format!("{FUSED_ROW}.click()"));
     let said = "document.getElementById('detail').textContent";
     for words in [
-        r"apart, that they are one is e\^\d+\.\d times as likely as not",
+        r"apart, (high|medium|low) confidence",
         r"Speed\d+\.\d.m.s(?! \(derived)",
         r"Course\d{3}°",
         r"Accuracy, horizontal\d+\.\d.m \(95.%\), HA",
@@ -183,14 +185,14 @@ fn estimates_are_shown_where_there_are_some() {
     assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
 }
 
-/// From as near as the page goes.
+/// At the closest zoom.
 fn the_circle_of_the_accuracy_is_drawn(browser: &mut Browser) {
     browser.run("document.getElementById('follow').click()");
     for _ in 0..14 {
         browser.run("document.getElementById('zoom-in').click()");
     }
     browser.wait(DRAWN, SOON);
-    // Pixels of the colour of what is selected, further from the middle than the brackets.
+    // Counts pixels in the colour of the selection outside the brackets in the middle.
     let far = "(() => { const canvas = document.getElementById('canvas'); \
         const {width, height} = canvas; \
         const {data} = canvas.getContext('2d').getImageData(0, 0, width, height); \
@@ -207,7 +209,7 @@ fn the_circle_of_the_accuracy_is_drawn(browser: &mut Browser) {
     assert!(browser.number(far) > 20, "no circle is drawn");
 }
 
-/// Around every track, not around the selected one alone.
+/// Around every track, not only around the selected one.
 fn the_ellipses_of_now_are_drawn(browser: &mut Browser) {
     browser.press("n");
     browser.wait(&format!("{BADGE} === 'REPLAY paused NOW (predicted)' && {ROWS} > 2"), SOON);
@@ -247,11 +249,11 @@ fn own_tiles_are_the_only_thing_from_elsewhere() {
         assert!((12..=19).contains(&zoom), "{path}");
         assert!((across - 0.4984).abs() < 2e-3 && (down - 0.3285).abs() < 2e-3, "{path}: {across} {down}");
     }
-    // While the replay is paused nothing but the layer changes what is seen.
+    // While the replay is paused, only the layer changes the image.
     browser.wait(DRAWN, SOON);
     let with_tiles = browser.screenshot();
     browser.run("document.querySelector('input[name=tiles]').click()");
-    // The click and what is drawn for it may be some frames apart.
+    // The click and the new image may be some frames apart.
     let differs = (0..100).any(|_| {
         browser.wait(DRAWN, SOON);
         browser.screenshot() != with_tiles
@@ -262,7 +264,7 @@ fn own_tiles_are_the_only_thing_from_elsewhere() {
     assert!(browser.requests().iter().all(|asked| own(&asked)), "{:?}", browser.requests());
 }
 
-/// The flight as a recording, paused while all of it is seen, its folder, and a browser that has not opened it yet.
+/// The flight as a recording, paused while all drones are visible, with its folder and a browser that has not opened it yet.
 fn paused(name: &str, profile: &str) -> Option<(PathBuf, Service, Browser)> {
     let program = installed()?;
     let folder = fresh_folder(name);
@@ -285,12 +287,12 @@ fn installed() -> Option<PathBuf> {
 
 fn a_paused_recording_has_trails_at_once(browser: &mut Browser) {
     browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 2"), SOON);
-    // One slot says no speed: those that the page knows are from trails.
+    // One slot has no speeds. The page derives them from trails.
     browser.wait(
         "[...document.querySelectorAll('#table-body td.speed')].filter(c => /^≈\\d+$/.test(c.textContent)).length > 2",
         SOON,
     );
-    // The service stays in touch all the same.
+    // The connection stays open.
     std::thread::sleep(Duration::from_secs(4));
     browser.wait(&format!("{BADGE} === 'REPLAY paused'"), Duration::ZERO);
 }
@@ -307,7 +309,7 @@ fn the_slider_seeks(browser: &mut Browser) {
     assert_eq!(browser.text(BADGE), "REPLAY paused");
 }
 
-/// From where the picture was asked to go, not from where it has got to: nobody waits between two clicks.
+/// Each step starts from the requested time, not from the time reached, so that quick clicks add up.
 fn three_quick_steps_back_are_thirty_seconds(browser: &mut Browser) {
     browser.run("for (let i = 0; i < 3; i++) document.getElementById('replay-back').click()");
     browser.wait("document.getElementById('replay-at').textContent === '0:00:30'", SOON);
@@ -318,7 +320,7 @@ fn three_quick_steps_back_are_thirty_seconds(browser: &mut Browser) {
     browser.wait(&format!("{BADGE} === 'REPLAY'"), SOON);
 }
 
-/// Each with its address, state, rate and what is refused; nothing of it as JSON.
+/// Each input has address, state, rate and refusals in the table; nothing is shown as JSON.
 fn the_lines_of_a_sensor_are_a_table(browser: &mut Browser) {
     let panel = "document.getElementById('sensor-panel')";
     browser.run("document.querySelector('#sensors button').click()");
@@ -328,7 +330,7 @@ fn the_lines_of_a_sensor_are_a_table(browser: &mut Browser) {
     browser.wait(
         &format!("{cells}.some(([address, state, rate, refused]) => \
             /^\\S*239[.]\\S+:\\d+/.test(address) && state.startsWith('open, last ') && Number(rate) > 0 && /^\\d+$/.test(refused))"),
-        SOON + SOON, // a rate takes two answers, ten seconds apart
+        SOON + SOON, // a rate needs two answers, ten seconds apart
     );
     let heads = format!("[...{panel}.querySelectorAll('.lines th')].map(head => head.textContent).join()");
     assert_eq!(browser.text(&heads), "Address,State,a second,Refused");
@@ -346,7 +348,7 @@ fn tracks_move(browser: &mut Browser) {
 }
 
 fn a_fused_track_says_why(browser: &mut Browser) {
-    // A pair may part at any time: another fused track is selected then.
+    // A pair may be separated at any time; then another fused track is selected.
     browser.wait(
         &format!(
             r"(() => {{
@@ -372,7 +374,7 @@ fn the_filter_filters(browser: &mut Browser) {
 }
 
 fn the_themes_differ(browser: &mut Browser, folder: &Path) {
-    // The middle of the map's ground, and how many colours are drawn on it.
+    // Most frequent colour in the map, and number of colours drawn on it.
     let ground = "(() => { const canvas = document.getElementById('canvas'); \
         const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height); \
         const counts = new Map(); \
@@ -412,7 +414,7 @@ fn raw_inputs_are_asked_for_while_they_are_shown(browser: &mut Browser) {
     assert_eq!(browser.number(&format!("Number({})", after(0))), 0, "nobody looks");
     browser.run("document.querySelector('input[name=raw]').click()");
     browser.wait(&after(50), SOON);
-    // The inputs lie beside their tracks once the picture has got to their time.
+    // Sensor reports are drawn beside their tracks once the picture has reached their time.
     let colours = "(() => { const canvas = document.getElementById('canvas'); \
         return new Set(new Uint32Array(canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.buffer)).size; })()";
     browser.wait(&format!("{colours} > 20"), SOON);
@@ -448,12 +450,12 @@ fn a_radars_registration_is_in_its_panel(browser: &mut Browser) {
     ] {
         browser.wait(&format!("/{words}/.test({panel}.textContent)"), SOON);
     }
-    // What is not observable is as quiet as it should be, and says why.
+    // Unobservable values are greyed out, with the reason.
     let tilt =
         format!("[...{panel}.querySelectorAll('dd.unknown')].find(dd => dd.textContent.includes('°'))");
     browser.wait(&format!("{tilt}.title.startsWith('Not observable')"), SOON);
     let colours = format!("getComputedStyle({tilt}).color !== getComputedStyle({panel}).color");
-    // Round through all themes, back to the one that was.
+    // Cycles through all themes.
     for _ in ["light", "dark", "auto"] {
         browser.run("document.querySelector('#sensor-panel').hidePopover()");
         browser.press("t");
@@ -473,13 +475,13 @@ fn an_operator_decides(browser: &mut Browser, service: &Service) {
         format!("fetch('api/v1/correlations').then(answer => answer.json()).then(({{correlations}}) => {so})")
     };
     service.order("play");
-    // A pair may part at any time: another fused track is selected then.
+    // A pair may be separated at any time; then another fused track is selected.
     let part = button("Not one aircraft");
     browser.wait(&format!("Boolean({part} ?? ({FUSED_ROW}?.click(), null))"), SOON);
     browser.run(&format!("{part}.click()"));
     browser.wait("document.querySelector('#detail [role=status]')?.textContent.startsWith('Decided')", SOON);
     browser.wait(&in_force("correlations.length === 1 && correlations[0].verdict === 'decorrelated'"), SOON);
-    // What was decided shows in the next slots, and can be withdrawn there.
+    // The decision is shown in the next slots, and can be withdrawn there.
     let withdraw = button("Decide automatically");
     browser.wait(&format!("Boolean({withdraw})"), SOON);
     browser.wait(
@@ -531,7 +533,7 @@ fn own_overlays_are_drawn_and_stay_here(browser: &mut Browser) {
     browser.run("document.getElementById('layers').hidePopover()");
 }
 
-/// For what the test writes; emptied first, and left for who wants to look at the screenshots.
+/// Folder for files of the test, emptied first. It is kept so that screenshots can be viewed.
 fn fresh_folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_dir_all(&folder);

@@ -1,8 +1,8 @@
-//! What a screen reader says of a button has the words in it that are on the button: whoever steers by voice says those.
+//! Accessible names of buttons contain their visible text, which users of voice control speak.
 
 use super::{FUSED_ROW, ROWS, SOON, paused};
 
-/// The buttons in sight, or of the dialog that is open, whose names lack a word that they show, or that have no name.
+/// Visible buttons, or those of the open dialog, whose accessible name lacks a visible word or is empty.
 const MISNAMED: &str = "(() => { \
     const words = text => text.toLowerCase().match(/[\\p{L}\\p{N}]+/gu) ?? []; \
     const shown = node => [...node.childNodes].map(child => { \

@@ -1,17 +1,17 @@
-//! A new alert while nobody looks at the panel: the title, a screen reader and a toast say it, in the service's words.
+//! A new alert while its panel is closed: the title, a screen reader and a toast announce it with the text of the service.
 
 use super::browser::Browser;
 use super::service::{self, Service};
 use super::{ROWS, SOON, fresh_folder, installed, paused};
 
 const TOAST: &str = "document.getElementById('toast')";
-/// Notes every announcement from here on: the next one takes its place after 5 s.
+/// Records every announcement from here on; each is replaced after 5 s.
 const LISTEN: &str = "window.said = []; \
     new MutationObserver(() => window.said.push(document.getElementById('alert-announcement').textContent)) \
         .observe(document.getElementById('alert-announcement'), {childList: true, characterData: true, subtree: true})";
 
 #[test]
-fn a_new_alert_is_seen_and_said_while_the_panel_is_closed() {
+fn new_alert_is_announced_while_panel_is_closed() {
     let Some((_, service, mut browser)) = paused("map-news", "reference") else { return };
     browser.open(&service.url());
     browser.wait(&format!("{ROWS} > 2"), SOON);
@@ -25,7 +25,7 @@ fn a_new_alert_is_seen_and_said_while_the_panel_is_closed() {
         alerts.find(({severity}) => severity === 'critical')?.text ?? '')";
     browser.wait(&format!("({text}).then(text => text !== '')"), SOON);
     let text = browser.text(text);
-    // How long it lasts goes on; what it is about is the beginning of the text.
+    // The duration in the text changes; the text before it identifies the alert.
     let begin = &text[..text.find(" for ").unwrap()];
     assert!(begin.starts_with("gamekeeper outage: "), "{text}");
     browser.wait(
@@ -44,7 +44,7 @@ fn a_new_alert_is_seen_and_said_while_the_panel_is_closed() {
     assert_eq!(browser.text(live), "status");
     assert_eq!(browser.number("Number(document.getElementById('alerts').hidden)"), 1, "nobody has opened it");
 
-    // It leads to the panel, where the text is the service's, and has then been seen.
+    // The toast opens the panel, which has the service's text; then the alert counts as seen.
     browser.run("document.getElementById('toast-open').click()");
     browser.wait(&format!("{TOAST}.hidden && document.activeElement.id === 'alerts'"), SOON);
     browser.wait(&format!("document.getElementById('alert-list').innerText.includes({begin:?})"), SOON);
@@ -52,9 +52,9 @@ fn a_new_alert_is_seen_and_said_while_the_panel_is_closed() {
     assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
 }
 
-/// What comes and goes each second is announced once, unless it gets worse; what is over says so.
+/// An alert that comes and goes every second is announced once, unless it becomes more severe. Its end is announced.
 #[test]
-fn an_alert_that_flaps_is_told_once() {
+fn flapping_alert_is_announced_once() {
     let Some(program) = installed() else { return };
     let folder = fresh_folder("map-flapping");
     service::fly(&folder, None);

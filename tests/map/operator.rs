@@ -1,20 +1,20 @@
-//! What an operator does with the map beyond looking: names, order, units, filters, watching, measuring, zones and files.
+//! Operator functions of the map: names, sorting, units, filters, watching, measuring, zones and files.
 
 use super::browser::Browser;
 use super::{BADGE, DRAWN, FUSED_ROW, ROWS, SOON, paused};
 
-/// The first row that nobody has identified, and its name.
+/// Name in the first row of the table.
 const FIRST_NAME: &str = "document.querySelector('#table-body tr:not(.spacer) td.number').textContent";
 const FILTERED: &str = "document.getElementById('filtered-text').textContent";
 
-/// What is saved from now on goes into `saved`, by file name, and not to the disk.
+/// Collects saved files in `saved`, by name, instead of writing them to the disk.
 const CATCH_FILES: &str = "window.saved = {}; \
     const blobs = new Map(); \
     URL.createObjectURL = blob => { const url = `blob:${blobs.size}`; blobs.set(url, blob); return url; }; \
     HTMLAnchorElement.prototype.click = function () { \
         blobs.get(this.getAttribute('href')).text().then(text => { saved[this.download] = text; }); }; 0";
 
-/// A click on the map at these pixels of it.
+/// Clicks at this pixel of the map.
 fn click(browser: &mut Browser, x: u32, y: u32) {
     browser.run(&format!(
         "(() => {{ const canvas = document.getElementById('canvas'); \
@@ -25,7 +25,7 @@ fn click(browser: &mut Browser, x: u32, y: u32) {
     ));
 }
 
-/// A key on the map that makes no character.
+/// Presses a key on the map that produces no character.
 fn key(browser: &mut Browser, key: &str) {
     browser.run(&format!(
         "document.getElementById('canvas').dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}', bubbles: true, cancelable: true}}))"
@@ -37,7 +37,7 @@ fn an_operator_works_with_the_map() {
     let Some((_, service, mut browser)) = paused("map-operator", "operational") else { return };
     browser.open(&service.url());
     browser.wait(&format!("{ROWS} > 2"), SOON);
-    what_nobody_has_identified_is_first_and_short(&mut browser);
+    unidentified_aircraft_are_first(&mut browser);
     labels_keep_clear_of_each_other(&mut browser);
     units_are_the_operators(&mut browser);
     filters_say_what_they_leave_out(&mut browser);
@@ -45,27 +45,27 @@ fn an_operator_works_with_the_map() {
     distances_are_measured(&mut browser);
     browser.run(CATCH_FILES);
     a_zone_is_saved_and_not_active(&mut browser);
-    // For some seconds of trail.
+    // Runs for some seconds of trail.
     service.order("play");
     std::thread::sleep(std::time::Duration::from_secs(4));
     service.order("pause");
     browser.wait(&format!("{BADGE} === 'REPLAY paused'"), SOON);
     std::thread::sleep(std::time::Duration::from_secs(2));
-    what_is_shown_is_saved(&mut browser);
+    view_is_exported(&mut browser);
     assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
 }
 
-fn what_nobody_has_identified_is_first_and_short(browser: &mut Browser) {
+fn unidentified_aircraft_are_first(browser: &mut Browser) {
     browser.wait(&format!("/^R \\d+$/.test({FIRST_NAME})"), SOON);
     let sources = "[...document.querySelectorAll('#table-body td.source')].map(cell => cell.dataset.source)";
     browser.wait(&format!("{sources}.lastIndexOf('radar') < {sources}.indexOf('fused')"), SOON);
-    // A serial number's end; the whole one is in its column and in the details.
+    // The end of a serial number; the column and the details have all of it.
     browser
         .wait(&format!("{FUSED_ROW}.cells[2].textContent.endsWith({FUSED_ROW}.cells[1].textContent)"), SOON);
     browser.wait(&format!("{FUSED_ROW}.cells[1].textContent.length === 5"), SOON);
 }
 
-/// In a frame no text on the map lies over another one, but for the two lines of one label, which are 13 pixels apart.
+/// In one frame no two texts of the map overlap, except the two lines of a label, which are 13 pixels apart.
 fn labels_keep_clear_of_each_other(browser: &mut Browser) {
     let overlaps = "(async () => { \
         const texts = []; \
@@ -107,7 +107,7 @@ fn units_are_the_operators(browser: &mut Browser) {
     browser.wait(&format!("Math.abs({height} * 0.3048 - metres) < 0.7"), SOON);
     browser.wait("document.querySelector('th.speed').textContent === 'kt'", SOON);
     browser.wait("location.hash.includes('units=ft,kt,m')", SOON);
-    // Above ground only where the ground is known.
+    // Heights above ground are available only where the ground is known.
     choose(browser, "unit-height", "m-agl");
     browser.wait(&format!("Math.abs({height} - metres) < 0.7"), SOON);
     choose(browser, "ground", "50");
@@ -121,7 +121,7 @@ fn units_are_the_operators(browser: &mut Browser) {
 fn filters_say_what_they_leave_out(browser: &mut Browser) {
     let all = browser.number(ROWS);
     choose(browser, "height-low", "5000");
-    // Those whose height nobody knows stay.
+    // Tracks of unknown height stay.
     browser.wait(&format!("{ROWS} < {all} && {FILTERED}.endsWith('from 5000\\u2009m up')"), SOON);
     browser.wait("[...document.querySelectorAll('#table-body td.height')].every(cell => cell.textContent.startsWith('–'))", SOON);
     browser.run("document.getElementById('filter-clear-all').click()");
@@ -131,7 +131,7 @@ fn filters_say_what_they_leave_out(browser: &mut Browser) {
     browser.wait("[...document.querySelectorAll('#table-body td.source')].every(cell => cell.dataset.source === 'radar')", SOON);
     browser.wait("location.hash.includes('kind=unknown,doubtful')", SOON);
     browser.run("document.getElementById('filter-clear').click()");
-    // Inside the site's one area, and inside none.
+    // Filters for the site's one area, and for outside of all areas.
     let zones = "[...document.getElementById('by-zone').options].map(({value}) => value)";
     browser.wait(&format!("{zones}.length === 2"), SOON);
     browser.run(&format!("window.zone = {zones}[1]; const list = document.getElementById('by-zone'); list.value = zone; list.dispatchEvent(new Event('change'))"));
@@ -151,7 +151,7 @@ fn a_watched_track_is_first(browser: &mut Browser) {
     browser.run("document.getElementById('detail-close').click()");
 }
 
-/// With the mouse, and with the keys alone.
+/// With the mouse, and with the keyboard only.
 fn distances_are_measured(browser: &mut Browser) {
     let words = "document.getElementById('tool-words').textContent";
     browser.run("document.activeElement.blur()");
@@ -162,11 +162,11 @@ fn distances_are_measured(browser: &mut Browser) {
     browser.wait(&format!("{words} === '1 place'"), SOON);
     key(browser, "ArrowLeft"); // 80 pixels west
     key(browser, "Enter");
-    // Unless the middle is a track's, which is taken then: some way west, anyhow.
+    // A track in the middle would be selected instead; either way the distance is to the west.
     browser.wait(&format!("/^\\d+\\u2009m at 2[67]\\d°$/.test({words})"), SOON);
     click(browser, 200, 300);
     browser.wait(&format!("/; 2 legs, together [\\d.]+\\u2009k?m$/.test({words})"), SOON);
-    browser.wait("!location.hash.includes('&s=')", SOON); // nothing was selected by it
+    browser.wait("!location.hash.includes('&s=')", SOON); // the click selected no track
     key(browser, "Escape");
     browser.wait("document.getElementById('tool-bar').hidden", SOON);
 }
@@ -216,14 +216,14 @@ fn a_zone_is_saved_and_not_active(browser: &mut Browser) {
         (place(0, 0) + 0.588).abs() < 0.2 && (place(0, 1) - 52.5065).abs() < 0.2,
         "at the site: {ring:?}"
     );
-    // It is a file and nothing else.
+    // The zone is only a file; it is not applied.
     browser.wait(DRAWN, SOON);
     let posted = browser.requests()[before..].iter().any(|url| url.contains("areas") || url.contains("zone"));
     assert!(!posted, "{:?}", &browser.requests()[before..]);
     browser.run("document.getElementById('tool-end').click()");
 }
 
-fn what_is_shown_is_saved(browser: &mut Browser) {
+fn view_is_exported(browser: &mut Browser) {
     let rows = browser.number(ROWS);
     for format in ["geojson", "kml", "csv"] {
         browser.run(&format!("document.getElementById('export-{format}').click()"));

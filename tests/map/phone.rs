@@ -1,12 +1,12 @@
-//! The page on a phone: little head, much map, and no label below a button.
+//! The page on a phone: a small header, a large map, and no label under a button.
 
 use std::fs;
 
 use super::browser::Browser;
 use super::{DRAWN, ROWS, SOON, paused};
 
-/// Puts a track where the button at the left is in the middle of, and tells of each text that is drawn whether a button,
-/// a note or the legend lies over it.
+/// Moves a track to the middle of the left button, and reports for each drawn text whether a button, a note or the legend covers
+/// it.
 const LABELS: &str = "(async () => { \
     const canvas = document.getElementById('canvas'); \
     const {features} = await fetch('api/v1/tracks').then(answer => answer.json()); \
@@ -50,7 +50,7 @@ fn a_phone_shows_the_map_and_every_label_on_it() {
         let wide = browser.number("document.documentElement.scrollWidth");
         assert!(wide <= u64::from(width), "the page is {wide} pixels wide on a screen of {width}");
 
-        // Clock, sensors and tools are behind the button.
+        // Clock, sensors and tools are in the menu.
         assert_eq!(browser.number("Number(document.getElementById('utc').checkVisibility())"), 0);
         browser.run("document.getElementById('more-button').click()");
         for id in ["utc", "sensors", "layers-button", "theme-button", "help-button"] {
@@ -68,7 +68,7 @@ fn a_phone_shows_the_map_and_every_label_on_it() {
     assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
 }
 
-/// However much there is to say, over no button of the map, and gone when it is dismissed.
+/// However long its text is, the note covers no button of the map, and disappears when dismissed.
 fn the_note_of_new_alerts_is_two_lines(browser: &mut Browser) {
     let toast = "document.getElementById('toast')";
     browser.run(

@@ -1,7 +1,7 @@
-//! The pictures of the documentation: made here, and looked at by people.
+//! Pictures for the documentation, to be checked by eye.
 //!
-//! `cargo test --release --test map picture -- --ignored --test-threads 1`, while nothing else on this machine sends the
-//! demo's multicast.
+//! Run `cargo test --release --test map picture -- --ignored --test-threads 1` while no other program on this machine sends the
+//! multicast of the demo.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -21,12 +21,12 @@ fn the_picture_of_the_readme_is_taken() {
     let service = Service::demo();
     let mut browser = Browser::start(&program, &folder.join("profile"));
     browser.open(&service.url());
-    // By then radar tracks have their transponders, and trails are long.
+    // By then radar tracks are associated with transponders, and trails are long.
     std::thread::sleep(Duration::from_secs(60));
     browser.wait(&format!("{FUSED_ROW} !== undefined"), SOON);
     browser.run("document.getElementById('fit').click()");
     browser.run(&format!("{FUSED_ROW}.click()"));
-    // The list shows the details once the service has answered.
+    // The details appear once the service has answered.
     browser.wait("document.getElementById('detail').textContent.includes('Last measurement')", SOON);
     browser.run("document.getElementById('toast-close').click()");
     take(&mut browser, "map");
@@ -42,7 +42,7 @@ fn the_pictures_of_a_city_are_taken() {
     service.order("pause");
     service.seek("09:01:48");
     service.order("play");
-    std::thread::sleep(Duration::from_secs(45)); // of trails
+    std::thread::sleep(Duration::from_secs(45)); // for long trails
     service.order("pause");
     let mut browser = Browser::start(&program, &folder.join("profile"));
     let nearer = "theme=light&colour=height&c=52.5085,-0.586&z=0.14";
@@ -79,7 +79,7 @@ fn the_pictures_of_alerts_are_taken() {
     let (longitude, latitude) = encounter::PLACE;
     let about = format!("c={latitude},{longitude}");
 
-    // The warning, with nobody at the alerts.
+    // The warning, with the alert list closed.
     browser.open(&format!("{}#{about}&z=0.75&theme=dark", service.url()));
     browser.wait(&format!("{ROWS} === 2"), SOON);
     service.order("play");
@@ -92,7 +92,7 @@ fn the_pictures_of_alerts_are_taken() {
     browser.resize(1280, 800, false);
     browser.run(&format!("location.hash = '{about}&z=0.75&theme=light'"));
 
-    // The volume is entered: worked on, in light colours.
+    // The volume is entered; shown in light colours with actions in progress.
     service.order("play");
     browser.run("document.getElementById('alerts-button').click()");
     browser.run("document.getElementById('alert-by').value = 'Mira, desk 2'");
@@ -100,7 +100,7 @@ fn the_pictures_of_alerts_are_taken() {
     pause(&mut browser, &service);
     take(&mut browser, "encounter-light");
 
-    // One is acknowledged, one is about to be shelved.
+    // One alert is acknowledged, another about to be shelved.
     let press = |item: usize, words: &str| {
         format!(
             "[...document.querySelectorAll('#alert-list li')[{item}].querySelectorAll('button')].find(button => button.innerText === '{words}').click()"
@@ -116,7 +116,7 @@ fn the_pictures_of_alerts_are_taken() {
 }
 
 const TOAST: &str = "document.getElementById('toast')";
-/// Seconds until the two are closest.
+/// Seconds until the closest point of approach.
 const CONFLICT: &str = "Number.parseInt(document.querySelector('#conflict-rows td:nth-child(4)').innerText)";
 
 fn pause(browser: &mut Browser, service: &Service) {
@@ -125,12 +125,12 @@ fn pause(browser: &mut Browser, service: &Service) {
 }
 
 fn take(browser: &mut Browser, name: &str) {
-    std::thread::sleep(Duration::from_secs(2)); // whatever is on its way comes
+    std::thread::sleep(Duration::from_secs(2)); // waits for pending answers
     browser.run("document.activeElement.blur()");
     browser.wait(DRAWN, SOON);
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("docs/images/{name}.png"));
     fs::write(&file, browser.screenshot()).unwrap();
-    // Where it is installed: a picture has few colours, and is a third as large with a palette of them.
+    // If installed: a picture has few colours, and is a third as large with a palette.
     let small = Command::new("pngquant").args(["--force", "--ext", ".png"]).arg(&file).status();
     assert!(small.map_or_else(|error| error.kind() == ErrorKind::NotFound, |status| status.success()));
 }

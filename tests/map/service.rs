@@ -1,8 +1,8 @@
-//! The program itself: a simulated flight, and the service that shows it.
+//! The program: a simulated flight, and the service that shows it.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{SocketAddr, TcpStream};
+use std::net::{SocketAddr, TcpStream, UdpSocket};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex};
@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Markup as the name of an area; the alerts of tracks inside say it.
+/// Markup as the name of an area; it appears in alerts of tracks inside.
 pub const HOSTILE: &str = "<img src=x onerror=alert(1)>";
 
-/// The crossing, in which the radar falls silent after half of it, at a site with an alert area and perhaps with tiles.
+/// The crossing, in which the radar falls silent after half of the time, at a site with an alert area and optional tiles.
 pub fn fly(folder: &Path, tiles: Option<&str>) {
     simulate(folder, "crossing");
     let radar = fs::read(folder.join("radar.ast")).unwrap();
@@ -29,13 +29,13 @@ pub fn fly(folder: &Path, tiles: Option<&str>) {
     fs::write(folder.join("site.toml"), site.replace("[http]", &http) + &area).unwrap();
 }
 
-/// The captures and the site of one of the scenarios that come with the program.
+/// Simulates captures and site of a bundled scenario.
 pub fn simulate(folder: &Path, scenario: &str) {
     let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("config/scenarios/{scenario}.toml"));
     simulate_file(folder, &scenario, 1);
 }
 
-/// Those of any scenario.
+/// Simulates captures and site of a scenario file.
 pub fn simulate_file(folder: &Path, scenario: &Path, seed: u32) {
     let mut simulate = utm_fusion();
     simulate.arg("simulate").arg(scenario).arg("--out").arg(folder).args(["--seed", &seed.to_string()]);
@@ -43,7 +43,7 @@ pub fn simulate_file(folder: &Path, scenario: &Path, seed: u32) {
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
 }
 
-/// What a replay finds about who will come near whom, a line each.
+/// Conflicts found by a replay, one per line.
 pub fn conflicts(folder: &Path) -> String {
     let file = folder.join("conflicts.ndjson");
     let ran =
@@ -52,23 +52,23 @@ pub fn conflicts(folder: &Path) -> String {
     fs::read_to_string(file).unwrap()
 }
 
-/// A running service; ended with the test.
+/// A running service, stopped at the end of the test.
 pub struct Service {
     child: Child,
     address: SocketAddr,
-    /// What it has said so far.
+    /// Log so far.
     log: Arc<Mutex<String>>,
-    /// The token that it is asked with.
+    /// Token of the requests.
     pub token: Option<&'static str>,
 }
 
 impl Service {
-    /// The flight as a recording in the `reference` profile, on that port, or on a free one.
+    /// Replays the flight in the `reference` profile, on this port or on a free one.
     pub fn replay(folder: &Path, port: u16) -> Self {
         Self::replay_in("reference", folder, port)
     }
 
-    /// The same in that profile.
+    /// Replays the flight in the given profile.
     pub fn replay_in(profile: &str, folder: &Path, port: u16) -> Self {
         Self::start(&mut Self::replaying(profile, folder), port)
     }
@@ -84,7 +84,7 @@ impl Service {
         command.arg("--config").arg(folder.join("site.toml")).args(["--date", "2026-03-14"])
     }
 
-    /// The same with more of the program's options, on a free port.
+    /// Replays the flight with more options of the program, on a free port.
     pub fn replay_with(profile: &str, folder: &Path, options: &[&str]) -> Self {
         Self::start(Self::replaying(profile, folder).args(options), 0)
     }
@@ -94,8 +94,27 @@ impl Service {
         Self::start(utm_fusion().arg("demo"), 0)
     }
 
+    /// The live service of a simulated site, on ports of its own that no sensor sends to.
+    pub fn without_input(folder: &Path) -> Self {
+        let site = fs::read_to_string(folder.join("site.toml")).unwrap();
+        let free = || UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+        let lines = site.lines().map(|line| match line.trim_start().starts_with("{ group") {
+            true => format!("{{ address = \"127.0.0.1\", port = {} }},\n", free()),
+            false => format!("{line}\n"),
+        });
+        let file = folder.join("silent.toml");
+        let site = lines.collect::<String>();
+
+        fs::write(&file, site.replace("127.0.0.1:8080", "127.0.0.1:0")).unwrap();
+        Self::run(utm_fusion().arg("run").arg(&file))
+    }
+
     fn start(command: &mut Command, port: u16) -> Self {
-        command.args(["--http", &format!("127.0.0.1:{port}")]).stdout(Stdio::null()).stderr(Stdio::piped());
+        Self::run(command.args(["--http", &format!("127.0.0.1:{port}")]))
+    }
+
+    fn run(command: &mut Command) -> Self {
+        command.stdout(Stdio::null()).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap();
         let mut log = BufReader::new(child.stderr.take().unwrap());
         let mut said = String::new();
@@ -118,7 +137,7 @@ impl Service {
         Self { child, address, log: kept, token: None }
     }
 
-    /// Ends in a slash.
+    /// URL of the service; ends in a slash.
     pub fn url(&self) -> String {
         format!("http://{}/", self.address)
     }
@@ -127,7 +146,7 @@ impl Service {
         self.address.port()
     }
 
-    /// Takes the replay to a time of day, and waits until it shows it.
+    /// Moves the replay to a time of day, and waits until it is shown.
     pub fn seek(&self, time: &str) {
         self.ask("POST", &format!("/api/v1/replay/seek?time=2026-03-14T{time}Z"));
         self.wait(&format!("T{}", &time[..7]));
@@ -137,7 +156,7 @@ impl Service {
         self.ask("POST", &format!("/api/v1/replay/{what}"));
     }
 
-    /// Until the replay's state, which holds the time that it shows, has this in it.
+    /// Waits until the state of the replay, which includes its time, contains this text.
     fn wait(&self, text: &str) {
         let end = Instant::now() + PATIENCE;
         while !self.ask("GET", "/api/v1/info").contains(text) {
@@ -152,7 +171,7 @@ impl Service {
         serde_json::from_str(answer.split_once("\r\n\r\n").unwrap().1).unwrap()
     }
 
-    /// The lines of its log so far that have this in them.
+    /// Lines of the log so far that contain this text.
     pub fn logged(&self, text: &str) -> Vec<String> {
         let log = self.log.lock().unwrap();
         log.lines().filter(|line| line.contains(text)).map(str::to_owned).collect()
@@ -170,7 +189,7 @@ impl Service {
         answer
     }
 
-    /// Whether the whole process stands still, with its connections open.
+    /// Stops or continues the whole process, with its connections open.
     pub fn freeze(&self, is_frozen: bool) {
         let signal = if is_frozen { "-STOP" } else { "-CONT" };
         let sent = Command::new("kill").args([signal, &self.child.id().to_string()]).status().unwrap();

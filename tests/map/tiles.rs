@@ -1,10 +1,10 @@
-//! A server of map tiles: another origin than the service's.
+//! A server of map tiles, with another origin than the service.
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpListener;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Every tile is of this colour, which nothing else on the map has.
+/// Every tile has this colour, which is not used elsewhere on the map.
 const TILE: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='256' height='256'><rect width='256' height='256' fill='#f0f'/></svg>";
 
 pub struct Tiles {
@@ -22,7 +22,7 @@ impl Tiles {
             for mut connection in listener.incoming().flatten() {
                 let mut request = String::new();
                 let mut lines = BufReader::new(connection.try_clone().unwrap());
-                // A browser opens connections in advance, and may close them unused.
+                // Browsers open connections in advance, and may close them unused.
                 if lines.read_line(&mut request).unwrap_or(0) == 0 {
                     continue;
                 }
@@ -38,7 +38,7 @@ impl Tiles {
         Self { url, asked }
     }
 
-    /// Ends in a slash.
+    /// URL of the server; ends in a slash.
     pub fn url(&self) -> &str {
         &self.url
     }
@@ -47,7 +47,7 @@ impl Tiles {
         format!("{}{{z}}/{{x}}/{{y}}.svg", self.url)
     }
 
-    /// The paths of the tiles that were asked for.
+    /// Paths of the requested tiles.
     pub fn asked(&self) -> Vec<String> {
         self.asked.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }

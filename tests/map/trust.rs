@@ -1,4 +1,4 @@
-//! A transponder that is not to be trusted, as the operator sees it.
+//! A distrusted transponder, as the operator sees it.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use super::browser::Browser;
 use super::service::{self, Service};
 use super::{BADGE, DRAWN, ROWS, SOON, fresh_folder, installed};
 
-/// Pixels of the colour of what is critical, away from the symbols: the ring is dashed.
+/// Counts pixels in the critical colour away from the symbols, because the ring is dashed.
 const RING: &str = "(() => { const canvas = document.getElementById('canvas'); \
     const {width, height} = canvas; \
     const {data} = canvas.getContext('2d').getImageData(0, 0, width, height); \
@@ -19,11 +19,11 @@ const RING: &str = "(() => { const canvas = document.getElementById('canvas'); \
     return count; })()";
 
 #[test]
-fn a_transponder_that_is_not_to_be_trusted_is_marked_and_an_operator_says_so() {
+fn distrusted_transponder_is_marked() {
     let Some(program) = installed() else { return };
     let folder = fresh_folder("map-trust");
     service::fly(&folder, None);
-    // Somebody has said so before.
+    // An earlier operator verdict.
     let word = r#"{"slot":0,"serial":"000000000001","country":"GB","verdict":"distrusted"}"#;
     fs::write(folder.join("kept.decisions.jsonl"), format!("{word}\n")).unwrap();
     fs::write(folder.join("kept.numbers.json"), "{\"version\":1,\"numbers\":[]}\n").unwrap();
@@ -42,7 +42,7 @@ fn a_transponder_that_is_not_to_be_trusted_is_marked_and_an_operator_says_so() {
     assert!(browser.number(RING) > 20, "no ring is drawn");
     browser.wait("document.getElementById('alert-count').textContent > 0", SOON);
 
-    // Only those.
+    // Only flagged tracks.
     browser.run("document.getElementById('flagged').click()");
     browser.wait(&format!("{ROWS} === 1 && location.hash.includes('flagged=1')"), SOON);
     browser.run(&format!("{failed}[0].click()"));
@@ -51,7 +51,7 @@ fn a_transponder_that_is_not_to_be_trusted_is_marked_and_an_operator_says_so() {
     browser.wait(&format!("{said}.includes('An operator has said: distrusted')"), SOON);
     assert_eq!(browser.number("document.querySelectorAll('#trust-distrusted').length"), 0);
 
-    // A replay that stands still decides nothing, and says so.
+    // A paused replay refuses decisions, with a message.
     browser.run("document.getElementById('trust-trusted').click()");
     browser.wait(&format!("{said}.includes('HTTP 409: a replay that stands still decides nothing')"), SOON);
     service.order("play");

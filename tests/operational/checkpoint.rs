@@ -1,4 +1,4 @@
-//! A pipeline that is written down and made anew goes on as if nothing had happened, whatever the sensors.
+//! A pipeline restored from a checkpoint continues as if it had not been interrupted, with any sensors.
 
 use fusion::{CheckpointError, Emission};
 use utm_fusion::areas::Masks;
@@ -8,7 +8,7 @@ use utm_fusion::pipeline::{NotRestored, Pipeline};
 
 use super::{flight, site};
 
-/// What is emitted, and what was counted, as text: to the bit.
+/// The emissions and counters as text, exact to the bit.
 fn emitted(pipeline: &mut Pipeline, slots: &mut Vec<String>) {
     slots.extend(pipeline.emissions().map(|emission: Emission| format!("{emission:?}")));
 }
@@ -31,7 +31,7 @@ fn run(receptions: &[Reception], config: &Config, every: usize) -> Vec<String> {
     slots
 }
 
-/// Spoofed and jammed transponders; all kinds of sensors at once; no radar; several radars; gaps.
+/// Spoofed and jammed transponders; all kinds of sensors together; no radar; several radars; gaps.
 #[test]
 fn at_every_tenth_slot_of_any_scenario_it_may_stop_and_go_on() {
     for name in ["spoof", "event", "airfield", "two-radars", "gaps"] {

@@ -1,4 +1,4 @@
-//! Crewed aircraft and vehicles beside drones.
+//! Crewed aircraft and vehicles together with drones.
 
 use utm_fusion::areas::Masks;
 use utm_fusion::config::Profile;
@@ -25,7 +25,7 @@ fn vehicles_take_no_part_in_conflicts() {
         for picture in pipeline.emissions().map(|emission| maker.picture(emission)) {
             let Some(outlook) = watch.look(&picture, &maker) else { continue };
             let mut flying = 0;
-            // Known as well as whoever takes part.
+            // Only tracks accurate enough to take part are compared.
             for track in picture.tracks.iter().filter(|track| track.is_within(config.output.max_accuracy_m)) {
                 match maker.class(track) {
                     TrackClass::Vehicle => vehicles += 1,
@@ -47,7 +47,7 @@ fn adsb_beside_a_scenario_changes_nothing_of_its_drones() {
             let simulation = flight(name, seed);
             points(simulation.receptions(), &site(&simulation, Profile::Operational))
         });
-        // With the aeroplanes the input ends later, and so do slots.
+        // With the aeroplanes the input ends later, and so do the slots.
         let last = alone.last().unwrap().time;
         // ICAO addresses have six digits.
         let is_crewed = |point: &OutputPoint| point.identity.as_ref().is_some_and(|name| name.len() == 6);

@@ -1,4 +1,4 @@
-//! Identities that are invented, thousands a second.
+//! Thousands of invented identities per second.
 
 use fusion::time::{SECOND, Time};
 use utm_fusion::areas::Masks;
@@ -10,7 +10,7 @@ use utm_fusion::simulate::Simulation;
 use crate::invented::{admit, invented, received};
 use crate::{flight, points, site};
 
-/// Of the first minute, with `per_s` invented reports a second from the 20th to the 30th, of `of` identities.
+/// The first minute, with `per_s` invented reports per second from second 20 to 30, from `of` identities.
 fn flooded(simulation: &Simulation, per_s: u64, of: u64) -> Vec<Reception> {
     let start = simulation.datagrams[0].received;
     let like = simulation.datagrams.iter().find(|datagram| datagram.payload[0] == 129).unwrap();
@@ -58,7 +58,7 @@ fn what_is_decided_of_identities_does_not_depend_on_the_order_between_two_deadli
     let simulation = flight("crossing", 1);
     let mut config = site(&simulation, Profile::Operational);
     admit(&mut config, 3);
-    // Each is heard every second or two: more than may be let in.
+    // Each identity is received every second or two, which is more than may be admitted.
     let mut receptions = flooded(&simulation, 150, 300);
     const SLOT_NS: i64 = SECOND / 4;
     let slot = |reception: &Reception| reception.received.unwrap().nanos().div_euclid(SLOT_NS);
@@ -71,6 +71,6 @@ fn what_is_decided_of_identities_does_not_depend_on_the_order_between_two_deadli
     let mut pipeline = Pipeline::new(&config, Masks::default());
     receptions.iter().for_each(|reception| pipeline.receive(reception));
     let numbers = pipeline.engine().numbers().used();
-    // 8 drones, 60 permits that had gathered, and 3 a second while it lasted.
+    // 8 drones, 60 accumulated permits, and 3 per second during the flood.
     assert!((60..=60 + 8 + 3 * 45).contains(&numbers), "{numbers}");
 }

@@ -1,4 +1,4 @@
-//! What is learnt of radars whose errors are known.
+//! Learnt errors of radars whose errors are known.
 
 use fusion::learning::{LearntRadar, LearntValue, VelocityVerdict};
 use fusion::time::{SECOND, Time};
@@ -10,7 +10,7 @@ use utm_fusion::simulate::{Simulation, Span, simulate};
 
 use crate::{scenario, site};
 
-/// Some minutes of ten equipped drones, by a radar so many times as wrong as it is in `crossing`.
+/// Some minutes of ten equipped drones, with a radar whose errors are `times` those in `crossing`.
 fn flight(times: f64) -> Simulation {
     let mut scenario = scenario("crossing");
     (scenario.duration_s, scenario.drones.equipped) = (400.0, scenario.drones.multirotors);
@@ -31,7 +31,7 @@ fn flight(times: f64) -> Simulation {
     simulate(&scenario, 7, None).unwrap()
 }
 
-/// What is learnt, and the text of its state.
+/// The learnt values, and their state as text.
 fn learnt(receptions: &[Reception], config: &Config) -> (Option<LearntRadar>, String) {
     let mut pipeline = Pipeline::new(config, Masks::default());
     for reception in receptions {
@@ -49,7 +49,7 @@ fn a_radar_is_learnt_to_be_as_good_or_bad_as_it_is() {
         let config = site(&simulation, Profile::Operational);
         let receptions: Vec<Reception> = simulation.receptions().collect();
         let learnt = learnt(&receptions, &config).0.unwrap();
-        // 1.25° and, in turns, 1.7 times that.
+        // 1.25°, and 1.7 times that during turns.
         let azimuth_deg = learnt.azimuth.bias.value.to_degrees() / times;
         assert!((1.0..2.1).contains(&azimuth_deg), "{times}: {learnt:#?}");
         let noise_deg = learnt.azimuth.noise.value.to_degrees() / times;

@@ -1,4 +1,4 @@
-//! What a transponder that lies tells of radars and delays.
+//! Influence of a spoofed transponder on the estimates for radars and delays.
 
 use fusion::registration::Misalignment;
 use utm_fusion::areas::Masks;
@@ -8,8 +8,8 @@ use utm_fusion::simulate::{Attack, Span, simulate};
 
 use crate::{scenario, site};
 
-/// What is learnt of the radar in some minutes of five equipped drones, of which one lies in this way from the second minute on: with
-/// the rule and without.
+/// The misalignment learnt in some minutes of five equipped drones, of which one is attacked from the second minute on: with and
+/// without the rule.
 fn told(attack: Attack) -> [Misalignment; 2] {
     let mut scenario = scenario("spoof");
     (scenario.duration_s, scenario.drones.jammed) = (400.0, 0);
@@ -32,7 +32,7 @@ fn told(attack: Attack) -> [Misalignment; 2] {
 fn who_is_suspect_tells_nothing_of_registration_and_delays() {
     let [[drifting, believed_drifting], [shifted, believed_shifted]] =
         [Attack::Drift, Attack::Time].map(told);
-    // Who tells nothing tells the same nothing, however it lies.
+    // A transponder without influence has none under either attack.
     let off = (drifting.samples - shifted.samples).abs();
     assert!(off < 1e-3, "{drifting:#?}\n{shifted:#?}");
     for value in [
@@ -45,7 +45,7 @@ fn who_is_suspect_tells_nothing_of_registration_and_delays() {
         let off = (one.value - other.value).abs() / one.deviation;
         assert!(off < 0.2, "{drifting:#?}\n{shifted:#?}");
     }
-    // Without the rule it tells something, and does some harm.
+    // Without the rule the transponder contributes samples and does some harm.
     for (believed, protected) in [(&believed_drifting, &drifting), (&believed_shifted, &shifted)] {
         assert!(believed.samples > protected.samples + 0.5, "{believed:#?}\n{protected:#?}");
     }

@@ -52,7 +52,7 @@ fn scored_as(simulation: &Simulation, config: &Config) -> Evaluation {
     evaluate(&simulation.truth(), Some(&labels), &points, Some(&alone), &Scoring::of(config))
 }
 
-/// Over some flights: the mean of a figure of each.
+/// The mean of a figure over several flights.
 fn mean(flights: &[Evaluation], figure: impl Fn(&Evaluation) -> Option<f64>) -> f64 {
     let values: Vec<f64> = flights.iter().filter_map(figure).collect();
     values.iter().sum::<f64>() / values.len() as f64
@@ -92,7 +92,7 @@ fn it_removes_the_weaknesses_of_the_reference_profile() {
 
 #[test]
 fn velocities_make_it_better() {
-    // The same flights: what is told of the motion is all that differs.
+    // The same flights with and without reported velocities.
     let told = |velocities| {
         let mut scenario = scenario("gaps");
         scenario.transponder.velocities = velocities;
@@ -101,7 +101,7 @@ fn velocities_make_it_better() {
         (1..=7).map(flown).collect::<Vec<_>>()
     };
     let (without, with) = (told(false), told(true));
-    // The median flight: in one a wrong radar track may be followed through a gap, which outweighs all the others.
+    // The median flight: in one flight a wrong radar track may be followed through a gap, which outweighs all others.
     let ratio = |figure: fn(&Evaluation) -> Option<f64>| {
         let ratio = |(with, without)| figure(with).unwrap() / figure(without).unwrap();
         let mut ratios: Vec<f64> = with.iter().zip(&without).map(ratio).collect();
@@ -138,7 +138,7 @@ fn the_singer_model_is_another_way_to_move() {
     };
     let [imm, singer] = [Motion::Imm, Motion::Singer].map(|motion| put_out(Profile::Operational, motion));
     assert_ne!(imm, singer);
-    // The paper's rules take no notice.
+    // The rules of `reference` do not use the motion model.
     let [imm, singer] = [Motion::Imm, Motion::Singer].map(|motion| put_out(Profile::Reference, motion));
     assert_eq!(imm, singer);
 }
@@ -152,7 +152,7 @@ fn the_same_input_gives_the_same_points_in_whatever_order_it_comes_between_two_d
     assert!(expected.len() > 5000);
     assert_eq!(points(receptions.iter().cloned(), &config), expected, "again");
 
-    // Everything comes in bursts, two seconds at once: forward, and backward.
+    // Bursts: two seconds of data at once, in order and in reverse order.
     const BURST_NS: i64 = 2_000_000_000;
     let burst = |reception: &Reception| reception.received.unwrap().nanos().div_euclid(BURST_NS);
     let mut bursts = receptions;
@@ -183,7 +183,7 @@ fn an_aircraft_has_one_number_at_a_time_and_no_two_have_the_same() {
 
 #[test]
 fn drones_keep_their_transponders_however_good_or_bad_the_radar_is() {
-    // Three equipped drones, and a radar whose errors are a multiple of what its site configures.
+    // Three equipped drones, and a radar with a multiple of its configured errors.
     let trio = |by: f64| {
         let mut scenario = scenario("single");
         scenario.name = "three".to_owned();

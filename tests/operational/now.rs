@@ -14,7 +14,7 @@ use utm_fusion::simulate::{Simulation, TRANSPONDER_ID};
 
 use crate::{Masks, Time, flight, mean, points, site};
 
-/// The site with this latency, seconds.
+/// The configuration with this latency, in seconds.
 fn at_latency(simulation: &Simulation, latency_s: f64) -> Config {
     let mut config = site(simulation, Profile::Operational);
     config.fusion.latency_slots = (latency_s / 0.25) as u32;
@@ -58,7 +58,7 @@ fn now_is_the_slot_that_opens_and_changes_nothing_else() {
 #[test]
 fn a_point_of_now_has_its_number_says_that_it_is_predicted_and_is_known_well_enough() {
     let simulation = flight("crossing", 6);
-    // Each number's aircraft, as it was last published.
+    // The latest published aircraft of each number.
     let mut published = BTreeMap::new();
     for emission in emissions(simulation.receptions(), &at_latency(&simulation, 6.25)) {
         for point in emission.points {
@@ -92,7 +92,7 @@ fn at_a_latency_of_nothing_both_pictures_are_of_one_time() {
                     assert_eq!(*place, point.position);
                     both += 1;
                 }
-                // The picture of now leaves out what is known less well.
+                // The picture of now leaves out less accurate tracks.
                 None => lagged_alone += 1,
             }
         }
@@ -124,7 +124,7 @@ fn short_latencies_and_now_take_no_notice_of_the_order_between_two_deadlines() {
 
 #[test]
 fn nobody_is_shown_for_longer_than_what_is_received_lasts() {
-    // From a moment on nothing comes at all; the clock goes on.
+    // From some time on nothing is received while the clock goes on.
     let simulation = flight("single", 3);
     let receptions: Vec<Reception> = simulation.receptions().collect();
     let (first, last) = (receptions[0].received.unwrap(), receptions[receptions.len() / 2].received.unwrap());
@@ -153,7 +153,7 @@ fn nobody_is_shown_for_longer_than_what_is_received_lasts() {
     }
 }
 
-/// The two pictures at this latency, scored.
+/// The evaluation of both pictures at this latency.
 fn scored(simulation: &Simulation, latency_s: f64) -> [Evaluation; 2] {
     let labels = Labels::with_receivers(simulation.labels.clone(), &[TRANSPONDER_ID.to_owned()].into());
     let config = at_latency(simulation, latency_s);
@@ -187,14 +187,14 @@ fn a_shorter_latency_costs_what_it_may_and_says_so() {
     }
     let (error, seen, nees) = figures(&usual, 1);
     assert!(error <= 2.8 * usual_error, "now: {error} m of {usual_error} m");
-    // Of five minutes the first 6.25 s are not in it, nor are those who are known to worse than 25 m.
+    // The picture of now lacks the first 6.25 s of the five minutes, and tracks less accurate than 25 m.
     assert!(seen >= 0.87 * usual_seen, "now: PU {seen} of {usual_seen}");
     assert!((0.5..=3.0).contains(&nees), "now: NEES {nees}");
 }
 
 #[test]
 fn a_latency_that_is_shorter_shows_the_same_aircraft() {
-    // By number and transponder: who is which does not depend on how soon it is shown.
+    // By number and transponder: association does not depend on the latency of the picture.
     let simulation = flight("crossing", 8);
     let pairs = |latency_s| {
         let points = points(simulation.receptions(), &at_latency(&simulation, latency_s));

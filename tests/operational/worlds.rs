@@ -1,4 +1,4 @@
-//! Honest aircraft that fly otherwise than most: they neither vanish nor stand accused.
+//! Honest aircraft with unusual flights: they neither vanish nor are accused.
 
 use std::collections::BTreeSet;
 
@@ -27,7 +27,7 @@ fn accused(simulation: &Simulation) -> BTreeSet<String> {
     accused
 }
 
-/// Its transponders are heard each 1 to 2 s.
+/// The transponders are received every 1 to 2 s.
 #[test]
 fn braking_drones_are_never_absent() {
     for seed in 301..=304 {
@@ -44,6 +44,15 @@ fn fast_aircraft_are_rarely_flagged() {
     let of = |seed| accused(&simulate(&scenario("fast"), seed, None).unwrap());
     let accused: Vec<_> = (301..=306).map(of).collect();
     // There are 36 transponders and three hours of flight.
+    let count: usize = accused.iter().map(BTreeSet::len).sum();
+    assert!(count <= 4, "{accused:?}");
+}
+
+/// A radar does not resolve the members of a swarm, so its tracks are no evidence against one of them.
+#[test]
+fn swarm_members_are_rarely_flagged() {
+    let of = |seed| accused(&simulate(&scenario("swarm"), seed, None).unwrap());
+    let accused: Vec<_> = (301..=304).map(of).collect();
     let count: usize = accused.iter().map(BTreeSet::len).sum();
     assert!(count <= 4, "{accused:?}");
 }

@@ -1,5 +1,5 @@
-//! `clients`: their types are those of the documents, and they do with the running program what they say; so do the dashboards
-//! of `docs/API.md`.
+//! `clients`: the types match the documents, and the programs work with the running service; so do the dashboards of
+//! `docs/API.md`.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use crate::generate::Documents;
 use crate::program::Scratch;
 use crate::service::{Demo, Ending, get, is_installed};
 
-/// How long a program may take that reads a few seconds of the stream.
+/// Timeout of a program that reads a few seconds of the stream.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn root() -> &'static Path {
@@ -36,13 +36,13 @@ fn the_types_are_those_of_the_documents() {
     }
 }
 
-/// The lines that a program prints until one has this text.
+/// Output of a program up to the line with this text.
 fn says(command: &mut Command, text: &str) -> String {
-    // Node makes a pipe that it inherits one that does not block, for all that write to it.
+    // Node makes an inherited pipe non-blocking for all of its writers.
     let command = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
     let mut child = command.spawn().unwrap();
     let output = BufReader::new(child.stdout.take().unwrap());
-    // Its end ends the reader below.
+    // Ending the process ends the reader below.
     let _process = Ending(child);
     let (lines, heard) = mpsc::channel();
     std::thread::spawn(move || output.lines().map_while(Result::ok).try_for_each(|line| lines.send(line)));
@@ -74,14 +74,14 @@ fn the_client_for_python_does_what_it_says() {
     says(python().arg(check).arg(format!("http://{}", demo.address)), "ok");
 }
 
-/// Which finds the client, and leaves no compiled files behind.
+/// Python that finds the client and leaves no compiled files.
 fn python() -> Command {
     let mut command = Command::new("python3");
     command.env("PYTHONPATH", root().join("clients/python")).env("PYTHONDONTWRITEBYTECODE", "1");
     command
 }
 
-/// The dashboard of `docs/API.md` in that language, with the demo's address, as a file.
+/// The dashboard of `docs/API.md` in this language, with the address of the demo, as a file.
 fn dashboard(scratch: &Scratch, language: &str, name: &str, demo: &Demo) -> PathBuf {
     let text = std::fs::read_to_string(root().join("docs/API.md")).unwrap();
     let block = text.split(&format!("```{language}\n")).nth(1).unwrap().split("```").next().unwrap();

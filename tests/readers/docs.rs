@@ -1,4 +1,4 @@
-//! `/api/docs` in a browser: all of it is there, and each link within it leads somewhere.
+//! `/api/docs` in a browser: it is complete, and each internal link has a target.
 
 use std::collections::BTreeSet;
 use std::process::{Command, Stdio};
@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use crate::program::Scratch;
 use crate::service::{Demo, is_installed};
 
-/// What the page is once its script has run.
+/// Content of the page after its script has run.
 fn shown(scratch: &Scratch, url: &str) -> String {
     let output = Command::new("chromium")
         .args([
@@ -25,7 +25,7 @@ fn shown(scratch: &Scratch, url: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The values of an attribute, in their order.
+/// Values of an attribute, in order.
 fn values<'a>(page: &'a str, attribute: &str) -> Vec<&'a str> {
     page.split(&format!(" {attribute}=\"")).skip(1).map(|rest| rest.split('"').next().unwrap()).collect()
 }
@@ -48,7 +48,7 @@ fn the_page_of_the_api_shows_every_route_event_and_type() {
         values(&page, "href").into_iter().filter_map(|link| link.strip_prefix('#')).collect();
     assert!(links.len() > 200, "{}", links.len());
     links.iter().for_each(|link| assert!(known.contains(link), "#{link}"));
-    // Tables say what their columns and rows are, and those that scroll can be reached without a mouse.
+    // Tables label their columns and rows, and scrollable ones can be reached by keyboard.
     let tables = page.matches("<table").count();
     assert_eq!(tables, page.matches("<caption").count());
     assert_eq!(tables, page.matches("role=\"region\" tabindex=\"0\" aria-label=\"").count());

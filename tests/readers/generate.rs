@@ -1,11 +1,11 @@
-//! The types of the clients, made of `/openapi.json` and `/api/v1/asyncapi.json`.
+//! Generates the types of the clients from `/openapi.json` and `/api/v1/asyncapi.json`.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use serde_json::{Map, Value};
 
-/// What both documents describe.
+/// Content of both documents.
 pub(crate) struct Documents {
     api: Value,
     schemas: BTreeMap<String, Value>,
@@ -22,7 +22,7 @@ impl Documents {
         Self { api, schemas }
     }
 
-    /// Each path with its operation, and the schema of what is answered where all is well.
+    /// Paths with their operation, and the schema of a successful answer.
     fn operations(&self, method: &str) -> Vec<(&String, &Value, &Value)> {
         let paths = self.api["paths"].as_object().unwrap();
         paths
@@ -65,7 +65,7 @@ impl Documents {
         };
         let parameters = self.api["paths"].as_object().unwrap().iter().map(|(path, operations)| {
             let operations = operations.as_object().unwrap();
-            // What one method needs another may not take.
+            // A parameter required by one method may be invalid for another.
             let is_shared = operations.len() > 1;
             let all = operations.values().flat_map(|operation| operation["parameters"].as_array().unwrap());
             let all: Vec<String> = all.map(|parameter| given(parameter, is_shared)).collect();
@@ -90,7 +90,7 @@ impl Documents {
     }
 }
 
-/// What a schema says of itself, as a comment above it.
+/// Description of a schema, as a comment.
 fn comment(schema: &Value, indent: &str) -> String {
     let text = schema["description"].as_str().unwrap_or_default().replace("*/", "");
     if text.is_empty() { String::new() } else { format!("/** {} */\n{indent}", text.replace('\n', " ")) }
@@ -100,7 +100,7 @@ fn reference(schema: &Value) -> Option<&str> {
     schema["$ref"].as_str()?.rsplit('/').next()
 }
 
-/// The variants of a schema, where it has some.
+/// Variants of a schema, if it has any.
 fn variants(schema: &Value) -> Option<&Vec<Value>> {
     schema.get("oneOf").or_else(|| schema.get("anyOf"))?.as_array()
 }
@@ -169,7 +169,7 @@ fn simple(kind: &Value, schema: &Value, indent: &str) -> String {
     }
 }
 
-/// The type; what needs a name of its own is put before it. Names of types that may come later are quoted.
+/// Type of a schema. Types that need a name are defined before it; names of later types are quoted.
 fn python(schema: &Value, name: &str, definitions: &mut Vec<String>) -> String {
     if let Some(name) = reference(schema) {
         return format!("{name:?}");

@@ -1,4 +1,5 @@
-//! `docker/monitoring`: the rules by promtool, and every expression of rules and dashboard by a Prometheus that reads the demo.
+//! `docker/monitoring`: promtool checks the rules, and a Prometheus that reads the demo evaluates all expressions of rules and
+//! dashboard.
 
 use std::collections::BTreeSet;
 use std::net::{SocketAddr, TcpListener};
@@ -10,7 +11,7 @@ use serde_json::Value;
 use crate::program::Scratch;
 use crate::service::{Demo, Ending, get, is_installed, try_get, until};
 
-/// Families that the demo has not, because it records nothing, keeps no history, has no sinks and no TLS and registers no radar for long.
+/// Metrics that the demo lacks, because it has no recording, history, sinks or TLS, and no lasting registration of a radar.
 const ELSEWHERE: [&str; 16] = [
     "utm_fusion_history_failing",
     "utm_fusion_history_lost_total",
@@ -41,7 +42,7 @@ fn promtool(arguments: &[&str]) {
 }
 
 #[test]
-fn each_rule_speaks_when_it_should_and_not_otherwise() {
+fn each_rule_fires_exactly_when_due() {
     if !is_installed("promtool", "--version") {
         return;
     }
@@ -69,7 +70,7 @@ fn compose_mounts_files_that_are_there() {
     mounted.iter().for_each(|path| assert!(folder().join(path).is_file(), "{path}"));
 }
 
-/// A Prometheus of this test's own, with the kept configuration but for where the service is and how often it is read.
+/// Starts a Prometheus with the bundled configuration, except for the address of the service and the interval.
 fn prometheus(scratch: &Scratch, service: SocketAddr) -> (Ending, SocketAddr) {
     let mut config = std::fs::read_to_string(folder().join("prometheus.yml")).unwrap();
     for (written, here) in [("127.0.0.1:8080", &*service.to_string()), ("_interval: 5s", "_interval: 1s")] {
@@ -90,7 +91,7 @@ fn prometheus(scratch: &Scratch, service: SocketAddr) -> (Ending, SocketAddr) {
     (Ending(child), address)
 }
 
-/// What Prometheus makes of an expression: a list of samples.
+/// Result of an expression: a list of samples.
 fn query(prometheus: SocketAddr, expression: &str) -> Vec<Value> {
     let encoded: String = form_urlencoded::byte_serialize(expression.as_bytes()).collect();
     let answer = try_get(prometheus, &format!("/api/v1/query?query={encoded}"));
@@ -100,7 +101,7 @@ fn query(prometheus: SocketAddr, expression: &str) -> Vec<Value> {
     answer["data"]["result"].as_array().unwrap_or_else(|| panic!("{expression}: {answer}")).clone()
 }
 
-/// The expressions of the dashboard, as Grafana puts them.
+/// Expressions of the dashboard, with Grafana's variables replaced.
 fn dashboard() -> Vec<String> {
     let text = std::fs::read_to_string(folder().join("dashboard.json")).unwrap();
     let board: Value = serde_json::from_str(&text).unwrap();
@@ -120,7 +121,7 @@ fn dashboard() -> Vec<String> {
     targets.map(put).collect()
 }
 
-/// The metrics that an expression names.
+/// Metrics used by an expression.
 fn metrics(expression: &str) -> BTreeSet<String> {
     let words = expression.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
     words
@@ -129,19 +130,19 @@ fn metrics(expression: &str) -> BTreeSet<String> {
         .collect()
 }
 
-/// The names of the samples.
+/// Names of the samples.
 fn samples(text: &str) -> BTreeSet<&str> {
     let lines = text.lines().filter(|line| !line.starts_with('#'));
     lines.map(|line| line.split(['{', ' ']).next().unwrap()).collect()
 }
 
 #[test]
-fn prometheus_understands_every_expression_and_finds_what_there_is() {
+fn prometheus_evaluates_every_expression() {
     if !is_installed("prometheus", "--version") {
         return;
     }
     let (scratch, demo) = (Scratch::new(), Demo::start());
-    // What there is before Prometheus reads it is read by it.
+    // Metrics that exist before the first scrape are included in it.
     let first = get(demo.address, "/metrics");
     let there = samples(&first);
     let (_process, prometheus) = prometheus(&scratch, demo.address);
@@ -163,7 +164,7 @@ fn prometheus_understands_every_expression_and_finds_what_there_is() {
     for expression in dashboard() {
         is_known(&expression);
         let found = query(prometheus, &expression);
-        // A comparison shows what is above it only.
+        // A comparison returns only samples above the bound.
         let is_there = metrics(&expression).iter().all(|name| there.contains(&**name));
         assert!(!is_there || !found.is_empty() || expression.contains('>'), "{expression}");
     }

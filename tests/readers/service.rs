@@ -1,4 +1,4 @@
-//! The live service over simulated sensors, and requests to it.
+//! The live service with simulated sensors, and requests to it.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::program::utm_fusion;
 
-/// A process that ends with the test.
+/// A process that is killed at the end of the test.
 pub(crate) struct Ending(pub(crate) Child);
 
 impl Drop for Ending {
@@ -17,7 +17,7 @@ impl Drop for Ending {
     }
 }
 
-/// `demo --http`, for two minutes at most.
+/// `demo --http`, for at most two minutes.
 pub(crate) struct Demo {
     pub(crate) address: SocketAddr,
     _process: Ending,
@@ -38,7 +38,7 @@ impl Demo {
                 break address.parse().unwrap();
             }
         };
-        // Nobody reads on: what else it says must not fill the pipe.
+        // The rest of the log is discarded, so that it cannot fill the pipe.
         std::thread::spawn(move || std::io::copy(&mut log, &mut std::io::sink()));
         let demo = Self { address, _process: process };
         until("a fused track", || get(demo.address, "/api/v1/tracks").contains("\"source\":\"fused\""));
@@ -46,12 +46,12 @@ impl Demo {
     }
 }
 
-/// The body of an answer that has to be 200. HTTP/1.0: nothing is sent in chunks.
+/// Body of an answer that must be 200. With HTTP/1.0 nothing is chunked.
 pub(crate) fn get(address: SocketAddr, path: &str) -> String {
     try_get(address, path).unwrap_or_else(|answer| panic!("{path}: {answer}"))
 }
 
-/// The body, or the whole of another answer, or why there is none.
+/// Body of a 200 answer. Otherwise the whole answer, or the error.
 pub(crate) fn try_get(address: SocketAddr, path: &str) -> Result<String, String> {
     let ask = || {
         let mut socket = TcpStream::connect(address)?;
@@ -67,7 +67,7 @@ pub(crate) fn try_get(address: SocketAddr, path: &str) -> Result<String, String>
     }
 }
 
-/// Asks until it is so.
+/// Waits until a condition holds.
 pub(crate) fn until(what: &str, mut is_so: impl FnMut() -> bool) {
     let end = Instant::now() + Duration::from_secs(60);
     while !is_so() {
@@ -76,7 +76,7 @@ pub(crate) fn until(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// Whether the program answers that option; where it does not, the test says that it is skipped.
+/// Whether the program answers this option. If not, the test reports itself as skipped.
 pub(crate) fn is_installed(program: &str, option: &str) -> bool {
     let asked = Command::new(program).arg(option).stdout(Stdio::null()).stderr(Stdio::null()).status();
     let is_there = asked.is_ok_and(|status| status.success());

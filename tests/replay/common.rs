@@ -1,4 +1,4 @@
-//! What the tests share: the flights, the program, and a plain reading of datagrams.
+//! Shared helpers: flights, running the program, and simple decoding of datagrams.
 
 use std::fs;
 use std::net::Ipv4Addr;
@@ -9,7 +9,7 @@ use asterix::{Block, Record, blocks, cat034, cat048, cat129, profile};
 use fusion::Emission;
 use fusion::time::Time;
 use utm_fusion::areas::Masks;
-use utm_fusion::capture::{Capture, Datagram, Merged, Reception};
+use utm_fusion::capture::{Capture, CapturedDatagram, MergedCaptures, Reception};
 use utm_fusion::config::Config;
 use utm_fusion::formats::{PcapWriter, UdpFlow};
 use utm_fusion::pipeline::{Event, Output, Pipeline, Tally};
@@ -19,16 +19,16 @@ pub(crate) use crate::program::{Scratch, utm_fusion};
 /// Nanoseconds in a slot.
 pub(crate) const SLOT_NS: i64 = 250_000_000;
 
-/// Every output format, by the extension that asks for it.
+/// Every output format, by file extension.
 pub(crate) const EXTENSIONS: [&str; 7] = ["ast", "pcap", "ndjson", "geojson", "csv", "parquet", "mcap"];
 
-/// A directory with a capture, the site to replay it with, and what has to come out.
+/// A directory with a capture, its site configuration, and the expected output.
 pub(crate) struct Flight {
     pub(crate) name: String,
     dir: PathBuf,
 }
 
-/// The flight of the demonstration: short, through midnight, with all that can happen.
+/// The demonstration flight: short, across midnight, with all kinds of input.
 pub(crate) fn demo() -> Flight {
     bundled().swap_remove(0)
 }
@@ -47,7 +47,7 @@ pub(crate) fn three_radars() -> Flight {
     Flight { name: "three-radars".to_owned(), dir }
 }
 
-/// The flights of a real drone radar, where `UTM_FUSION_SHARED_DATA` says they are.
+/// Flights of a real drone radar, if `UTM_FUSION_SHARED_DATA` is set.
 pub(crate) fn trials() -> Vec<Flight> {
     let Some(root) = std::env::var_os("UTM_FUSION_SHARED_DATA") else {
         println!("skipped: UTM_FUSION_SHARED_DATA is not set");
@@ -80,7 +80,7 @@ impl Flight {
 
     pub(crate) fn receptions(&self) -> Vec<Reception> {
         let capture = Capture::open(&self.capture()).unwrap();
-        Merged::new(vec![capture], jiff::civil::date(1970, 1, 1)).map(Result::unwrap).collect()
+        MergedCaptures::new(vec![capture], jiff::civil::date(1970, 1, 1)).map(Result::unwrap).collect()
     }
 
     /// `replay` of these inputs with this flight's site.
@@ -90,7 +90,7 @@ impl Flight {
         command
     }
 
-    /// What `replay INPUTS -o x.EXTENSION` writes; it must succeed.
+    /// Output of `replay INPUTS -o x.EXTENSION`, which must succeed.
     pub(crate) fn output(&self, inputs: &[&Path], extension: &str) -> Vec<u8> {
         let scratch = Scratch::new();
         let file = scratch.path(format!("out.{extension}"));
@@ -99,7 +99,7 @@ impl Flight {
         fs::read(file).unwrap()
     }
 
-    /// The lines of this flight's output as CSV, without the names of the columns.
+    /// Lines of this flight's output as CSV, without the header.
     pub(crate) fn csv(&self) -> Vec<String> {
         csv_lines(self.output(&[&self.capture()], "csv"))
     }
@@ -125,7 +125,7 @@ impl Ran {
     }
 }
 
-/// Runs it to its end.
+/// Runs the command to its end.
 pub(crate) fn ran(command: &mut Command) -> Ran {
     let output = command.output().unwrap();
     Ran {
@@ -135,7 +135,7 @@ pub(crate) fn ran(command: &mut Command) -> Ran {
     }
 }
 
-/// A capture of these datagrams; the file's time stamps are exact.
+/// A capture of these datagrams, with exact time stamps.
 pub(crate) fn pcap<'a>(datagrams: impl IntoIterator<Item = (Time, &'a [u8])>) -> Vec<u8> {
     let mut octets = Vec::new();
     let flow = UdpFlow { from: Ipv4Addr::LOCALHOST, to: Ipv4Addr::new(239, 192, 0, 1), port: 8000, ttl: 1 };
@@ -146,15 +146,15 @@ pub(crate) fn pcap<'a>(datagrams: impl IntoIterator<Item = (Time, &'a [u8])>) ->
     octets
 }
 
-/// The datagrams of a capture that is whole.
-pub(crate) fn datagrams(path: &Path) -> Vec<Datagram> {
+/// Datagrams of a complete capture.
+pub(crate) fn datagrams(path: &Path) -> Vec<CapturedDatagram> {
     Capture::open(path).unwrap().map(Result::unwrap).collect()
 }
 
-/// What the library makes of receptions.
+/// Output of the library for receptions.
 pub(crate) struct Flown {
     pub(crate) emissions: Vec<Emission>,
-    /// What happened to each reception.
+    /// Events for each reception.
     pub(crate) events: Vec<Vec<Event>>,
     pub(crate) tally: Tally,
 }
@@ -178,14 +178,14 @@ pub(crate) fn fly(config: &Config, receptions: &[Reception]) -> Flown {
     Flown { emissions, events, tally: pipeline.tally().clone() }
 }
 
-/// What is in a datagram, by the decoder alone.
+/// Contents of a datagram, from the decoder alone.
 #[derive(Default)]
 pub(crate) struct Contents {
     pub(crate) plots: Vec<cat048::Record>,
     pub(crate) fixes: Vec<cat129::Record>,
     pub(crate) services: Vec<cat034::Record>,
     pub(crate) faults: usize,
-    /// Well-formed blocks of categories that are not used.
+    /// Number of well-formed blocks of unused categories.
     pub(crate) others: usize,
 }
 
@@ -208,7 +208,7 @@ pub(crate) fn contents(payload: &[u8]) -> Contents {
             Ok(block) if block.category == 34 => {
                 contents.services.extend(records::<cat034::Record>(block, &mut contents.faults));
             }
-            // The status of a service must be well formed, too.
+            // A service status must also be well formed.
             Ok(block)
                 if block.category == 65 && profile(65).is_some_and(|uap| block.measure(uap).is_err()) =>
             {

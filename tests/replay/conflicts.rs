@@ -1,4 +1,4 @@
-//! Who will come near whom, in what `replay` writes.
+//! Conflicts in the output of `replay`.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::common::{Scratch, ran, utm_fusion};
 
-/// Six drones there and back through one point.
+/// Six drones that fly to and fro through one point.
 const SCENARIO: &str = "name = \"meeting\"\nduration_s = 90\n[airspace]\nradius_m = 500\nheight_agl_m = [90, 110]\n\
                         [drones]\nmultirotors = 6\nequipped = 6\npattern = \"crossing\"\nseparation_m = 0\n";
 
@@ -28,7 +28,7 @@ fn simulate(scratch: &Scratch, text: &str) {
     assert_eq!(flown.code, 0, "{}", flown.stderr);
 }
 
-/// The conflicts and the alerts of a replay with these variables.
+/// Conflicts and alerts of a replay with these environment variables.
 fn replayed(scratch: &Scratch, variables: &[(&str, &str)]) -> [Vec<u8>; 2] {
     let [conflicts, alerts] = ["conflicts.ndjson", "alerts.ndjson"].map(|name| scratch.path(name));
     let mut replay = utm_fusion("replay");
@@ -41,7 +41,7 @@ fn replayed(scratch: &Scratch, variables: &[(&str, &str)]) -> [Vec<u8>; 2] {
 }
 
 #[test]
-fn every_pair_has_a_line_a_second_and_the_same_flight_the_same_lines() {
+fn every_pair_has_a_line_per_second_deterministically() {
     let scratch = Scratch::new();
     fly(&scratch);
     let enabled = [("UTM_FUSION__CONFLICTS__ENABLED", "true")];
@@ -65,7 +65,7 @@ fn every_pair_has_a_line_a_second_and_the_same_flight_the_same_lines() {
     let violations = conflicts.iter().filter(|line| line["level"] == "violation").count();
     assert!(violations > 0, "six drones in 20 m of height through one point, and nobody met");
 
-    // An alert for each that is warned of, over when it is.
+    // Each warning raises an alert, which ends with the warning.
     let alerts = lines(&scratch.path("alerts.ndjson"));
     let alerts: Vec<&Value> = alerts.iter().filter(|alert| alert["kind"] == "conflict").collect();
     assert!(alerts.iter().any(|alert| alert["severity"] == "critical"), "{alerts:?}");
@@ -77,7 +77,7 @@ fn every_pair_has_a_line_a_second_and_the_same_flight_the_same_lines() {
     }
 }
 
-/// Nobody has configured a volume or named a serial: ADS-B says who is crewed.
+/// No volume and no serial number is configured: ADS-B identifies the crewed aircraft.
 #[test]
 fn a_helicopter_that_meets_a_drone_is_in_conflict_with_it() {
     let scratch = Scratch::new();
@@ -94,7 +94,7 @@ fn a_helicopter_that_meets_a_drone_is_in_conflict_with_it() {
     assert!(helicopter.is_some(), "{crewed:?}");
 }
 
-/// Conflicts are asked for on the command line, alerts of them in the configuration.
+/// Conflicts are enabled on the command line, their alerts in the configuration.
 #[test]
 fn without_the_configuration_there_are_lines_and_no_alerts() {
     let scratch = Scratch::new();
@@ -105,7 +105,7 @@ fn without_the_configuration_there_are_lines_and_no_alerts() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused() {
+fn contradictory_options_are_refused() {
     let scratch = Scratch::new();
     fly(&scratch);
     let refused = |code: i32, arguments: &[&str], variables: &[(&str, &str)], word: &str| {

@@ -1,4 +1,4 @@
-//! Point by point against what an independent implementation of the `reference` profile publishes.
+//! Compares every point with an independent implementation of the `reference` profile.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,7 +14,7 @@ use super::common::{Flight, SLOT_NS, bundled, contents, fly, ran, three_radars, 
 
 /// Slots in a day.
 const DAY_SLOTS: i64 = 86_400 * 4;
-/// Counts of a time of day in a slot.
+/// Number of time-of-day counts in a slot.
 const SLOT_COUNTS: i64 = 32;
 
 /// An output point.
@@ -56,7 +56,7 @@ impl Point {
         Self::of_columns(columns[0].parse().unwrap(), &columns[2..])
     }
 
-    /// `time,id,source,…,flags`, of which the time is a slot's centre.
+    /// `time,id,source,…,flags`; the time is the centre of a slot.
     fn of_csv(line: &str) -> Self {
         let columns: Vec<_> = line.split(',').collect();
         let slots = columns[0].parse::<f64>().unwrap() * 4.0;
@@ -64,7 +64,7 @@ impl Point {
         Self::of_columns(slots as i64, &columns[2..9])
     }
 
-    /// A record says no day: it is that of `near`.
+    /// A record has no day, so the day of slot `near` is used.
     fn of_record(record: &cat129::Record, report: &FusionReport, near: i64) -> Self {
         let count = i64::from(record.time_of_day.unwrap().count());
         assert_eq!(count % SLOT_COUNTS, SLOT_COUNTS / 2, "a time is a slot's centre");
@@ -89,7 +89,7 @@ fn expected(flight: &Flight) -> Vec<Point> {
     text.lines().skip(1).map(Point::of_expected).collect()
 }
 
-/// The same points in the same order, their positions this near.
+/// Checks that the points are the same, in the same order, with positions within these distances.
 fn assert_agree(name: &str, got: &[Point], expected: &[Point], horizontal_m: f64, vertical_m: f64) {
     for (got, expected) in got.iter().zip(expected) {
         assert_eq!(got.key, expected.key, "{name}");
@@ -108,14 +108,14 @@ fn assert_agree(name: &str, got: &[Point], expected: &[Point], horizontal_m: f64
     assert_eq!(got.len(), expected.len(), "{name}");
 }
 
-/// The flight's `-o x.csv`.
+/// Checks the flight's `-o x.csv`.
 fn assert_table_conforms(flight: &Flight, expected: &[Point]) {
     assert!(!expected.is_empty());
     let csv: Vec<_> = flight.csv().iter().map(|line| Point::of_csv(line)).collect();
     assert_agree(&flight.name, &csv, expected, 0.001, 0.001);
 }
 
-/// The flight's `-o x.csv` and `-o x.ast`, and its summary's points.
+/// Checks the flight's `-o x.csv` and `-o x.ast`, and the points in its summary.
 fn assert_conforms(flight: &Flight) {
     let (name, inputs, expected) = (&flight.name, [&*flight.capture()], expected(flight));
     assert_table_conforms(flight, &expected);
@@ -172,12 +172,12 @@ fn every_point_of_the_trials_is_as_expected() {
     }
 }
 
-/// What the sensors said, read from the capture by the decoder alone: what a record has to pass on.
+/// Sensor data that records must contain, from the capture and the decoder alone.
 struct Said {
     service: DataSource,
     /// By radar track and slot: the plot that counts.
     plots: BTreeMap<(u16, i64), Plot>,
-    /// By serial number, I129/020, 030 and 050.
+    /// I129/020, 030 and 050, by serial number.
     items: BTreeMap<[u8; 12], Items>,
     numbers: BTreeMap<String, u32>,
 }
@@ -207,7 +207,7 @@ impl Said {
             for record in contents.plots.iter().filter(|record| is(radar, record.data_source)) {
                 let at = nearest_day(record.time_of_day.unwrap().count(), received).unwrap().nanos();
                 let slot = at.div_euclid(SLOT_NS);
-                // Later ones are too late for their slot; these flights have no plot from the future.
+                // Later plots miss their slot; these flights have no plots from the future.
                 if received.nanos() < (slot + 25) * SLOT_NS {
                     let plot =
                         Plot { at, has_height: record.height_3d.is_some(), probability: uav(radar, record) };
@@ -225,7 +225,7 @@ impl Said {
         said
     }
 
-    /// Holds a record to `docs/CAT129.md`; its position and numbers are looked at elsewhere.
+    /// Checks a record against `docs/CAT129.md`, except its position and numbers.
     fn assert_said(&self, record: &cat129::Record, report: &FusionReport, expected: &Point) {
         let &(slot, _, number, radar_track, transponder) = &expected.key;
         let plot = radar_track.map(|track| &self.plots[&(track, slot)]);
@@ -236,7 +236,7 @@ impl Said {
         if let Some(transponder) = transponder {
             let (manufacturer, model, country) = self.items[&serial];
             assert_eq!(items, (manufacturer, model, country.or(Some(*b"ZZ"))));
-            // In these flights a serial is configured or a number nobody else has.
+            // In these flights, a serial number has a configured track number, or is itself an unused one.
             let serial = str::from_utf8(&serial).unwrap().trim_matches([' ', '\0']);
             let number = self.numbers.get(serial).copied().or_else(|| serial.parse().ok());
             assert!(number.is_none_or(|number| number == transponder), "{serial} is no {transponder}");
@@ -260,7 +260,7 @@ impl Said {
         assert_eq!(report.horizontal_deviation, Deviation::UNKNOWN);
         assert_eq!(report.uav_probability == UavProbability::UNKNOWN, probability == 255);
 
-        // Nothing more: no velocity, no accuracy.
+        // No further items: no velocity, no accuracy.
         let nothing_more = cat129::Record {
             data_source: record.data_source,
             manufacturer: record.manufacturer,
@@ -277,7 +277,7 @@ impl Said {
     }
 }
 
-/// The probability that a radar's record states.
+/// Probability in a radar's record.
 fn uav(radar: &Sensor, record: &cat048::Record) -> Option<f64> {
     let SensorKind::Radar(radar) = &radar.kind else { panic!("the first sensor is the radar") };
     match radar.classification {
@@ -300,7 +300,7 @@ fn counts(line: &str) -> BTreeMap<String, u64> {
     serde_json::from_str(&line.replace('\'', "\"")).unwrap()
 }
 
-/// All that a tally holds, but for sums and remarks, in the words of `counts.txt`.
+/// All counters of a tally except sums and remarks, with the names of `counts.txt`.
 fn in_their_words(tally: &Tally, config: &Config) -> BTreeMap<String, u64> {
     let mut words = BTreeMap::new();
     let mut count = |word: &str, count: u64| *words.entry(word.to_owned()).or_default() += count;

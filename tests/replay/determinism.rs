@@ -1,4 +1,4 @@
-//! The same flight gives the same bytes, whatever way it comes in.
+//! The same flight gives the same bytes, however it is read.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
@@ -26,7 +26,7 @@ fn two_runs_give_the_same_bytes_in_every_format() {
 }
 
 #[test]
-fn the_format_asked_for_gives_what_the_extension_gives() {
+fn format_option_gives_the_output_of_the_extension() {
     let flight = demo();
     for (extension, format) in
         EXTENSIONS.into_iter().zip(["asterix", "pcap", "ndjson", "geojson", "csv", "parquet", "mcap"])
@@ -67,7 +67,8 @@ fn standard_input_gives_what_the_file_gives() {
     }
 }
 
-/// One file for what went to the radar's port, one for the rest. The UDP header lies just before the payload.
+/// Splits a capture: one file for the datagrams to the radar's port, one for the rest. The UDP header lies just before
+/// the payload.
 fn split_by_port(flight: &Flight, scratch: &Scratch) -> [PathBuf; 2] {
     let file = fs::read(flight.capture()).unwrap();
     let whole = datagrams(&flight.capture());
@@ -85,8 +86,8 @@ fn split_by_port(flight: &Flight, scratch: &Scratch) -> [PathBuf; 2] {
     })
 }
 
-/// Equal reception times come in the order of the command line, which is not always the order of the one file: nothing
-/// depends on the order between a radar's and a transponder's datagrams that no deadline separates.
+/// At equal reception times, files are read in the order of the command line, which may differ from the order in the
+/// single file. The output does not depend on the order of radar and transponder datagrams within one slot interval.
 #[test]
 fn a_capture_in_two_files_gives_what_it_gives_in_one() {
     for flight in bundled() {
@@ -100,14 +101,16 @@ fn a_capture_in_two_files_gives_what_it_gives_in_one() {
     }
 }
 
-/// Which datagrams of those received between two deadlines may not change places:
-/// * two of which each has another report for one radar track and time, or one serial and time: the last one counts;
-/// * one with a report about `max_future_s` (1 s) ahead of its reception: a quarter of a second decides whether it is
-///   from the future.
+/// Returns the datagrams received between two deadlines that must not be exchanged:
+/// * two datagrams with different reports for the same radar track and time, or the same serial and time: the last one
+///   counts;
+/// * a datagram with a report about `max_future_s` (1 s) ahead of its reception: a quarter of a second decides whether
+///   it is from the future.
 ///
-/// All others may. A copy within 2 s is dropped or, where the move takes it past 2 s, handled again: it says the same
-/// twice. A broken datagram gives the records it gives, wherever it stands. Silences, and so fresh starts, are between
-/// reception times, which stay. Which items I129/020–050 came last does not matter in these flights: nobody changes them.
+/// All others may be exchanged. A copy within 2 s is dropped; if the exchange moves it beyond 2 s, it is handled again
+/// without effect. A broken datagram gives the same records at any place. Silences, and therefore restarts of the
+/// engine, depend on reception times only, which stay. The order of I129/020–050 does not matter, because they never
+/// change in these flights.
 fn pinned(interval: &[Reception]) -> BTreeSet<usize> {
     let margin = SECOND - SLOT_NS..SECOND + SLOT_NS;
     let mut pinned = BTreeSet::new();
@@ -132,7 +135,7 @@ fn pinned(interval: &[Reception]) -> BTreeSet<usize> {
     pinned
 }
 
-/// The runs of receptions between two deadlines.
+/// Index ranges of the receptions between two deadlines.
 fn intervals(receptions: &[Reception]) -> Vec<Range<usize>> {
     let interval = |reception: &Reception| reception.received.unwrap().nanos().div_euclid(SLOT_NS);
     let mut start = 0;
@@ -145,8 +148,8 @@ fn intervals(receptions: &[Reception]) -> Vec<Range<usize>> {
     .collect()
 }
 
-/// Deals payloads anew among the reception times between two deadlines. A capture is in order of time, so the times stay.
-/// Returns how many are not where they were.
+/// Permutes payloads among the reception times between two deadlines; the times stay in order. Returns the number of
+/// payloads that moved.
 fn permute(receptions: &mut [Reception], intervals: &[Range<usize>], mut seed: u64) -> usize {
     let mut luck = || {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -181,7 +184,7 @@ fn the_order_between_two_deadlines_changes_nothing() {
             assert_eq!(flown.tally.accepted, as_it_was.tally.accepted, "{} {seed}", flight.name);
             assert!(flown.emissions == as_it_was.emissions, "{} {seed}", flight.name);
 
-            // The same as the user feels it, once.
+            // Check the program once as well.
             if seed == 0 {
                 let scratch = Scratch::new();
                 let file = permuted.iter().map(|r| (r.received.unwrap(), r.payload.as_slice()));

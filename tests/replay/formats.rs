@@ -1,4 +1,4 @@
-//! What a reader of the output files may rely on.
+//! Guarantees for readers of the output files.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 
 use super::common::{SLOT_NS, Scratch, bundled, datagrams, demo, pcap, ran};
 
-/// Sixty transponders that report each second, where the demonstration is: more in a slot than a datagram holds.
+/// Sixty transponders at the demonstration site that report each second: more per slot than fit into a datagram.
 fn crowd() -> Vec<u8> {
     let start = Time::from_nanos(1_781_999_980 * SECOND);
     let report = |index: u32, second: u32| {
@@ -44,7 +44,7 @@ fn the_datagrams_are_those_the_service_would_send() {
 
         for datagram in &sent {
             assert!(datagram.payload.len() <= 1400);
-            // 6.25 s after the slot opened; what is in it is of that slot's centre.
+            // Sent 6.25 s after the slot opened; its content is for the slot's centre.
             let opened = datagram.received.unwrap().nanos() - 25 * SLOT_NS;
             assert_eq!(opened % SLOT_NS, 0);
             let centre = Time::from_nanos(opened + SLOT_NS / 2).since_midnight() * 128 / SECOND;
@@ -82,7 +82,7 @@ fn text<'a>(fields: &'a Map<String, Value>, key: &str) -> &'a str {
     fields.get(key).and_then(Value::as_str).unwrap_or_else(|| panic!("no text {key} in {fields:?}"))
 }
 
-/// Holds a track to the API's field list and to its line of the CSV output.
+/// Checks a track against the API's field list and its line of the CSV output.
 fn assert_track(track: &Map<String, Value>, line: &str) {
     let columns: Vec<_> = line.split(',').collect();
     let column = |index: usize| columns[index].parse::<f64>().unwrap();
@@ -146,7 +146,7 @@ fn every_line_of_json_is_a_track_of_the_api() {
         let json = String::from_utf8(flight.output(&[&flight.capture()], "ndjson")).unwrap();
         let csv = flight.csv();
         assert_eq!(json.lines().count(), csv.len());
-        // By id: time and first sight of the last point.
+        // Time of the last point and of the first detection, by id.
         let mut last: BTreeMap<String, [String; 2]> = BTreeMap::new();
         for (line, csv) in json.lines().zip(&csv) {
             let track: Value = serde_json::from_str(line).unwrap();
@@ -184,7 +184,7 @@ fn a_feature_collection_holds_every_point() {
     }
 }
 
-/// A north marker, and a capture of nothing at all.
+/// A north marker, and an empty capture.
 #[test]
 fn without_a_point_every_format_is_still_valid() {
     let flight = demo();
@@ -215,7 +215,7 @@ fn without_a_point_every_format_is_still_valid() {
 }
 
 #[test]
-fn what_nobody_measured_and_is_known_too_poorly_is_in_no_file() {
+fn unmeasured_point_of_poor_accuracy_is_in_no_file() {
     let flight = demo();
     let written = |max_accuracy_m: &str| {
         let mut replay = flight.replay(&[&flight.capture()]);
@@ -239,7 +239,8 @@ fn what_nobody_measured_and_is_known_too_poorly_is_in_no_file() {
     assert!(few.iter().any(|line| !is_measured(&line)), "not measured, but known well");
 }
 
-/// The columns of CSV that only `operational` has, against those of Parquet that NDJSON confirms.
+/// Compares the columns of CSV that only `operational` has with those of Parquet, which another test compares with
+/// NDJSON.
 #[test]
 fn csv_of_operational_has_identity_speed_and_accuracy() {
     let flight = demo();

@@ -1,4 +1,4 @@
-//! Remote ID in every output format: heights that no sensor measured, binary identities, and what a drone declares.
+//! Remote ID in every output format: unmeasured heights, binary identities, and declarations of a drone.
 
 use std::fmt::Write;
 
@@ -29,11 +29,11 @@ sac = 25
 sic = 2
 "#;
 
-/// Whole seconds since 1970 of the first report: a full hour.
+/// Time of the first report, whole seconds since 1970: a full hour.
 const START_S: i64 = 1_700_002_800;
 
-/// Lines of a gateway: each second a pack of identity and position of each drone, which flies east. The drone's height is
-/// known from a second on.
+/// Lines of a gateway: each second, a message pack with identity and position of each drone, which flies east. The
+/// height is known from `known_from_s` on.
 fn lines(drones: &[(IdType, &[u8])], seconds: u16, known_from_s: u16) -> String {
     let height = |second, content| LocationContent {
         geodetic_altitude_m: (second >= known_from_s).then_some(180.0),
@@ -42,7 +42,7 @@ fn lines(drones: &[(IdType, &[u8])], seconds: u16, known_from_s: u16) -> String 
     sent(drones, seconds, height, &[])
 }
 
-/// The same with positions that are changed, and with further messages.
+/// Lines of a gateway with modified positions and further messages.
 fn sent(
     drones: &[(IdType, &[u8])],
     seconds: u16,
@@ -85,7 +85,7 @@ fn sent(
     text
 }
 
-/// A capture of the lines, each a datagram that was received half a second after its time.
+/// A capture of the lines, each in a datagram received half a second after its time.
 fn capture(lines: &str) -> Vec<u8> {
     let received = |line: &str| {
         let line: Value = serde_json::from_str(line).unwrap();

@@ -1,4 +1,4 @@
-//! Octets that nobody would send: nothing panics, everything is accounted for, and what was left whole is not touched.
+//! Invalid and random datagrams: nothing panics, everything is counted, and intact datagrams are not affected.
 
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
@@ -11,18 +11,18 @@ use utm_fusion::pipeline::Event;
 
 use super::common::{Flown, contents, demo, fly};
 
-/// What happens to a datagram.
+/// Mutation of a datagram.
 #[derive(Clone, Debug)]
 enum Mutation {
-    /// These bits of an octet are turned over.
+    /// Inverts these bits of an octet.
     Flip(Index, u8),
-    /// It ends early.
+    /// Truncates the datagram.
     Cut(Index),
-    /// It comes twice.
+    /// Duplicates the datagram.
     Duplicate,
-    /// Octets slip into it.
+    /// Inserts octets.
     Insert(Index, Vec<u8>),
-    /// Octets that are none of ours come after it.
+    /// Appends a datagram of random octets.
     Noise(Vec<u8>),
 }
 
@@ -39,10 +39,10 @@ fn mutation() -> impl Strategy<Value = Mutation> {
     ]
 }
 
-/// A reception, and where it came from: `None` where it is not as it was.
+/// A reception with its original index; `None` if it was modified or added.
 type Traced = (Option<usize>, Reception);
 
-/// Reception times stay, so the engine's time goes as before. Copies and noise come right after what they follow.
+/// Applies mutations. Reception times stay, so the engine's time is unchanged. Copies and noise follow directly.
 fn mutated(receptions: &[Reception], plan: &[(Index, Mutation)]) -> Vec<Traced> {
     let mut traced: Vec<Traced> = receptions.iter().cloned().enumerate().map(|(i, r)| (Some(i), r)).collect();
     for (at, mutation) in plan {
@@ -80,7 +80,8 @@ fn is_record(event: &Event) -> bool {
     matches!(event, Event::Accepted { .. } | Event::Refused { .. } | Event::Service { .. })
 }
 
-/// Every datagram is handled or a copy; every record, fault and block of a handled one is in exactly one counter.
+/// Checks that every datagram is handled or a copy, and that every record, fault and block of a handled one is in
+/// exactly one counter.
 fn assert_accounted(receptions: &[&Reception], flown: &Flown) -> Result<(), TestCaseError> {
     let tally = &flown.tally;
     prop_assert_eq!(tally.received, receptions.len() as u64);
@@ -114,7 +115,7 @@ struct Calm {
     flown: Flown,
 }
 
-/// The flight as it was.
+/// The unmodified flight.
 static CALM: LazyLock<Calm> = LazyLock::new(|| {
     let flight = demo();
     let (config, receptions) = (flight.config(), flight.receptions());
@@ -126,7 +127,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn whatever_comes_is_accounted_for_and_costs_nothing_else(
+    fn hostile_input_is_counted_and_costs_no_valid_record(
         plan in prop::collection::vec((any::<Index>(), mutation()), 1..60),
     ) {
         let Calm { config, receptions, flown: calm } = &*CALM;
@@ -135,9 +136,9 @@ proptest! {
         let flown = fly(config, &mutated);
         assert_accounted(&mutated.iter().collect::<Vec<_>>(), &flown)?;
 
-        // What happens to a datagram follows from its octets, its reception time, the engine's time, and whether it is a
-        // copy. The first three are as before for all that were left whole; the last may change only with the octets
-        // that became others, or came anew.
+        // The outcome of a datagram depends on its octets, its reception time, the engine's time, and whether it is a
+        // copy. The first three are unchanged for intact datagrams. The last may change only for octets of modified or
+        // added datagrams.
         let left_whole: BTreeSet<_> = origins.iter().flatten().collect();
         let became_others = receptions.iter().enumerate().filter(|(index, _)| !left_whole.contains(index));
         let came_anew = mutated.iter().zip(&origins).filter(|(_, origin)| origin.is_none());
@@ -151,14 +152,14 @@ proptest! {
             }
         }
 
-        // Slots are emitted once, in order; no number leaves that is none.
+        // Slots are emitted once and in order, with finite positions.
         prop_assert!(flown.emissions.windows(2).all(|pair| pair[0].slot < pair[1].slot));
         let points = flown.emissions.iter().flat_map(|emission| &emission.points);
         prop_assert!(points.into_iter().all(|point| point.position.0.iter().all(|metres| metres.is_finite())));
     }
 
     #[test]
-    fn noise_alone_is_accounted_for(
+    fn random_octets_are_counted(
         noise in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..80), 0..40),
     ) {
         let Calm { config, receptions, .. } = &*CALM;

@@ -1,4 +1,4 @@
-//! What comes in: files without reception times, damaged files, foreign files, and a part of a flight.
+//! Inputs: files without reception times, damaged files, foreign files, and a part of a flight.
 
 use std::fs;
 use std::io::Write;
@@ -9,14 +9,14 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use fusion::time::{SECOND, Time};
 use jiff::SignedDuration;
-use utm_fusion::capture::Datagram;
+use utm_fusion::capture::CapturedDatagram;
 
 use super::common::{Flight, Scratch, csv_lines, datagrams, demo, pcap, ran, utm_fusion};
 
-/// Midnight in the demonstration, seconds UTC since the epoch: it flies from 30 s before to 45 s after.
+/// Midnight in the demonstration, seconds UTC since the epoch; the flight lasts from 30 s before to 45 s after.
 const MIDNIGHT: f64 = 1_782_000_000.0;
 
-/// The whole blocks of a flight's capture, per category one after another: a recording without reception times.
+/// Writes the whole blocks of a flight's capture, one file per category: recordings without reception times.
 fn raw_files(flight: &Flight, scratch: &Scratch) -> [PathBuf; 2] {
     let datagrams = datagrams(&flight.capture());
     [(48, "radar.ast"), (129, "transponder.ast")].map(|(category, name)| {
@@ -30,7 +30,7 @@ fn time(line: &str) -> f64 {
     line.split(',').next().unwrap().parse().unwrap()
 }
 
-/// Time and id left out, which are not the same on another day.
+/// Columns other than time and id, which differ on another day.
 fn but_for_the_day(line: &str) -> Vec<&str> {
     line.split(',').skip(2).collect()
 }
@@ -45,7 +45,7 @@ fn files_without_reception_times_fly_on_the_day_that_is_given() {
         let ran = ran(flight.replay(&[&radar, &transponder]).args(date).arg("-o").arg(&file));
         assert_eq!(ran.code, 0, "{}", ran.stderr);
         assert!(ran.stderr.contains("radar.ast\" format=\"raw ASTERIX\""), "{}", ran.stderr);
-        // Who does not say the day is told what it is taken for, of each file, and how to say it.
+        // Without a date, a warning for each file states the assumed day and the option.
         let told: Vec<_> = ran.stderr.lines().filter(|line| line.contains("--date YYYY-MM-DD")).collect();
         assert_eq!(told.len(), if date.is_empty() { 2 } else { 0 }, "{}", ran.stderr);
         assert!(told.iter().all(|line| line.contains("WARN") && line.contains("1970-01-01")), "{told:?}");
@@ -63,18 +63,18 @@ fn files_without_reception_times_fly_on_the_day_that_is_given() {
         assert_eq!(but_for_the_day(undated), but_for_the_day(dated));
     }
 
-    // No latency is known here, so a few points may differ from those of the capture.
+    // The latency is unknown here, so a few points may differ from those of the capture.
     let captured = flight.csv();
     let same = captured.iter().filter(|line| dated.contains(line)).count();
     assert!(same * 100 >= captured.len() * 95, "{same} of {}", captured.len());
 }
 
-/// A FINAL recording knows times of day in hundredths of a second; midnight is crossed in the middle.
+/// A FINAL recording has times of day in hundredths of a second; midnight is crossed in the middle.
 #[test]
 fn a_recording_flies_from_the_day_that_is_given() {
     let flight = demo();
     let scratch = Scratch::new();
-    let record = |datagram: &Datagram| {
+    let record = |datagram: &CapturedDatagram| {
         let hundredths = datagram.received.unwrap().since_midnight() / (SECOND / 100);
         let length = (datagram.payload.len() as u16 + 12).to_be_bytes();
         let time = &(hundredths as u32).to_be_bytes()[1..];
@@ -89,7 +89,7 @@ fn a_recording_flies_from_the_day_that_is_given() {
     assert!(csv_lines(fs::read(&file).unwrap()) == flight.csv());
 }
 
-/// A capture has its days.
+/// A capture contains its dates.
 #[test]
 fn a_capture_needs_no_date() {
     let flight = demo();
@@ -97,7 +97,8 @@ fn a_capture_needs_no_date() {
     assert!(ran.code == 0 && !ran.stderr.contains("--date"), "{}", ran.stderr);
 }
 
-/// One octet that is lost costs what it stood in: what is skipped is reported, counted in the summary, and seen by a script.
+/// A lost octet affects only its own block: the skipped part is logged, counted in the summary, and visible to a
+/// script.
 #[test]
 fn behind_a_lost_octet_the_flight_goes_on() {
     let flight = demo();
@@ -128,13 +129,13 @@ fn behind_a_lost_octet_the_flight_goes_on() {
     assert!(same * 100 >= wanted.len() * 97, "{same} of {}", wanted.len());
 }
 
-/// A counter and a time behind the blocks of each datagram change nothing, recognised or configured.
+/// A counter and a time after the blocks of each datagram change nothing, whether detected or configured.
 #[test]
 fn trailers_change_nothing() {
     let flight = demo();
     let scratch = Scratch::new();
     let all = datagrams(&flight.capture());
-    let sound = |datagram: &&Datagram| blocks(&datagram.payload).all(|block| block.is_ok());
+    let sound = |datagram: &&CapturedDatagram| blocks(&datagram.payload).all(|block| block.is_ok());
     let plain: Vec<_> =
         all.iter().filter(sound).map(|one| (one.received.unwrap(), one.payload.clone())).collect();
     let with: Vec<_> = plain
@@ -184,7 +185,7 @@ fn a_compressed_capture_gives_the_same() {
 }
 
 #[test]
-fn what_is_whole_of_a_cut_raw_file_is_used_and_the_rest_is_located() {
+fn cut_raw_file_is_used_up_to_the_cut_which_is_located() {
     let flight = demo();
     let scratch = Scratch::new();
     let [radar, transponder] = raw_files(&flight, &scratch);
@@ -210,7 +211,7 @@ fn what_is_whole_of_a_cut_raw_file_is_used_and_the_rest_is_located() {
 }
 
 #[test]
-fn what_is_whole_of_a_cut_pcap_is_used_and_the_failure_is_told() {
+fn cut_pcap_is_used_up_to_the_cut_and_fails() {
     let flight = demo();
     let scratch = Scratch::new();
     let octets = fs::read(flight.capture()).unwrap();
@@ -232,7 +233,7 @@ fn what_is_whole_of_a_cut_pcap_is_used_and_the_failure_is_told() {
     }
 }
 
-/// The other inputs go on where one is damaged.
+/// Other inputs continue if one is damaged.
 #[test]
 fn damage_ends_its_own_input_only() {
     let flight = demo();
@@ -242,12 +243,12 @@ fn damage_ends_its_own_input_only() {
     let out = scratch.path("out.csv");
     let ran = ran(flight.replay(&[&cut, &flight.capture()]).arg("-o").arg(&out));
     assert_eq!(ran.code, 1, "{}", ran.stderr);
-    // The copies of the first third are redundant lines.
+    // The copies in the first third are a redundant line.
     assert!(csv_lines(fs::read(&out).unwrap()) == flight.csv());
 }
 
 #[test]
-fn what_is_no_capture_is_told_apart() {
+fn file_that_is_no_capture_is_recognised() {
     let flight = demo();
     let scratch = Scratch::new();
     let site = fs::read(flight.site()).unwrap();
@@ -262,7 +263,7 @@ fn what_is_no_capture_is_told_apart() {
     ] {
         let file = scratch.file(name, contents);
         let out = scratch.path("out.csv");
-        // Beside a good one, too.
+        // Also together with a good input.
         for inputs in [vec![&*file], vec![&*flight.capture(), &*file]] {
             let ran = ran(flight.replay(&inputs).arg("-o").arg(&out));
             // A configuration among the captures is wrong usage.
@@ -301,7 +302,7 @@ fn a_part_of_the_flight_is_that_part_of_the_output() {
         (&["--end", "00:00:10"], 0.0, MIDNIGHT + 10.0),
         (&["--end", "23:59:50"], 0.0, MIDNIGHT - 10.0),
         (&["--start", "23:59:50", "--end", "+0.5m"], MIDNIGHT - 10.0, first + 30.0),
-        // A slot's centre belongs to what begins there, not to what ends there.
+        // The interval includes a slot centre at its start, but not at its end.
         (&["--start", "23:59:50.125", "--end", "23:59:50.625"], MIDNIGHT - 9.875, MIDNIGHT - 9.375),
         (&["--start", "+10m"], f64::MAX, f64::MAX),
         (&["--start", "00:00:10", "--end", "00:00:10"], f64::MAX, f64::MAX),
@@ -312,7 +313,7 @@ fn a_part_of_the_flight_is_that_part_of_the_output() {
     }
 }
 
-/// What is received long after the end still counts, as long as a wanted slot waits for it.
+/// Reports received after the end still count, as long as a requested slot waits for them.
 #[test]
 fn a_part_of_the_flight_waits_as_long_as_the_latency() {
     let flight = demo();
@@ -322,7 +323,7 @@ fn a_part_of_the_flight_waits_as_long_as_the_latency() {
         .replace("latency_s = 6.25", "slot_s = 1.0\nlatency_s = 72.0")
         .replace("window_s = 25.0", "window_s = 110.0");
     let site = scratch.file("site.toml", site.as_bytes());
-    // The transponders' first reports come 70 s late.
+    // The transponders' first reports arrive 70 s late.
     let start = Time::from_nanos((MIDNIGHT as i64 - 30) * SECOND);
     let mut held_up: Vec<_> = datagrams(&flight.capture())
         .into_iter()
@@ -348,7 +349,7 @@ fn a_part_of_the_flight_waits_as_long_as_the_latency() {
     assert_eq!(csv(&["--end", "23:59:36"]), wanted);
 }
 
-/// Edition 1.2 of CAT129 allows one record in a block. More are read all the same, and the summary says so.
+/// Edition 1.2 of CAT129 allows one record per block. Further records are read anyway, and the summary says so.
 #[test]
 fn several_records_in_a_cat129_block_are_read_and_noted() {
     let flight = demo();
@@ -369,8 +370,8 @@ fn several_records_in_a_cat129_block_are_read_and_noted() {
     assert!(ran.text().contains("squitter (transponder): 3 reports"), "{}", ran.text());
 }
 
-/// Twenty seconds of a radar that states a code of the target and a probability in per cent in I048/SP (`04 01 14 46`: code 20,
-/// 70 %). Items: 010, 140, 020, 040, 161, 200, 110, SP.
+/// Twenty seconds of a radar with a target code and a probability in percent in I048/SP (`04 01 14 46`: code 20, 70 %).
+/// Items: 010, 140, 020, 040, 161, 200, 110, SP.
 fn classified() -> Vec<u8> {
     let plot = |count: u32| {
         let (time, range) =
@@ -399,7 +400,7 @@ fn drone_is_shown_where_classification_reads_its_probability() {
         let mut command = utm_fusion("replay");
         let ran = ran(command.arg(&radar).arg("--config").arg(site).arg("-o").arg(&out));
         assert_eq!(ran.code, 0, "{}", ran.stderr);
-        // Behind the names of the columns.
+        // Lines after the header.
         fs::read(&out).unwrap().iter().filter(|&&octet| octet == b'\n').count() > 1
     };
     let cases = [

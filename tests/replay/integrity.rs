@@ -1,4 +1,4 @@
-//! Transponders that are not to be trusted, in what `replay` writes.
+//! Untrusted transponders in the output of `replay`.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,14 +8,14 @@ use serde_json::Value;
 
 use crate::common::{Scratch, ran, utm_fusion};
 
-/// A flight of two drones, and an operator who distrusts one of them from the beginning.
+/// A flight of two drones; the operator distrusts one of them from the beginning.
 const SCENARIO: &str = "name = \"distrust\"\nduration_s = 40\n[drones]\nmultirotors = 2\nequipped = 2\n";
 
 fn text(path: &Path) -> String {
     String::from_utf8(fs::read(path).unwrap()).unwrap()
 }
 
-/// The serial number of the drone that is not trusted.
+/// Simulates the flight. Returns the serial number of the distrusted drone.
 fn distrust(scratch: &Scratch) -> String {
     let scenario = scratch.path("distrust.toml");
     fs::write(&scenario, SCENARIO).unwrap();
@@ -32,7 +32,7 @@ fn distrust(scratch: &Scratch) -> String {
     serial
 }
 
-/// What a replay writes as `out.EXTENSION`, and its alerts.
+/// Output of a replay as `out.EXTENSION`, and its alerts.
 fn replayed(scratch: &Scratch, extension: &str, change: &[&str]) -> (String, String, String) {
     let (out, alerts) = (scratch.path(format!("out.{extension}")), scratch.path("alerts.ndjson"));
     let mut replay = utm_fusion("replay");
@@ -47,7 +47,7 @@ fn replayed(scratch: &Scratch, extension: &str, change: &[&str]) -> (String, Str
 }
 
 #[test]
-fn who_is_not_to_be_trusted_is_flagged_in_every_format_and_in_the_alerts() {
+fn untrusted_transponder_is_flagged_in_all_outputs() {
     let scratch = Scratch::new();
     let serial = distrust(&scratch);
     let (text, alerts, summary) = replayed(&scratch, "ndjson", &[]);
@@ -78,12 +78,11 @@ fn who_is_not_to_be_trusted_is_flagged_in_every_format_and_in_the_alerts() {
     assert!(table.lines().any(|line| line.contains(",failed,")));
 }
 
-/// Three drones with Remote ID, birds, and twenty identities that a laptop makes up among them.
+/// Three drones with Remote ID, birds, and twenty fake identities sent from among them.
 const FAKES: &str = "name = \"fakes\"\nduration_s = 150\n[airspace]\nradius_m = 400\n[drones]\nmultirotors = 3\n[birds]\ncount = 5\n\
     [remote_id]\ndrones = 3\nfakes = 20\nfakes_east_m = 1100\nfakes_north_m = 1050\nfakes_after_s = [10, 20]\n";
 
-/// The identities of a flight that a replay has, by what they are, each with how many points it has and how many of them are
-/// verified.
+/// Identities in the replay of a flight, by class, each with its number of points and of verified points.
 fn verified(scratch: &Scratch, seed: u32) -> BTreeMap<String, BTreeMap<String, (u32, u32)>> {
     let (scenario, flight) = (scratch.path("fakes.toml"), scratch.path(format!("fakes-{seed}")));
     fs::write(&scenario, FAKES).unwrap();
@@ -115,7 +114,7 @@ fn verified(scratch: &Scratch, seed: u32) -> BTreeMap<String, BTreeMap<String, (
 }
 
 #[test]
-fn identities_that_are_made_up_are_never_verified_and_real_drones_are() {
+fn invented_identities_are_never_verified_real_drones_are() {
     let scratch = Scratch::new();
     let (mut real, mut of_real) = (0, (0, 0));
     for seed in [41, 42, 43, 44] {
@@ -130,7 +129,7 @@ fn identities_that_are_made_up_are_never_verified_and_real_drones_are() {
 }
 
 #[test]
-fn where_nothing_is_judged_nothing_is_said() {
+fn integrity_off_adds_no_fields() {
     let scratch = Scratch::new();
     distrust(&scratch);
     let off = ["UTM_FUSION__INTEGRITY__ACTION", "off"];
@@ -153,7 +152,7 @@ const JUMP: &str = "name = \"twin\"\nduration_s = 120\n[drones]\nmultirotors = 2
     [[radars]]\nseen_s = 1000.0\nunseen_s = 1.0\nseduction_every_s = 0\n\
     [transponder]\nattack = \"jump\"\ngap_every_s = 0\nspoof_after_s = [30.0, 40.0]\n";
 
-/// `[integrity] action = "flag"` without what helps beside the mark.
+/// `[integrity] action = "flag"` without its three further options.
 const MARKED: [&str; 6] = [
     "UTM_FUSION__INTEGRITY__ACCURACY",
     "false",
@@ -172,13 +171,13 @@ fn jump(scratch: &Scratch) {
     scratch.file("kept.numbers.json", "{\"version\":1,\"numbers\":[]}\n");
 }
 
-/// The points of a replay that hold.
+/// Points of a replay for which `holds` is true.
 fn points(scratch: &Scratch, change: &[&str], holds: fn(&Value) -> bool) -> Vec<Value> {
     let (text, ..) = replayed(scratch, "ndjson", change);
     text.lines().map(|line| serde_json::from_str(line).unwrap()).filter(holds).collect()
 }
 
-/// Without its helpers a flag is a mark: no point comes, goes, moves or is called otherwise.
+/// Without these options, a flag is only a mark: no point is added, removed, moved or renumbered.
 #[test]
 fn a_flag_moves_no_point() {
     let scratch = Scratch::new();
@@ -191,12 +190,12 @@ fn a_flag_moves_no_point() {
     assert!(marked.contains(",suspect,"), "one is flagged");
     let off = what_and_where(&off);
     assert!(off.len() > 500 && what_and_where(&marked) == off);
-    // With them there is something to see.
+    // With the options, the output differs.
     assert!(what_and_where(&table(&[])) != off);
 }
 
 #[test]
-fn a_suspect_is_known_as_badly_as_it_lies_and_its_radar_track_is_an_aircraft() {
+fn suspect_has_large_radius_and_separate_radar_aircraft() {
     let scratch = Scratch::new();
     jump(&scratch);
     let is_suspect = |point: &Value| point["integrity"] == "suspect";
@@ -206,7 +205,7 @@ fn a_suspect_is_known_as_badly_as_it_lies_and_its_radar_track_is_an_aircraft() {
     assert!(marked.len() > 100 && poor(&marked) == 0, "{}", poor(&marked));
     assert!(poor(&flagged) > flagged.len() * 9 / 10, "{} of {}", poor(&flagged), flagged.len());
 
-    // Both name each other.
+    // The two tracks refer to each other.
     let is_disputed = |point: &Value| point["linked"][0]["relation"] == "disputed";
     assert!(points(&scratch, &MARKED, is_disputed).is_empty());
     let linked: BTreeMap<(String, String), String> = points(&scratch, &[], is_disputed)
@@ -224,7 +223,7 @@ fn a_suspect_is_known_as_badly_as_it_lies_and_its_radar_track_is_an_aircraft() {
 }
 
 #[test]
-fn who_is_split_is_never_fused() {
+fn split_transponder_is_never_fused() {
     let scratch = Scratch::new();
     distrust(&scratch);
     let is_fused = |point: &Value| point["integrity"] == "failed" && point["source"] == "fused";
@@ -253,9 +252,10 @@ fn alerts_go_into_a_file_of_their_own() {
     assert!(usage(&["--alerts", "x.ndjson", "--udp", "--loop"]).contains("grow without end"));
 }
 
-/// Of five drones four have no transponder; that of the fifth is heard in a square of some ten kilometres around the radar.
+/// Four of five drones have no transponder; the coverage of the receiver is a square of about ten kilometres around the
+/// radar.
 #[test]
-fn a_drone_without_a_transponder_is_uncooperative_where_one_would_be_heard() {
+fn drone_without_transponder_in_coverage_is_uncooperative() {
     let scratch = Scratch::new();
     let scenario = "name = \"alone\"\nduration_s = 120\n[drones]\nmultirotors = 5\nequipped = 1\n";
     let scenario = scratch.file("alone.toml", scenario);
@@ -282,9 +282,9 @@ fn a_drone_without_a_transponder_is_uncooperative_where_one_would_be_heard() {
     assert!(alert["text"].as_str().unwrap().contains("without a transponder"), "{alert}");
 }
 
-/// Gaps are what transponders have; who is silent for longer is missed.
+/// Short gaps are normal for transponders; a longer silence raises an alert.
 #[test]
-fn a_gap_is_no_alert_and_a_silence_is_one() {
+fn short_gap_raises_no_alert_and_a_silence_does() {
     let silences = |gap_s: &str| -> Vec<Value> {
         let scratch = Scratch::new();
         let scenario = format!(

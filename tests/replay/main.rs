@@ -1,4 +1,4 @@
-//! `replay` and `check` as their users meet them: the built program on whole flights, its files, its words, its exit codes.
+//! `replay` and `check` from the user's point of view: whole flights, output files, messages, exit codes.
 
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 

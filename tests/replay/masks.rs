@@ -1,4 +1,4 @@
-//! Masks of `[[areas]]`: plots inside are dropped and counted, everything else flies on.
+//! Masks of `[[areas]]`: plots inside are dropped and counted; everything else is unchanged.
 
 use std::fs;
 use std::net::TcpListener;
@@ -7,7 +7,7 @@ use super::common::{Scratch, csv_lines, demo, ran, utm_fusion};
 
 const AREAS: &str = "\n[[areas]]\nkind = \"mask\"\nfile = \"mask.geojson\"\n";
 
-/// A box about the demo's radar (53.0817 N, 10.3264 E), open to the west of `west_deg`.
+/// A box around the demo's radar (53.0817 N, 10.3264 E), from `west_deg` to the east.
 fn mask_from(west_deg: f64) -> String {
     let ring = format!("[[{west_deg},53],[10.5,53],[10.5,53.2],[{west_deg},53.2],[{west_deg},53]]");
     format!(
@@ -29,17 +29,17 @@ fn plots_inside_are_dropped_and_counted() {
         (ran.text().to_owned(), csv_lines(fs::read(out).unwrap()))
     };
 
-    // Everything: only the transponders are left.
+    // Everything is masked: only the transponders are left.
     let (summary, lines) = replay(&mask_from(10.2));
     assert!(summary.contains("halfmoon (radar): 0 plots; dropped: 1175 masked"), "{summary}");
     assert!(!lines.is_empty() && lines.iter().all(|line| line.split(',').nth(2) == Some("transponder")));
 
-    // A far corner: as without a mask.
+    // A far corner: the same as without a mask.
     let (summary, lines) = replay(&mask_from(10.499));
     assert!(summary.contains("halfmoon (radar): 1175 plots"), "{summary}");
     assert_eq!(lines, flight.csv());
 
-    // The east: no radar point is left there, and some are in the west.
+    // The east is masked: radar points are left in the west only.
     let (summary, lines) = replay(&mask_from(10.33));
     assert!(summary.contains(" masked"), "{summary}");
     let radar: Vec<f64> = lines
@@ -51,9 +51,9 @@ fn plots_inside_are_dropped_and_counted() {
     assert!(!radar.is_empty() && radar.iter().all(|&longitude_deg| longitude_deg < 10.33), "{radar:?}");
 }
 
-/// A layer of 50 m to 120 m that is taken for one of all heights is a false alarm, or a mask that hides what is above it.
+/// A layer of 50 m to 120 m that is taken for all heights causes false alarms, or masks traffic above it.
 #[test]
-fn what_of_a_zone_is_not_understood_is_refused_by_its_name() {
+fn unknown_zone_member_is_refused_by_name() {
     let flight = demo();
     let scratch = Scratch::new();
     let corners = "[[[10,53],[11,53],[11,54],[10,53]]]";
@@ -63,7 +63,7 @@ fn what_of_a_zone_is_not_understood_is_refused_by_its_name() {
          \"layer\":{{\"lower\":50,\"lowerReference\":\"AGL\",\"uom\":\"m\"}}}}}}]}}"
     );
     scratch.file("zone.geojson", zone.as_bytes());
-    // A service that took the zone would end here, since somebody else has its address.
+    // The address is in use, so a service that accepted the zone would end here.
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     for (kind, subcommands, told) in [
         // A replay needs the masks alone.
@@ -89,7 +89,7 @@ fn what_of_a_zone_is_not_understood_is_refused_by_its_name() {
 }
 
 #[test]
-fn an_area_that_is_none_is_told_with_code_3() {
+fn invalid_area_exits_with_code_3() {
     let flight = demo();
     let scratch = Scratch::new();
     let site = scratch.file("site.toml", [fs::read(flight.site()).unwrap(), AREAS.into()].concat());
@@ -104,7 +104,7 @@ fn an_area_that_is_none_is_told_with_code_3() {
         assert_eq!(ran.code, 3, "{}", ran.stderr);
         assert!(ran.stderr.contains("it is no polygon"), "{}", ran.stderr);
     }
-    // What only the service uses is checked all the same.
+    // Settings of the service are checked as well.
     for (area, told) in [
         ("[[areas]]\nkind = \"alert\"\nfile = \"mask.geojson\"\n", "it is no polygon"),
         ("", "tokens.toml: the tokens cannot be read"),

@@ -1,4 +1,4 @@
-//! MCAP: what is in it, by a plain reading of its records, and where its index says it is.
+//! MCAP: records from a simple reader, and their places in the index.
 
 use std::collections::BTreeMap;
 
@@ -37,7 +37,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Kind, place and content of each record.
+/// Kind, offset and content of each record.
 fn records(octets: &[u8], from: usize) -> Vec<(u8, usize, &[u8])> {
     let mut reader = Reader(octets);
     let mut records = Vec::new();
@@ -82,7 +82,7 @@ fn each_slot_is_a_message_and_the_index_finds_it() {
     let mut channel = Reader(at(4).2);
     assert_eq!((channel.u16(), channel.u16(), channel.text(), channel.text()), (1, 1, "/tracks", "json"));
 
-    // Every feature of the GeoJSON, slot by slot.
+    // All features of the GeoJSON, slot by slot.
     let features = flight.output(&[&flight.capture()], "geojson");
     let features: Value = serde_json::from_slice(&features).unwrap();
     let mut expected = BTreeMap::<String, Vec<Value>>::new();

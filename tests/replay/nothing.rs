@@ -1,4 +1,4 @@
-//! Inputs of which no record can be used: the exit code is 1, and the message says why.
+//! Inputs without a usable record: the exit code is 1, and the message states the reason.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ fn replay_without_a_record_fails_with_the_reason() {
     let flight = demo();
     let scratch = Scratch::new();
     let mut tcp = capture_of(&[48, 0, 5, 0x80, 0]);
-    // The protocol of each IP header.
+    // The protocol field of each IP header.
     for at in 0..tcp.len() - 20 {
         if tcp[at..at + 2] == [0x45, 0] && tcp[at + 9] == 17 {
             tcp[at + 9] = 6;
@@ -45,10 +45,10 @@ fn replay_without_a_record_fails_with_the_reason() {
             assert!(told.contains(&format!("utm-fusion info {}", input.display())), "{name}: {told}");
         }
     }
-    // One good input is enough.
+    // One good input is sufficient.
     let empty = scratch.file("none.pcap", &capture_of(&[])[..24]);
     assert_eq!(ran(&mut flight.replay(&[&empty, &flight.capture()])).code, 0);
-    // An end before the first reception is what was asked for.
+    // An end before the first reception is a valid request.
     let early = ran(flight.replay(&[&flight.capture()]).args(["--end", "2026-06-20T00:00:00Z"]));
     assert_eq!(early.code, 0, "{}", early.stderr);
 }

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use super::common::{EXTENSIONS, SLOT_NS, Scratch, bundled, datagrams, demo, ran};
 
-/// What `replay` of a bundled flight writes with these arguments and variables.
+/// Output of `replay` for a bundled flight, with these arguments and environment variables.
 fn written(
     flight: &super::common::Flight,
     arguments: &[&str],
@@ -40,7 +40,7 @@ fn every_format_has_the_points_of_now() {
         assert_eq!((&line["extrapolated"], &line["interpolated"]), (&Value::Bool(true), &Value::Bool(false)));
         let (major_m, minor_m) = (ellipse(line, "major_m"), ellipse(line, "minor_m"));
         let circle_m = line["accuracy_h_m"].as_f64().unwrap();
-        // The circle that holds as much lies between the two.
+        // The radius of the equivalent circle lies between the two axes.
         assert!(minor_m - 0.02 <= circle_m && circle_m <= major_m + 0.02, "{line}");
         assert!((0.0..180.0).contains(&ellipse(line, "azimuth_deg")));
     }
@@ -53,7 +53,7 @@ fn every_format_has_the_points_of_now() {
     assert!(payloads == of("ast"));
     let mut records = 0;
     for datagram in &sent {
-        // Sent as its slot opens; what is in it is of that slot's centre.
+        // Sent when its slot opens; its content is for the slot's centre.
         let opens = datagram.received.unwrap().nanos();
         assert_eq!(opens % SLOT_NS, 0);
         let centre = Time::from_nanos(opens + SLOT_NS / 2).since_midnight() * 128 / SECOND;
@@ -71,13 +71,13 @@ fn every_format_has_the_points_of_now() {
 }
 
 #[test]
-fn the_lagged_output_is_the_same_to_the_octet_with_now_and_without() {
+fn lagged_output_is_identical_with_and_without_now() {
     let off = ("UTM_FUSION__FUSION__NOW", "false");
     for flight in bundled() {
         for latency_s in ["6.25", "3.25", "1", "0"] {
             let latency = ("UTM_FUSION__FUSION__LATENCY_S", latency_s);
             for extension in if latency_s == "6.25" { &EXTENSIONS[..] } else { &EXTENSIONS[..1] } {
-                // The flights' sites name the other profile, which has none.
+                // The flights' sites use the other profile, which has no such picture.
                 let profile = ("UTM_FUSION__FUSION__PROFILE", "operational");
                 let with = written(&flight, &[], &[profile, latency], extension);
                 let without = written(&flight, &[], &[profile, latency, off], extension);
@@ -88,7 +88,7 @@ fn the_lagged_output_is_the_same_to_the_octet_with_now_and_without() {
 }
 
 #[test]
-fn the_picture_of_now_does_not_depend_on_the_speed_and_ends_with_the_flight() {
+fn picture_of_now_is_independent_of_replay_speed() {
     let flight = demo();
     let of = |arguments: &[&str]| written(&flight, &[&NOW, arguments].concat(), &[], "ndjson");
     let all = of(&[]);
@@ -107,7 +107,7 @@ fn the_picture_of_now_does_not_depend_on_the_speed_and_ends_with_the_flight() {
 }
 
 #[test]
-fn what_there_is_no_picture_of_is_refused() {
+fn picture_of_now_without_its_inputs_is_refused() {
     let flight = demo();
     for (code, arguments, variables, words) in [
         (2, &["--at", "now"][..], &[][..], "--at now: fusion.now is off, or the profile is reference"),

@@ -1,4 +1,4 @@
-//! Parquet: the numbers of NDJSON in columns, and no file that looks whole and is not.
+//! Parquet: the values of NDJSON in columns, and no truncated file that appears complete.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::common::{Scratch, bundled, demo, ran, three_radars};
 use super::parquet_file::rows;
 
-/// The members of a line that are a column of another name, or of the same.
+/// Columns and the corresponding members of a line.
 const MEMBERS: [(&str, &str); 31] = [
     ("id", "/id"),
     ("source", "/source"),
@@ -45,10 +45,10 @@ const MEMBERS: [(&str, &str); 31] = [
     ("offset_m", "/offset_m"),
 ];
 
-/// Columns of instants.
+/// Columns of times.
 const INSTANTS: [&str; 5] = ["time", "first_seen", "last_measurement", "radar_time", "transponder_time"];
 
-/// What a row must have for this line.
+/// Expected row for a line.
 fn expected(line: &Value) -> BTreeMap<String, Value> {
     let instant = |text: &Value| {
         let time: Timestamp = text.as_str().unwrap().parse().unwrap();
@@ -149,7 +149,7 @@ fn a_file_that_is_cut_is_not_read() {
 }
 
 #[test]
-fn a_full_disk_is_said() {
+fn full_disk_is_reported() {
     let flight = demo();
     for format in ["parquet", "mcap"] {
         let ran =

@@ -1,4 +1,4 @@
-//! What is read and is no report that the engine takes: each by its reason, of radar and transponder.
+//! Decoded reports that the engine refuses: every reason, for radar and transponder.
 
 use asterix::cat048::{DetectionType, PolarPosition, TargetReport};
 use asterix::cat129::Position;
@@ -7,7 +7,7 @@ use utm_fusion::capture::Reception;
 
 use super::common::{demo, fly};
 
-/// The first record of a category that the flight's sensors send, and its reception.
+/// First record of a category from the flight's sensors, and its reception.
 fn first<R: Record<Edition = ()>>(receptions: &[Reception], is_ours: fn(&R) -> bool) -> (Reception, R) {
     let of = |reception: &Reception| {
         let mut blocks = blocks(&reception.payload).flatten().filter(|block| block.category == R::CATEGORY);
@@ -18,7 +18,7 @@ fn first<R: Record<Edition = ()>>(receptions: &[Reception], is_ours: fn(&R) -> b
     receptions.iter().find_map(of).unwrap()
 }
 
-/// What becomes of a record that is received then: the reason for which it is refused, or none.
+/// Reason for refusing a record at this reception; `None` if it is accepted.
 fn fate<R: Record>(reception: &Reception, record: R) -> Option<&'static str> {
     let mut payload = Vec::new();
     encode_block(&[record], &mut payload).unwrap();
@@ -28,13 +28,13 @@ fn fate<R: Record>(reception: &Reception, record: R) -> Option<&'static str> {
     tally.refused.keys().next().map(|(_, reason)| *reason)
 }
 
-/// So many seconds after this time of day.
+/// The time of day, this many seconds later.
 fn later(time: TimeOfDay, seconds: f64) -> Option<TimeOfDay> {
     TimeOfDay::from_seconds((time.seconds() + seconds).rem_euclid(86_400.0))
 }
 
 #[test]
-fn a_plot_that_is_none_is_refused_by_its_reason() {
+fn invalid_plot_is_refused_with_its_reason() {
     let is_ours = |record: &cat048::Record| record.data_source.is_some_and(|source| source.sac == 70);
     let (reception, plot) = first(&demo().receptions(), is_ours);
     let said =
@@ -79,7 +79,7 @@ fn a_plot_that_is_none_is_refused_by_its_reason() {
 }
 
 #[test]
-fn a_transponders_report_that_is_none_is_refused_by_its_reason() {
+fn invalid_report_is_refused_with_its_reason() {
     let is_ours = |record: &cat129::Record| record.data_source.is_some_and(|source| source.sac == 0);
     let (reception, report) = first(&demo().receptions(), is_ours);
     let at = report.time_of_day.unwrap();

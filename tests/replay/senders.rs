@@ -1,4 +1,4 @@
-//! A host that forges a radar's plots, and makes copies of its datagrams in order to pass for a redundant line.
+//! A host that forges a radar's plots, and copies its datagrams to appear as a redundant line.
 
 use std::net::SocketAddr;
 
@@ -15,14 +15,14 @@ use crate::common::{Flown, demo, fly};
 const RADAR: &str = "10.0.0.1:4000";
 const FORGER: &str = "10.0.0.66:4000";
 
-/// How the forger goes about it.
+/// Datagrams that the forger copies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Copies {
-    /// One datagram every 5 s is repeated.
+    /// One datagram every 5 s is copied.
     Some,
-    /// Every datagram is repeated.
+    /// Every datagram is copied.
     All,
-    /// None: only forged plots.
+    /// No datagram is copied; only plots are forged.
     None,
 }
 
@@ -34,7 +34,7 @@ fn later(reception: &Reception, milliseconds: i64) -> Time {
     reception.received.unwrap() + SignedDuration::from_millis(milliseconds)
 }
 
-/// The plots of a datagram on the other side of the radar, of now; `None`: it holds none.
+/// Moves the plots of a datagram to the other side of the radar, at the current time; `None` if it has none.
 fn forged(payload: &[u8], now: Time) -> Option<Vec<u8>> {
     let block = blocks(payload).next()?.ok().filter(|block| block.category == 48)?;
     let mut records: Vec<cat048::Record> = block.records().map(|record| record.unwrap().record).collect();
@@ -49,7 +49,7 @@ fn forged(payload: &[u8], now: Time) -> Option<Vec<u8>> {
     Some(octets)
 }
 
-/// The flight from the radar's own address, and the same with the forger in it, with the number of forged records.
+/// The flight from the radar's own address; the same with the forger; and the number of forged records.
 fn attacked(copies: Copies) -> (Vec<Reception>, Vec<Reception>, u64) {
     let clean: Vec<Reception> = demo()
         .receptions()
@@ -94,7 +94,8 @@ fn attacked(copies: Copies) -> (Vec<Reception>, Vec<Reception>, u64) {
     (clean, all, count)
 }
 
-/// Flies both; the picture is the same, each forged record is refused for this reason, and the forger is named.
+/// Flies both. Checks that the picture is the same, that forged records are refused for this reason, and that the
+/// forger is named.
 fn is_refused(config: &Config, copies: Copies, reason: ContestReason) {
     let (clean, all, count) = attacked(copies);
     let radar = config.sensors.iter().position(|sensor| sensor.kind.is_radar()).unwrap();
@@ -104,7 +105,7 @@ fn is_refused(config: &Config, copies: Copies, reason: ContestReason) {
     assert_eq!(format!("{:?}", found.emissions), format!("{:?}", expected.emissions), "{copies:?}");
     let accepted = |flown: &Flown| flown.tally.accepted.get(&radar).copied();
     assert_eq!(accepted(&found), accepted(&expected), "{copies:?}");
-    // A record that no radar's plot could be (coasted, of a wrong time) has that reason.
+    // Records with another fault (coasted, wrong time) are refused for that fault.
     let refused = found.tally.refused.get(&(Some(radar), reason.name())).copied().unwrap_or(0);
     assert!(2 * refused > count, "{copies:?}: {refused} of {count}");
     let contests: Vec<_> = found

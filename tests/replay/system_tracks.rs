@@ -1,4 +1,4 @@
-//! CAT062 files: the same picture as in every other format.
+//! CAT062 files contain the same picture as every other format.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::common::{Flight, Scratch, bundled, datagrams, demo, ran, three_radars};
 
-/// What `replay … --output-format FORMAT` writes.
+/// Output of `replay … --output-format FORMAT`.
 fn written(flight: &Flight, profile: &str, format: &str) -> Vec<u8> {
     let mut replay = flight.replay(&[&flight.capture()]);
     let ran = ran(replay.args(["--profile", profile, "-o", "-", "--output-format", format]));
@@ -24,13 +24,13 @@ fn records(octets: &[u8]) -> Vec<cat062::Record> {
 }
 
 #[test]
-fn a_file_holds_every_point_of_the_picture_and_a_last_message_of_every_track_that_ended() {
+fn cat062_file_has_every_point_and_an_end_of_each_track() {
     for flight in bundled().into_iter().chain([three_radars()]) {
         for profile in ["reference", "operational"] {
             let records = records(&written(&flight, profile, "cat062"));
             let json = String::from_utf8(written(&flight, profile, "ndjson")).unwrap();
             let mut lines = json.lines();
-            // By number, the id of the track that has it.
+            // Ids of the current tracks, by number.
             let mut alive: BTreeMap<u16, String> = BTreeMap::new();
             let mut seconds: BTreeSet<(u32, u16)> = BTreeSet::new();
             for record in &records {
@@ -72,24 +72,24 @@ fn a_file_holds_every_point_of_the_picture_and_a_last_message_of_every_track_tha
 }
 
 #[test]
-fn datagrams_of_cat062_go_when_those_of_cat129_go() {
+fn cat062_is_sent_with_cat129() {
     let flight = demo();
     let scratch = Scratch::new();
     let [system, usual] = ["cat062-pcap", "pcap"]
         .map(|format| datagrams(&scratch.file(format, written(&flight, "operational", format))));
     let payloads: Vec<u8> = system.iter().flat_map(|datagram| datagram.payload.clone()).collect();
     assert!(payloads == written(&flight, "operational", "cat062"));
-    let times = |datagrams: &[utm_fusion::capture::Datagram]| -> BTreeSet<_> {
+    let times = |datagrams: &[utm_fusion::capture::CapturedDatagram]| -> BTreeSet<_> {
         datagrams.iter().map(|datagram| datagram.received.unwrap().nanos()).collect()
     };
     assert!(system.iter().all(|datagram| datagram.payload.len() <= 1400));
-    // Only last messages come where there is no track.
+    // Only end-of-track messages are sent in slots without tracks.
     assert!(times(&usual).is_subset(&times(&system)));
 }
 
-/// What a destination of CAT062 gets changes nothing of what the others get, in either profile.
+/// A CAT062 destination does not change the output to other destinations, with either profile.
 #[test]
-fn cat129_is_the_same_whoever_else_listens() {
+fn cat129_is_the_same_with_other_receivers() {
     let flight = three_radars();
     let scratch = Scratch::new();
     let site = String::from_utf8(fs::read(flight.site()).unwrap()).unwrap();

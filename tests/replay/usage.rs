@@ -1,4 +1,4 @@
-//! Exit codes, and what is said where.
+//! Exit codes, and messages on standard output and standard error.
 
 use std::fs;
 use std::io::Read;
@@ -22,7 +22,7 @@ fn an_input_is_never_overwritten() {
 }
 
 #[test]
-fn wrong_usage_is_told_with_code_2() {
+fn wrong_usage_exits_with_code_2() {
     let flight = demo();
     let (site, capture) = (flight.site(), flight.capture());
     let (site, capture) = (site.to_str().unwrap(), capture.to_str().unwrap());
@@ -92,7 +92,7 @@ fn wrong_usage_is_told_with_code_2() {
     assert!(!Path::new(unknown).exists());
 }
 
-/// As a newcomer does: the file alone, elsewhere, with or without the option's name.
+/// A new user may copy the file alone to another place, and give it with or without the option's name.
 #[test]
 fn the_example_is_valid_wherever_it_is_copied_to() {
     let scratch = Scratch::new();
@@ -106,7 +106,7 @@ fn the_example_is_valid_wherever_it_is_copied_to() {
 }
 
 #[test]
-fn a_configuration_of_other_sensors_is_a_failure_that_names_both() {
+fn configuration_of_other_sensors_fails_and_names_both() {
     let flight = demo();
     let scratch = Scratch::new();
     let half = String::from_utf8(fs::read(flight.site()).unwrap()).unwrap().replace("sic = 41", "sic = 42");
@@ -128,12 +128,12 @@ fn a_configuration_of_other_sensors_is_a_failure_that_names_both() {
             assert!(told.contains(words), "{words}\n{told}");
         }
     }
-    // One that hears a part of the flight is another matter.
+    // A configuration that covers only a part of the flight is valid.
     fs::write(&site, half).unwrap();
     assert_eq!(replay(&[]).code, 0);
 }
 
-/// No line of the help is longer than the terminal.
+/// No line of the help is longer than the terminal width.
 #[test]
 fn help_keeps_to_the_width_of_the_terminal() {
     let commands =
@@ -152,7 +152,7 @@ fn help_keeps_to_the_width_of_the_terminal() {
 }
 
 #[test]
-fn there_must_be_somewhere_to_send_to() {
+fn missing_output_is_refused() {
     let flight = demo();
     let ran = ran(flight.replay(&[&flight.capture()]).arg("--udp").env("UTM_FUSION__OUTPUT__ASTERIX", "[]"));
     assert_eq!(ran.code, 2, "{}", ran.stderr);
@@ -160,7 +160,7 @@ fn there_must_be_somewhere_to_send_to() {
 }
 
 #[test]
-fn an_output_that_cannot_be_written_is_told_with_code_1() {
+fn unwritable_output_exits_with_code_1() {
     let flight = demo();
     let scratch = Scratch::new();
     let file = scratch.path("no such directory/out.csv");
@@ -172,20 +172,20 @@ fn an_output_that_cannot_be_written_is_told_with_code_1() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_told_with_the_file() {
+fn full_disk_is_reported_with_the_file() {
     let flight = demo();
     let ran = ran(flight.replay(&[&flight.capture()]).args(["-o", "/dev/full", "--output-format", "csv"]));
     assert!(ran.stderr.contains("utm-fusion: /dev/full: cannot be written: "), "{}", ran.stderr);
     assert_eq!(ran.code, 1);
 }
 
-/// The line of a text that holds `what`, from 1.
+/// Number of the first line that contains `what`, from 1.
 fn line_of(text: &str, what: &str) -> usize {
     text.lines().position(|line| line.contains(what)).unwrap() + 1
 }
 
 #[test]
-fn an_invalid_configuration_is_told_with_code_3() {
+fn invalid_configuration_exits_with_code_3() {
     let flight = demo();
     let scratch = Scratch::new();
     let site = String::from_utf8(fs::read(flight.site()).unwrap()).unwrap();
@@ -216,9 +216,9 @@ fn an_invalid_configuration_is_told_with_code_3() {
     }
 }
 
-/// A bracket left open breaks every line behind it.
+/// An open bracket makes all following lines invalid.
 #[test]
-fn one_slip_in_the_syntax_is_no_flood() {
+fn single_syntax_error_is_reported_once() {
     let flight = demo();
     let scratch = Scratch::new();
     let site = String::from_utf8(fs::read(flight.site()).unwrap()).unwrap();
@@ -231,7 +231,7 @@ fn one_slip_in_the_syntax_is_no_flood() {
     assert!(ran.stderr.lines().count() <= 3, "{}", ran.stderr);
 }
 
-/// One of them would never hear anything.
+/// One of the two sensors would never receive anything.
 #[test]
 fn two_sensors_with_one_key_are_refused() {
     let scratch = Scratch::new();
@@ -249,7 +249,7 @@ fn two_sensors_with_one_key_are_refused() {
 }
 
 #[test]
-fn an_invalid_override_is_told_with_its_variable() {
+fn invalid_override_is_reported_with_its_variable() {
     let flight = demo();
     for command in [&mut utm_fusion("check"), utm_fusion("replay").arg(flight.capture())] {
         let command = command.arg("--config").arg(flight.site());
@@ -276,10 +276,10 @@ fn check_prints_what_is_in_force_and_it_is_valid_again() {
             assert!(shown.contains(default), "{default} is not in\n{shown}");
         }
         let again = check(&scratch.file("again.toml", shown.as_bytes()));
-        // But for the line that names the file.
+        // All lines except the one that names the file.
         assert_eq!(again.split_once('\n').unwrap().1, shown.split_once('\n').unwrap().1);
     }
-    // What the environment says is in force.
+    // Settings from the environment are included.
     let file = config.join("deenethorpe.toml");
     let ran = ran(utm_fusion("check").arg("--config").arg(file).env("UTM_FUSION__FUSION__MIN_SAMPLES", "7"));
     assert!(ran.text().contains("\nmin_samples = 7\n"), "{}", ran.text());
@@ -287,7 +287,7 @@ fn check_prints_what_is_in_force_and_it_is_valid_again() {
 
 #[test]
 fn a_reader_that_has_read_enough_is_no_failure() {
-    // More than a pipe holds.
+    // More than a pipe can hold.
     let flight = bundled().remove(2);
     assert!(flight.output(&[&flight.capture()], "csv").len() > 1 << 18);
     let mut command = flight.replay(&[&flight.capture()]);
@@ -313,7 +313,7 @@ fn standard_output_is_data_and_standard_error_plain_text() {
             let ran = ran(command.args(["-o", "-", "--output-format", format]).args(more));
             assert_eq!(ran.code, 0);
             assert!(ran.stdout == flight.output(&[&flight.capture()], extension), "{format}");
-            // No bar, no colours, and the summary where it was asked for.
+            // No progress bar, no colours, and the summary only if requested.
             assert!(!ran.stderr.contains(['\r', '\x1b']), "{:?}", ran.stderr);
             assert_eq!(ran.stderr.contains("received   379 datagrams"), !more.is_empty());
         }
@@ -367,7 +367,8 @@ fn a_warning_names_the_octet_of_the_file() {
             assert!(holds, "{warning}");
             seen += 1;
         }
-        // The demonstration has two; of the hostile feed's many the first twenty are shown one by one.
+        // The demonstration has two; of the many warnings of the hostile feed, the first twenty are logged
+        // individually.
         let wanted = match flight.name.as_str() {
             "demo" => 2,
             "conformance/hostile" => 20,
@@ -377,7 +378,7 @@ fn a_warning_names_the_octet_of_the_file() {
     }
 }
 
-/// A bad record in the middle of a datagram: those before it and the blocks behind it give what they gave.
+/// A bad record in the middle of a datagram: records before it and blocks after it are not affected.
 #[test]
 fn a_bad_record_costs_no_neighbour() {
     let flight = demo();
@@ -393,7 +394,7 @@ fn a_bad_record_costs_no_neighbour() {
     let payload = &datagrams[index].payload;
     let block = blocks(payload).next().unwrap().unwrap();
     let second = block.records::<cat048::Record>().nth(1).unwrap().unwrap().offset;
-    // The first record and one that announces I048/040 and ends after an octet of it; then the others.
+    // The first record, and one that announces I048/040 but is truncated after one octet; then the others.
     let framed = |parts: &[&[u8]]| {
         let octets = parts.concat();
         [&[48], &(octets.len() as u16 + 3).to_be_bytes()[..], &octets].concat()
@@ -418,7 +419,7 @@ fn a_bad_record_costs_no_neighbour() {
 }
 
 #[test]
-fn decode_of_an_absent_category_says_so() {
+fn decode_of_an_absent_category_is_reported() {
     let capture = demo().capture();
     let absent = ran(utm_fusion("decode").arg(&capture).args(["--cat", "62"]));
     assert!(absent.stderr.contains("no record of category 62"), "{}", absent.stderr);
@@ -427,7 +428,7 @@ fn decode_of_an_absent_category_says_so() {
 }
 
 #[test]
-fn check_of_a_scenario_says_what_it_is() {
+fn check_of_a_scenario_names_it_a_scenario() {
     let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenarios/crossing.toml");
     let checked = ran(utm_fusion("check").arg(&scenario));
     assert_eq!(checked.code, 3, "{}", checked.stderr);

@@ -1,4 +1,4 @@
-//! Zones of `[[areas]]` in a replay: who is inside, and who is about to be.
+//! Zones of `[[areas]]` in a replay: alerts for drones inside, and for predicted entries.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::common::{Scratch, demo, ran, utm_fusion};
 
-/// A circle of 150 m that a drone of the demo comes through after half of its flight.
+/// A circle of 150 m that a drone of the demo passes through after half of its flight.
 fn zone(more: &Value) -> String {
     let mut zone = json!({ "type": "Feature",
         "properties": { "identifier": "EDR1", "name": "Moon", "type": "PROHIBITED" },
@@ -20,7 +20,7 @@ fn zone(more: &Value) -> String {
     zone.to_string()
 }
 
-/// The alerts about areas of a replay of the demo with such a zone, and such keys of its area.
+/// Area alerts in a replay of the demo with such a zone and these keys of its area.
 fn alerts(more: &Value, keys: &str, options: &[&str]) -> Vec<Value> {
     let flight = demo();
     let scratch = Scratch::new();
@@ -38,7 +38,7 @@ fn alerts(more: &Value, keys: &str, options: &[&str]) -> Vec<Value> {
 }
 
 #[test]
-fn who_enters_is_warned_of_and_then_told() {
+fn zone_entry_raises_a_warning_then_an_alert() {
     let operational = ["--profile", "operational"];
     let told = alerts(&json!({}), "", &operational);
     let mut inside = BTreeMap::new();
@@ -54,12 +54,12 @@ fn who_enters_is_warned_of_and_then_told() {
             .is_some_and(|since| alert["since"].as_str().unwrap() < *since)
     });
     assert!(warned.count() > 0, "nobody was warned of: {told:#?}");
-    // What was foreseen ends, as it does where nobody comes.
+    // Predictions end, also if no entry follows.
     let ended = |alert: &&Value| alert["kind"] == "area-predicted" && alert.get("until").is_some();
     assert!(told.iter().filter(ended).count() > 0);
     assert_eq!(told, alerts(&json!({}), "", &operational), "the same again");
 
-    // Those that are allowed raise none; a drone without a transponder is nobody.
+    // Permitted drones raise no alert; a drone without a transponder cannot be permitted.
     let serials = |told: &[Value]| {
         let serial = |alert: &Value| {
             Some(alert["text"].as_str()?.split_once("serial ")?.1.split(' ').next()?.to_owned())
@@ -75,7 +75,7 @@ fn who_enters_is_warned_of_and_then_told() {
     assert_eq!(alerts(&json!({ "type": "NO_RESTRICTION" }), "", &operational), [] as [Value; 0]);
     let over = json!({ "limitedApplicability": [{ "endDateTime": "2001-01-01T00:00:00Z" }] });
     assert_eq!(alerts(&over, "", &operational), [] as [Value; 0]);
-    // The keys of heights are for files without any.
+    // Keys for heights apply only to files without heights.
     assert_eq!(
         alerts(&json!({ "verticalLayer": null }), "floor_m = 0", &operational),
         told,
@@ -83,9 +83,9 @@ fn who_enters_is_warned_of_and_then_told() {
     );
 }
 
-/// It has no velocities.
+/// The reference profile has no velocities.
 #[test]
-fn the_reference_profile_foresees_nothing() {
+fn reference_profile_predicts_no_entries() {
     let told = alerts(&json!({}), "", &["--profile", "reference"]);
     assert!(!told.is_empty() && told.iter().all(|alert| alert["kind"] == "area"), "{told:#?}");
 }

@@ -6,10 +6,10 @@ use fusion::time::{SECOND, Time};
 use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, SensorKind};
 
-/// Their serials begin so; those of simulated drones do not.
+/// Prefix of their serial numbers, which simulated drones do not use.
 pub const PREFIX: &[u8] = b"FLOOD";
 
-/// The report `like` another one of CAT129, at `time`, of a transponder with a serial of this number.
+/// A CAT129 report copied from `like`, at `time`, with a serial number derived from `number`.
 pub fn invented(like: &[u8], number: u64, time: Time) -> Vec<u8> {
     let block = blocks(like).next().expect("a block").expect("it is whole");
     let mut record = block.records::<Record>().next().expect("a record").expect("it is whole").record;
@@ -23,12 +23,12 @@ pub fn invented(like: &[u8], number: u64, time: Time) -> Vec<u8> {
     octets
 }
 
-/// Whether a datagram is such a report.
+/// Whether a datagram is an invented report.
 pub fn is_invented(payload: &[u8]) -> bool {
     payload.first() == Some(&129) && payload.windows(PREFIX.len()).any(|octets| octets == PREFIX)
 }
 
-/// A datagram as a capture hands it to the pipeline.
+/// A datagram as the pipeline receives it from a capture.
 pub fn received(received: Time, payload: Vec<u8>) -> Reception {
     Reception {
         received: Some(received),
@@ -40,7 +40,7 @@ pub fn received(received: Time, payload: Vec<u8>) -> Reception {
     }
 }
 
-/// Every transponder receiver admits this many new identities per second, in the long run.
+/// Sets the rate of new identities that every transponder receiver admits, per second.
 pub fn admit(config: &mut Config, max_new_per_s: u32) {
     for sensor in &mut config.sensors {
         if let SensorKind::Transponder(transponder) = &mut sensor.kind {

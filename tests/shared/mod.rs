@@ -1,9 +1,9 @@
-//! Where captures are, for tests of several commands.
+//! Folders of captures, for tests of several commands.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The folder of real recordings, which are not part of the project; `None`, and a word about it, where none is named.
+/// The folder of real recordings, which are not part of the project; `None`, with a message, if none is given.
 pub fn recordings() -> Option<PathBuf> {
     let folder = std::env::var_os("UTM_FUSION_SHARED_DATA");
     if folder.is_none() {
@@ -12,10 +12,10 @@ pub fn recordings() -> Option<PathBuf> {
     folder.map(PathBuf::from)
 }
 
-/// Folders of other inputs: radio frames (Wi-Fi, Bluetooth), and field cases, which tests of their own read.
+/// Folders of other inputs, which have their own tests: radio frames (Wi-Fi, Bluetooth), and field cases.
 const OTHERS: [&str; 2] = ["remote-id-radio", "field-cases"];
 
-/// The captures of UDP datagrams and of ASTERIX in a folder and below.
+/// The captures of UDP datagrams and of ASTERIX in a folder and its subfolders.
 pub fn captures(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {

@@ -1,4 +1,4 @@
-//! A Parquet file as a reader of the crate sees it.
+//! Reads Parquet files with the crate's reader.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use serde_json::{Value, json};
 
-/// Its rows: the cells that are not null, by the names of their columns; instants in microseconds.
+/// The rows: cells that are not null by the names of their columns; instants in microseconds.
 pub fn rows(file: Vec<u8>) -> Vec<BTreeMap<String, Value>> {
     let reader = SerializedFileReader::new(bytes::Bytes::from(file)).unwrap();
     let rows = reader.get_row_iter(None).unwrap();

@@ -1,4 +1,4 @@
-//! The program, and a folder, for a test.
+//! The program, and a folder for a test.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// A directory of its own for a test; gone with it.
+/// A directory for one test, deleted at its end.
 pub struct Scratch(PathBuf);
 
 impl Scratch {
-    /// An empty one.
+    /// A new, empty directory.
     pub fn new() -> Self {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -19,19 +19,19 @@ impl Scratch {
         Self(directory)
     }
 
-    /// A path in it.
+    /// A path in the directory.
     pub fn path(&self, name: impl AsRef<Path>) -> PathBuf {
         self.0.join(name)
     }
 
-    /// A file in it.
+    /// Writes a file in the directory.
     pub fn file(&self, name: &str, contents: impl AsRef<[u8]>) -> PathBuf {
         let path = self.path(name);
         fs::write(&path, contents).unwrap();
         path
     }
 
-    /// A program in it.
+    /// Writes a program in the directory.
     #[allow(dead_code, reason = "one test puts a program of its own in the place of the system's")]
     pub fn script(&self, name: &str, contents: &str) -> PathBuf {
         let path = self.file(name, contents);
@@ -46,7 +46,7 @@ impl Drop for Scratch {
     }
 }
 
-/// A subcommand of the program, with none of this process's overrides.
+/// A subcommand of the program, without the overrides in this process's environment.
 pub fn utm_fusion(subcommand: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_utm-fusion"));
     for (name, _) in std::env::vars_os() {

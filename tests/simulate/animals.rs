@@ -1,10 +1,10 @@
-//! What flies, drives and stands there besides drones, as a perfect radar sees it.
+//! Birds, vehicles and clutter as seen by a perfect radar.
 
 use utm_fusion::simulate::Scenario;
 
 use crate::common::{Plot, between, deviation, fly, mean, perfect, probability};
 
-/// Seen by a radar that misses nothing: a track is a target.
+/// Scenario with a radar that misses nothing, so that a track is a target.
 fn watched(mut scenario: Scenario) -> Scenario {
     scenario.duration_s = 60.0;
     let radar = &mut scenario.radars[0];
@@ -17,7 +17,7 @@ fn speed_m_s(plot: &Plot) -> f64 {
 }
 
 #[test]
-fn birds_fly_6_to_16_m_s_and_65_percent_never_look_like_a_drone() {
+fn birds_fly_6_to_16_m_s_and_65_percent_have_zero_probability() {
     let mut scenario = watched(perfect(0, 0, 1000));
     scenario.radars[0].period_s = 1.0;
     let flown = fly(&scenario, 1);
@@ -28,7 +28,7 @@ fn birds_fly_6_to_16_m_s_and_65_percent_never_look_like_a_drone() {
     for plots in tracks.values() {
         assert!(plots.iter().all(|plot| plot.drone.is_none()));
         let speed = speed_m_s(plots[0]);
-        // One speed a bird, but for the step of I048/200.
+        // Each bird has a constant speed, except for the resolution of I048/200.
         assert!(plots.iter().all(|plot| (speed_m_s(plot) - speed).abs() < 0.12));
         (slowest, fastest) = (slowest.min(speed), fastest.max(speed));
         let way = plots[1].position - plots[0].position;
@@ -55,7 +55,7 @@ fn the_birds_of_a_flock_stay_together() {
     let flown = fly(&scenario, 1);
     let tracks: Vec<Vec<&Plot>> = flown.plots_by_number().into_values().collect();
     assert_eq!(tracks.len(), 400);
-    // The first turn numbers them in their order: one flock, then the other.
+    // The first turn numbers them in order: one flock, then the other.
     for flock in tracks.chunks(200) {
         for turn in [0, 40, 200] {
             for (axis, spread_m) in [15.0, 15.0, 5.0].into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What spoofed transponders report. Truth and labels stay what they are.
+//! Reports of spoofed transponders. Truth and labels are unchanged.
 
 use nalgebra::Vector3;
 use utm_fusion::simulate::{Attack, Scenario};
@@ -25,7 +25,7 @@ fn velocity_error(flown: &Flown, fix: &Fix) -> Vector3<f64> {
     Vector3::new(velocity.east_m_s() - truth.x, velocity.north_m_s() - truth.y, 0.0)
 }
 
-/// Each drone's reports before the attack, which are honest, and those after.
+/// Checks each drone's honest reports before the attack, and those after.
 fn each(flown: &Flown, mut check: impl FnMut(&[&Fix], &[&Fix])) {
     assert_eq!(flown.simulation.attacks.len(), 10);
     for (drone, fixes) in flown.fixes_by_drone() {
@@ -42,7 +42,7 @@ fn each(flown: &Flown, mut check: impl FnMut(&[&Fix], &[&Fix])) {
 }
 
 #[test]
-fn the_velocity_of_one_that_drifts_drifts_with_it() {
+fn velocity_of_a_drifting_transponder_drifts_too() {
     let flown = fly(&attacked(Attack::Drift), 1);
     each(&flown, |before, after| {
         assert!(before.iter().all(|fix| velocity_error(&flown, fix).norm() < 0.6));
@@ -57,7 +57,7 @@ fn the_velocity_of_one_that_drifts_drifts_with_it() {
 }
 
 #[test]
-fn a_jump_is_as_far_from_the_first_report_on() {
+fn jump_has_full_distance_from_the_first_report() {
     let mut scenario = attacked(Attack::Jump);
     (scenario.transponder.spoof_drift_m, scenario.transponder.spoof_lasts_s) = (70.0, 60.0);
     let flown = fly(&scenario, 1);
@@ -71,7 +71,7 @@ fn a_jump_is_as_far_from_the_first_report_on() {
 }
 
 #[test]
-fn a_frozen_one_reports_the_same_octets_for_good() {
+fn frozen_transponder_repeats_the_same_octets() {
     let flown = fly(&attacked(Attack::Frozen), 1);
     each(&flown, |before, after| {
         let last = &before[before.len() - 1].record;
@@ -84,7 +84,7 @@ fn a_frozen_one_reports_the_same_octets_for_good() {
 }
 
 #[test]
-fn a_replayed_one_reports_what_it_did_a_minute_before() {
+fn replayed_transponder_repeats_the_last_minute() {
     let mut scenario = attacked(Attack::Replay);
     scenario.transponder.replay_s = 60.0;
     let flown = fly(&scenario, 1);
@@ -98,14 +98,14 @@ fn a_replayed_one_reports_what_it_did_a_minute_before() {
             assert!(there.is_some_and(|earlier| earlier.record.altitude_amsl == fix.record.altitude_amsl));
         }
     });
-    // They are nobody's.
+    // Their labels name no drone.
     let replayed = flown.simulation.labels.iter().filter(|label| flown.seconds(label.time) > 101.0);
     assert!(replayed.clone().count() > 400);
     assert!(replayed.filter(|label| label.sensor == "drone-it").all(|label| label.id.is_none()));
 }
 
 #[test]
-fn a_second_transmitter_reports_in_between_from_elsewhere() {
+fn duplicate_reports_between_from_another_position() {
     let flown = fly(&attacked(Attack::Duplicate), 1);
     each(&flown, |_, after| {
         let others: Vec<f64> =
@@ -116,7 +116,7 @@ fn a_second_transmitter_reports_in_between_from_elsewhere() {
 }
 
 #[test]
-fn two_that_are_swapped_send_each_others_identity() {
+fn swapped_transponders_exchange_identities() {
     let flown = fly(&attacked(Attack::Swapped), 1);
     let serial = |fix: &Fix| {
         let octets = fix.record.serial_number.unwrap();
@@ -134,7 +134,7 @@ fn two_that_are_swapped_send_each_others_identity() {
     for (drone, partner) in partners.iter().enumerate() {
         assert_eq!(partners[partner.unwrap()], Some(drone));
     }
-    // Labels say who it was.
+    // Labels name the true drone.
     let wrong = flown
         .simulation
         .labels

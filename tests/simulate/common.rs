@@ -1,4 +1,4 @@
-//! What the tests share: scenarios, flights with their records decoded, the program.
+//! Shared helpers: scenarios, flights with decoded records, running the program.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use utm_fusion::simulate::{Scenario, Simulation, simulate};
 
 pub(crate) use crate::program::{Scratch, utm_fusion};
 
-/// A scenario that is kept in `config/scenarios`.
+/// A scenario in `config/scenarios`.
 pub(crate) fn kept(name: &str) -> Scenario {
     Scenario::load(&kept_path(name)).unwrap()
 }
@@ -24,13 +24,13 @@ pub(crate) fn kept_path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenarios").join(format!("{name}.toml"))
 }
 
-/// The scenario written here.
+/// Parses a scenario.
 pub(crate) fn scenario(toml: &str) -> Scenario {
     Scenario::parse(toml, "test.toml").unwrap()
 }
 
-/// Sensors that make no error at all: a test adds the one it looks at. Multirotors, fixed wings and birds may pass
-/// through each other.
+/// Scenario with perfect sensors; each test adds the error that it examines. Multirotors, fixed wings and birds may
+/// pass through each other.
 pub(crate) fn perfect(multirotors: u32, fixed_wings: u32, birds: u32) -> Scenario {
     scenario(&format!(
         r#"
@@ -80,18 +80,18 @@ pub(crate) fn perfect(multirotors: u32, fixed_wings: u32, birds: u32) -> Scenari
     ))
 }
 
-/// A plot as it arrived, and whose it is.
+/// A plot as it arrived, and its drone.
 #[derive(Clone, Debug)]
 pub(crate) struct Plot {
     pub(crate) time: Time,
     pub(crate) received: Time,
-    /// The radar's place among the sensors of the configuration.
+    /// Index of the radar among the sensors of the configuration.
     pub(crate) sensor: usize,
     pub(crate) number: u16,
-    /// East, north, up at the first radar, as the service understands it.
+    /// Position in the service: east, north, up at the first radar, metres.
     pub(crate) position: Vector3<f64>,
     pub(crate) record: cat048::Record,
-    /// An index of the flights; `None`: no drone.
+    /// Index into the flights; `None`: not a drone.
     pub(crate) drone: Option<usize>,
     pub(crate) seduced: bool,
 }
@@ -106,12 +106,12 @@ pub(crate) struct Fix {
     pub(crate) drone: usize,
 }
 
-/// Where a drone truly is: metres east, north, up at the first radar, and its height above mean sea level.
+/// True state of a drone: metres east, north, up at the first radar, and height above mean sea level.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Truth {
     pub(crate) position: Vector3<f64>,
     pub(crate) altitude_m: f64,
-    /// East, north, up, metres a second.
+    /// Velocity east, north, up, metres per second.
     pub(crate) velocity: Vector3<f64>,
 }
 
@@ -122,12 +122,12 @@ impl Truth {
     }
 }
 
-/// A flight, decoded.
+/// A decoded flight.
 pub(crate) struct Flown {
     pub(crate) simulation: Simulation,
-    /// In order of arrival.
+    /// Plots, in order of arrival.
     pub(crate) plots: Vec<Plot>,
-    /// In order of arrival.
+    /// Reports, in order of arrival.
     pub(crate) fixes: Vec<Fix>,
     truth: Vec<Vec<Truth>>,
 }
@@ -181,7 +181,7 @@ impl Flown {
                         let fix = normaliser.fix(&record, received).unwrap();
                         let number: u32 = str::from_utf8(fix.identity.name()).unwrap().parse().unwrap();
                         let label = labels[&("drone-it", fix.time, number)];
-                        // What an attacker sends is nobody's: then the one whose serial it has.
+                        // Reports of an attacker have no drone in the labels; use the drone with that serial number.
                         let drone = label.id.as_deref().map_or(number as usize - 1, |id| drones[id]);
                         fixes.push(Fix { time: fix.time, received, position: fix.position.0, record, drone });
                     }
@@ -206,12 +206,12 @@ impl Flown {
         Self { plots, fixes, truth, simulation }
     }
 
-    /// Take-off.
+    /// Time of take-off.
     pub(crate) fn start(&self) -> Time {
         self.simulation.flights[0].samples[0].time
     }
 
-    /// How long it lasts, seconds.
+    /// Duration, seconds.
     pub(crate) fn duration_s(&self) -> f64 {
         (self.truth[0].len() - 1) as f64 / 10.0
     }
@@ -221,12 +221,12 @@ impl Flown {
         time.seconds_since(self.start())
     }
 
-    /// Every sample of a drone, 10 a second.
+    /// All samples of a drone, 10 per second.
     pub(crate) fn samples(&self, drone: usize) -> &[Truth] {
         &self.truth[drone]
     }
 
-    /// Linear between samples.
+    /// True state, linear between samples.
     pub(crate) fn truth(&self, drone: usize, seconds: f64) -> Truth {
         let samples = &self.truth[drone];
         let place = (seconds * 10.0).clamp(0.0, (samples.len() - 1) as f64);
@@ -239,22 +239,22 @@ impl Flown {
         }
     }
 
-    /// The plots of each drone, in order of time.
+    /// Plots of each drone, in order of time.
     pub(crate) fn plots_by_drone(&self) -> BTreeMap<usize, Vec<&Plot>> {
         by_time(self.plots.iter().filter_map(|plot| Some((plot.drone?, plot))), |plot| plot.time)
     }
 
-    /// The plots of each track of a radar, in order of time; numbers that begin again join what is far apart.
+    /// Plots of each track number of a radar, in order of time. Reused numbers combine distant plots.
     pub(crate) fn plots_by_number(&self) -> BTreeMap<u16, Vec<&Plot>> {
         by_time(self.plots.iter().map(|plot| (plot.number, plot)), |plot| plot.time)
     }
 
-    /// The reports of each drone, in order of time.
+    /// Reports of each drone, in order of time.
     pub(crate) fn fixes_by_drone(&self) -> BTreeMap<usize, Vec<&Fix>> {
         by_time(self.fixes.iter().map(|fix| (fix.drone, fix)), |fix| fix.time)
     }
 
-    /// What arrives, as the pipeline takes it, of one category.
+    /// Arriving datagrams of one category, as receptions.
     pub(crate) fn receptions(&self, category: u8) -> impl Iterator<Item = Reception> {
         let wanted = self.simulation.datagrams.iter().filter(move |datagram| datagram.payload[0] == category);
         wanted.map(|datagram| Reception {
@@ -278,7 +278,7 @@ fn by_time<K: Ord, T>(
     sorted
 }
 
-/// Range in metres, azimuth in degrees and height in metres that a plot is wrong by, at the first radar.
+/// Errors of a plot at the first radar: range in metres, azimuth in degrees and height in metres.
 pub(crate) fn errors(flown: &Flown, plot: &Plot) -> [f64; 3] {
     let truth = flown.truth(plot.drone.unwrap(), flown.seconds(plot.time));
     let (range_m, azimuth_deg) = truth.polar();
@@ -288,7 +288,7 @@ pub(crate) fn errors(flown: &Flown, plot: &Plot) -> [f64; 3] {
     [polar.range_m() - range_m, azimuth, height_m]
 }
 
-/// How likely a UAV, as the radar says.
+/// UAV probability in the radar's record.
 pub(crate) fn probability(plot: &Plot) -> f64 {
     f64::from(plot.record.special_purpose.as_ref().unwrap().contents()[0]) / 255.0
 }
@@ -303,21 +303,21 @@ pub(crate) fn deviation(values: &[f64]) -> f64 {
     (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Asserts, and tells what was measured (`--nocapture`).
+/// Asserts the range, and prints the measured value (`--nocapture`).
 #[track_caller]
 pub(crate) fn between(what: &str, low: f64, value: f64, high: f64) {
     println!("{what}: {value:.4} (wanted {low} to {high})");
     assert!((low..=high).contains(&value), "{what}: {value} is not between {low} and {high}");
 }
 
-/// Runs it to its end: exit code, standard output, standard error.
+/// Runs the command to its end: exit code, standard output, standard error.
 pub(crate) fn ran(command: &mut Command) -> (i32, String, String) {
     let output = command.output().unwrap();
     let text = |octets| String::from_utf8(octets).unwrap();
     (output.status.code().expect("it was not killed"), text(output.stdout), text(output.stderr))
 }
 
-/// `simulate SCENARIO --seed SEED --out DIRECTORY`; it must succeed.
+/// `simulate SCENARIO --seed SEED --out DIRECTORY`, which must succeed.
 pub(crate) fn files(scenario: &Path, seed: u64, directory: &Path) {
     let mut command = utm_fusion("simulate");
     command.arg(scenario).args(["--seed", &seed.to_string(), "--out"]).arg(directory);

@@ -1,4 +1,4 @@
-//! When a radar sees a target: segments, detection inside them, hover, and where a track ends.
+//! Visibility of targets to a radar: visible periods, detection within them, hover, and the end of a track.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use utm_fusion::simulate::{Scenario, Span};
 
 use crate::common::{Flown, between, fly, mean, perfect};
 
-/// For each turn of a drone whether there is a plot of it.
+/// For each turn, whether there is a plot of the drone.
 fn turns(flown: &Flown) -> Vec<Vec<bool>> {
     let count = (flown.duration_s() * 4.0) as usize;
     let mut seen = vec![vec![false; count]; flown.simulation.flights.len()];
@@ -22,7 +22,7 @@ fn share(turns: &[Vec<bool>]) -> f64 {
     mean(&all)
 }
 
-/// Lengths of stretches of `wanted` in seconds, without those at the ends.
+/// Lengths of periods of `wanted` in seconds, without those at the ends.
 fn stretches(turns: &[Vec<bool>], wanted: bool) -> Vec<f64> {
     let mut lengths = Vec::new();
     for turns in turns {
@@ -60,7 +60,7 @@ fn inside_a_segment_95_percent_are_detected() {
 #[test]
 fn in_hover_segments_are_half_as_long() {
     let mut scenario = continuity(18.0, 20.0);
-    // All hover all the time but for a first leg.
+    // All drones hover all the time, except for a first leg.
     scenario.duration_s = 2000.0;
     (scenario.multirotor.hover_share, scenario.multirotor.hover_s) = (1.0, Span::new(4000.0, 4000.0));
     scenario.radars[0].hover_factor = 2.0;
@@ -78,7 +78,7 @@ fn a_track_ends_after_two_and_a_half_seconds_without_detection() {
         for pair in plots.windows(2) {
             let silence_s = pair[1].time.seconds_since(pair[0].time);
             let is_same = pair[0].number == pair[1].number;
-            // The look decides; times are rounded.
+            // The exact detection times decide; the time stamps are rounded.
             match silence_s {
                 s if s < 2.48 => assert!(is_same, "a new number after {s} s"),
                 s if s > 2.77 => assert!(!is_same, "the old number after {s} s"),
@@ -93,7 +93,7 @@ fn a_track_ends_after_two_and_a_half_seconds_without_detection() {
     assert!(same > 300 && other > 300);
 }
 
-/// A radar that confirms at once tells what one that waits keeps to itself.
+/// A radar that confirms immediately shows the detections that the other one does not report.
 #[test]
 fn the_first_two_detections_of_a_track_are_not_reported() {
     let all = turns(&fly(&perfect(3, 0, 0), 1));

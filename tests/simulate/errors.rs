@@ -1,4 +1,4 @@
-//! Scenarios and calls that are wrong: exit code, line, key and what to do.
+//! Invalid scenarios and calls: exit code, line, key and remedy.
 
 use std::path::Path;
 
@@ -6,13 +6,13 @@ use utm_fusion::simulate::Scenario;
 
 use crate::common::{Scratch, ran, utm_fusion};
 
-/// What is said of a scenario that is `name = "x"` and, from line 2 on, this.
+/// Error message for a scenario with `name = "x"` in line 1 and this text from line 2 on.
 fn said(toml: &str) -> String {
     Scenario::parse(&format!("name = \"x\"\n{toml}"), "x.toml").unwrap_err().to_string()
 }
 
 #[test]
-fn every_mistake_is_told_with_line_and_key() {
+fn scenario_errors_name_line_and_key() {
     let cases = [
         (
             "[drones]\nmultirotor = 3",
@@ -82,14 +82,14 @@ fn every_mistake_is_told_with_line_and_key() {
     assert!(nameless.contains("name: this key is missing"), "{nameless}");
 }
 
-/// The program on this scenario: exit code and what it says.
+/// Runs the program on this scenario: exit code and error messages.
 fn flown(scenario: &Path, more: &[&str]) -> (i32, String) {
     let (code, _, errors) = ran(utm_fusion("simulate").arg(scenario).args(more));
     (code, errors)
 }
 
 #[test]
-fn exit_codes_tell_what_went_wrong() {
+fn exit_codes_match_the_failure() {
     let scratch = Scratch::new();
     let out = scratch.path("out");
     let out = ["--out", out.to_str().unwrap()];

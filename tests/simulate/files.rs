@@ -1,4 +1,4 @@
-//! The six files: they tell one story, and the service takes them without a complaint.
+//! The six files are consistent, and the service accepts them without warnings.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,10 +9,10 @@ use utm_fusion::capture::Capture;
 
 use crate::common::{Scratch, between, files, kept_path, ran, utm_fusion};
 
-/// What a row of `labels.csv` says, but for whose it is: time in 1/128 s, sensor, number.
+/// Key of a row of `labels.csv`: time in 1/128 s, sensor, number.
 type Key = (i64, String, u32);
 
-/// The keys of all records in these octets; `sensors` names CAT048 by SIC.
+/// Keys of all records in these octets; `sensors` names the sources of CAT048 by SIC.
 fn keys(octets: &[u8], start_s: i64, sensors: &BTreeMap<u8, &str>) -> Vec<Key> {
     // The time of day nearest to the start of the flight: a flight is shorter than half a day.
     let instant = |count: u32| {
@@ -49,14 +49,14 @@ fn captured(path: &Path) -> Vec<u8> {
 }
 
 #[test]
-fn files_tell_one_story() {
+fn simulated_files_are_consistent() {
     let sensors = BTreeMap::from([(200, "gamekeeper"), (201, "rotating")]);
     for (name, start_s, seed) in [("single", 1_773_478_800, 1), ("crossing", 1_773_478_800, 2)] {
         let scratch = Scratch::new();
         let directory = scratch.path(name);
         files(&kept_path(name), seed, &directory);
 
-        // Labels and records, one to one.
+        // Labels and records correspond one to one.
         let mut labels: Vec<Key> = fs::read_to_string(directory.join("labels.csv"))
             .unwrap()
             .lines()
@@ -81,7 +81,7 @@ fn files_tell_one_story() {
         let capture = keys(&captured(&directory.join("capture.pcap")), start_s, &sensors);
         assert!(capture == labels, "{name}: {} records, {} labels", capture.len(), labels.len());
 
-        // The raw files hold what the capture holds.
+        // The raw files hold the same records as the capture.
         let radar = fs::read(directory.join("radar.ast")).unwrap();
         let transponder = fs::read(directory.join("transponder.ast")).unwrap();
         let mut raw = [keys(&radar, start_s, &sensors), keys(&transponder, start_s, &sensors)].concat();
@@ -92,7 +92,7 @@ fn files_tell_one_story() {
         b.sort_unstable();
         assert!(a == b, "{name}: other octets in the capture");
 
-        // The truth: every drone ten times a second.
+        // The truth has every drone ten times per second.
         let truth = fs::read_to_string(directory.join("truth.csv")).unwrap();
         let drones = if name == "single" { 1 } else { 10 };
         assert_eq!(truth.lines().count(), 1 + drones * 3001);
@@ -100,7 +100,7 @@ fn files_tell_one_story() {
     }
 }
 
-/// What the service accepts of these files, by the name of the sensor; the lines that tell of anything dropped.
+/// Number of records that the service accepts from these files, by sensor; and the lines about dropped records.
 fn replayed(directory: &Path, inputs: &[&str]) -> (BTreeMap<String, u64>, Vec<String>) {
     let mut command = utm_fusion("replay");
     command.args(inputs.iter().map(|input| directory.join(input)));
@@ -135,8 +135,8 @@ fn labelled(directory: &Path) -> BTreeMap<String, u64> {
 }
 
 #[test]
-fn the_service_takes_every_record() {
-    // A raw file's first service message comes before the first plot, and with it the first time.
+fn service_accepts_every_record() {
+    // In a raw file, the first service message precedes the first plot, and therefore the first known time.
     let untimed = "1 records of no sensor: no_time".to_owned();
     for name in ["single", "crossing"] {
         let scratch = Scratch::new();
@@ -153,15 +153,15 @@ fn the_service_takes_every_record() {
 }
 
 #[test]
-fn midnight_passes_without_a_complaint() {
+fn flight_over_midnight_has_no_refused_records() {
     let scratch = Scratch::new();
     let directory = scratch.path("midnight");
     files(&kept_path("midnight"), 1, &directory);
-    // Nothing of what was sent is refused; only what the network does is noted.
+    // No sent record is refused; only network effects are reported.
     let (accepted, dropped) = replayed(&directory, &["capture.pcap"]);
     let labels = labelled(&directory);
     for (sensor, sent) in &labels {
-        // Over two lines, with 1 % lost on each.
+        // Two lines, each with a loss of 1 %.
         between("share that arrives", 0.99, accepted[sensor] as f64 / *sent as f64, 1.0);
     }
     for line in &dropped {
@@ -172,13 +172,13 @@ fn midnight_passes_without_a_complaint() {
     }
     let (accepted, dropped) = replayed(&directory, &["radar.ast", "transponder.ast"]);
     assert_eq!((accepted, dropped.len()), (labels, 1), "{dropped:?}");
-    // Numbers begin again.
+    // Track numbers wrap around.
     let labels = fs::read_to_string(directory.join("labels.csv")).unwrap();
     let of_first = labels.lines().filter(|line| line.contains(",gamekeeper,"));
     let numbers: Vec<u32> = of_first.map(|line| line.split(',').nth(2).unwrap().parse().unwrap()).collect();
     assert!(numbers[0] >= 4080 && numbers.contains(&4095) && !numbers.contains(&0));
     assert!((1..1000).contains(&numbers[numbers.len() - 1]));
-    // Both days.
+    // Both days occur.
     let midnight = 1_773_532_800;
     for file in ["truth.csv", "labels.csv"] {
         let times: Vec<i64> = fs::read_to_string(directory.join(file))

@@ -1,4 +1,4 @@
-//! The test range: the error model's numbers measured from what arrives, one by one; its files; the command.
+//! The test range: each parameter of the error model measured from arriving data; output files; the command.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![expect(clippy::disallowed_methods, reason = "files that the command wrote, and how long it took")]
 
@@ -7,6 +7,7 @@ mod attacks;
 mod common;
 mod continuity;
 mod errors;
+mod faults;
 mod files;
 mod measurement;
 mod motion;
@@ -16,6 +17,7 @@ mod others;
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;
 mod radar;
+mod random;
 mod scenarios;
 mod seduction;
 mod several;

@@ -1,4 +1,4 @@
-//! How wrong a radar measures: registration, slow errors of a track, white errors of a plot, turns.
+//! Measurement errors of a radar: registration, slow errors of a track, white errors of a plot, turns.
 
 use utm_fusion::simulate::Scenario;
 
@@ -6,7 +6,7 @@ use crate::common::{Flown, Plot, between, deviation, errors, fly, kept, mean, pe
 
 const PARTS: [&str; 3] = ["range, m", "azimuth, degrees", "height, m"];
 
-/// Errors of one track each, a drone's whole flight: a list for range, azimuth and height.
+/// Errors of one track per drone over the whole flight: a list for range, azimuth and height.
 fn by_drone(flown: &Flown) -> Vec<[Vec<f64>; 3]> {
     let drones = flown.plots_by_drone();
     let of_drone = |plots: &Vec<&Plot>| {
@@ -24,7 +24,7 @@ fn pooled(drones: &[[Vec<f64>; 3]], part: usize) -> Vec<f64> {
     drones.iter().flat_map(|lists| &lists[part]).copied().collect()
 }
 
-/// Correlation of an error with itself so many plots later; its mean is known to be 0.
+/// Autocorrelation of an error after this many plots; its mean is known to be 0.
 fn autocorrelation(drones: &[[Vec<f64>; 3]], part: usize, later: usize) -> f64 {
     let pairs = || drones.iter().flat_map(|lists| lists[part].iter().zip(&lists[part][later..]));
     pairs().map(|(a, b)| a * b).sum::<f64>() / pairs().map(|(a, _)| a * a).sum::<f64>()
@@ -76,7 +76,7 @@ fn slow_errors_fade_within_20_s() {
 }
 
 #[test]
-fn white_errors_forget_everything_from_plot_to_plot() {
+fn white_errors_are_independent_between_plots() {
     let mut scenario = perfect(10, 0, 0);
     let radar = &mut scenario.radars[0];
     (radar.plot_range_m, radar.plot_azimuth_deg, radar.plot_height_m) = (60.0, 5.0, 90.0);
@@ -96,7 +96,7 @@ fn the_slow_azimuth_error_is_larger_in_turns() {
     let (mut straight, mut turning) = (Vec::new(), Vec::new());
     for plot in &flown.plots {
         let (drone, time_s) = (plot.drone.unwrap(), flown.seconds(plot.time));
-        // Turning, or not, for the last 5 s.
+        // Whether the drone turned in the last 5 s.
         let rates: Vec<f64> = (0..5)
             .map(|back| {
                 let [a, b] =

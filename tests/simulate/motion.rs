@@ -1,4 +1,4 @@
-//! How drones truly fly, from the samples at 10 Hz.
+//! True motion of drones, from the samples at 10 Hz.
 
 use nalgebra::Vector3;
 use utm_fusion::simulate::{Drones, Pattern, Scenario, Span, simulate};
@@ -8,13 +8,13 @@ use crate::common::{Flown, Truth, between, fly, kept, perfect};
 const STEP_S: f64 = 0.1;
 const GRAVITY_M_S2: f64 = 9.81;
 
-/// A radar that sees nothing: only the flights count.
+/// Scenario with a radar that detects nothing, because only the flights are of interest.
 fn unseen(mut scenario: Scenario) -> Scenario {
     (scenario.radars[0].min_range_m, scenario.radars[0].max_range_m) = (49_000.0, 50_000.0);
     scenario
 }
 
-/// Stretches of samples that all are `so`, in seconds; those cut off by the end of the flight are left out.
+/// Durations of periods in which `so` holds, in seconds; those cut off by the end of the flight are omitted.
 fn stretches(samples: &[Truth], so: impl Fn(&Truth) -> bool) -> Vec<f64> {
     let mut found = Vec::new();
     let mut length = 0_usize;
@@ -34,7 +34,7 @@ fn fold(values: impl Iterator<Item = f64>) -> (f64, f64) {
 }
 
 #[test]
-fn samples_come_ten_times_a_second_and_velocities_are_their_derivative() {
+fn velocities_are_derivatives_of_ten_samples_per_second() {
     let flown = fly(&unseen(perfect(5, 5, 0)), 1);
     for (drone, flight) in flown.simulation.flights.iter().enumerate() {
         assert_eq!((flight.id.as_str(), flight.samples.len()), (format!("D{}", drone + 1).as_str(), 3001));
@@ -44,14 +44,14 @@ fn samples_come_ten_times_a_second_and_velocities_are_their_derivative() {
         for pair in flown.samples(drone).windows(2) {
             let moved = (pair[1].position - pair[0].position) / STEP_S;
             let velocity = (pair[0].velocity + pair[1].velocity) / 2.0;
-            // 2 km from the radar the ground falls away by 0.3 m: up there is not quite up here.
+            // At 2 km from the radar, the ground is 0.3 m lower, and the vertical directions differ.
             assert!((moved - velocity).norm() < 0.03, "{moved:?} {velocity:?}");
         }
     }
 }
 
 #[test]
-fn multirotors_cruise_at_8_to_16_and_change_by_2_to_4_metres_a_second() {
+fn multirotor_speeds_and_accelerations_are_within_limits() {
     let flown = fly(&unseen(perfect(60, 0, 0)), 1);
     let cruise: Vec<f64> = (0..60)
         .map(|drone| fold(flown.samples(drone).iter().map(|state| state.velocity.xy().norm())).1)
@@ -72,7 +72,7 @@ fn multirotors_cruise_at_8_to_16_and_change_by_2_to_4_metres_a_second() {
     }
 }
 
-/// There and back along a line: a waypoint is where the way turns round.
+/// To and fro along a line: a waypoint is where the direction reverses.
 #[test]
 fn multirotors_hover_4_to_15_s_at_half_of_the_waypoints() {
     let mut scenario = unseen(perfect(40, 0, 0));
@@ -99,20 +99,20 @@ fn multirotors_hover_4_to_15_s_at_half_of_the_waypoints() {
     }
     println!("{} hovers at {waypoints} waypoints", hovers.len());
     between("share of waypoints with hover", 0.42, hovers.len() as f64 / f64::from(waypoints as u32), 0.58);
-    // Slower than 1 m/s also just before and behind the hover.
+    // The speed is also below 1 m/s just before and after the hover.
     let (shortest, longest) = fold(hovers.iter().copied());
     between("shortest hover, s", 4.0, shortest, 6.0);
     between("longest hover, s", 14.0, longest, 17.0);
 }
 
-/// The bank of a turn: tan(bank) = speed · rate of turn / g.
+/// Bank of a turn: tan(bank) = speed · rate of turn / g.
 fn bank_deg(pair: &[Truth]) -> f64 {
     let (a, b) = (pair[0].velocity.xy(), pair[1].velocity.xy());
     (a.norm() * a.angle(&b) / STEP_S / GRAVITY_M_S2).atan().to_degrees()
 }
 
 #[test]
-fn fixed_wings_keep_their_speed_bank_35_degrees_at_most_and_loiter() {
+fn fixed_wings_keep_speed_and_bank_at_most_35_degrees() {
     let mut scenario = unseen(perfect(0, 60, 0));
     scenario.fixed_wing.loiter_s = Span::new(40.0, 40.0);
     let flown = fly(&scenario, 1);
@@ -125,7 +125,7 @@ fn fixed_wings_keep_their_speed_bank_35_degrees_at_most_and_loiter() {
         speeds.push(slowest);
         let banks: Vec<f64> = samples.windows(2).map(bank_deg).collect();
         steepest = steepest.max(fold(banks.iter().copied()).1);
-        // Two thirds of the steepest turn, for long: a circle.
+        // A long period at two thirds of the maximum rate of turn is a circle.
         let circling = (35.0_f64.to_radians().tan() * 2.0 / 3.0).atan().to_degrees();
         let mut length = 0;
         for bank in banks {
@@ -193,7 +193,7 @@ fn crossing_drones_pass_through_one_point_again_and_again() {
 }
 
 #[test]
-fn an_airspace_that_is_too_small_is_told() {
+fn too_small_airspace_is_reported() {
     let mut scenario = kept("single");
     scenario.drones = Drones { multirotors: 200, ..scenario.drones };
     scenario.airspace.radius_m = 50.0;

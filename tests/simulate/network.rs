@@ -1,23 +1,23 @@
-//! What the network does to datagrams: what arrives is compared with what arrives over a perfect one.
+//! Effects of the network: arriving datagrams are compared with those over a perfect network.
 
 use std::collections::{BTreeMap, HashMap};
 
 use asterix::{DataSource, Record, blocks, cat048};
-use utm_fusion::simulate::{Datagram, Network, Span, simulate};
+use utm_fusion::simulate::{Network, SimulatedDatagram, Span, simulate};
 
 use crate::common::{between, mean, perfect};
 
-/// What arrives over this network, and over a perfect one.
-fn over(network: Network) -> (Vec<Datagram>, Vec<Datagram>) {
+/// Datagrams that arrive over this network, and over a perfect one.
+fn over(network: Network) -> (Vec<SimulatedDatagram>, Vec<SimulatedDatagram>) {
     let mut scenario = perfect(5, 0, 0);
     let clean = simulate(&scenario, 1, None).unwrap().datagrams;
     scenario.network = network;
     (simulate(&scenario, 1, None).unwrap().datagrams, clean)
 }
 
-/// How far each datagram is behind the perfect network, seconds; in order of payload.
-fn behind_s(arrived: &[Datagram], clean: &[Datagram]) -> BTreeMap<Vec<u8>, Vec<f64>> {
-    let on_time: HashMap<&[u8], &Datagram> =
+/// Delay of each datagram compared with the perfect network, seconds; by payload.
+fn behind_s(arrived: &[SimulatedDatagram], clean: &[SimulatedDatagram]) -> BTreeMap<Vec<u8>, Vec<f64>> {
+    let on_time: HashMap<&[u8], &SimulatedDatagram> =
         clean.iter().map(|datagram| (&datagram.payload[..], datagram)).collect();
     assert_eq!(on_time.len(), clean.len(), "every datagram is another");
     let mut behind: BTreeMap<Vec<u8>, Vec<f64>> = BTreeMap::new();
@@ -31,19 +31,19 @@ fn behind_s(arrived: &[Datagram], clean: &[Datagram]) -> BTreeMap<Vec<u8>, Vec<f
     behind
 }
 
-fn is_in_order(datagrams: &[Datagram]) -> bool {
+fn is_in_order(datagrams: &[SimulatedDatagram]) -> bool {
     datagrams.is_sorted_by_key(|datagram| datagram.received)
 }
 
 #[test]
-fn a_fifth_is_lost() {
+fn fifth_of_datagrams_is_lost() {
     let (arrived, clean) = over(Network { lost: 0.2, ..Network::default() });
     assert!(behind_s(&arrived, &clean).values().all(|behind| *behind == [0.0]));
     between("share lost", 0.175, 1.0 - arrived.len() as f64 / clean.len() as f64, 0.225);
 }
 
 #[test]
-fn a_fifth_comes_twice() {
+fn fifth_of_datagrams_is_duplicated() {
     let span = Span::new(0.01, 0.8);
     let (arrived, clean) = over(Network { duplicated: 0.2, behind_s: span, ..Network::default() });
     let behind = behind_s(&arrived, &clean);
@@ -57,7 +57,7 @@ fn a_fifth_comes_twice() {
 }
 
 #[test]
-fn a_fifth_is_overtaken() {
+fn fifth_of_datagrams_is_out_of_order() {
     let span = Span::new(0.4, 0.8);
     let (arrived, clean) = over(Network { reordered: 0.2, behind_s: span, ..Network::default() });
     let behind = behind_s(&arrived, &clean);
@@ -66,12 +66,13 @@ fn a_fifth_is_overtaken() {
     between("share held back", 0.175, late.len() as f64 / clean.len() as f64, 0.225);
     assert!(late.iter().all(|late| (0.3999..=0.801).contains(late)));
     assert!(is_in_order(&arrived), "times of reception only grow");
-    let order = |datagrams: &[Datagram]| datagrams.iter().map(|one| one.payload.clone()).collect::<Vec<_>>();
+    let order =
+        |datagrams: &[SimulatedDatagram]| datagrams.iter().map(|one| one.payload.clone()).collect::<Vec<_>>();
     assert_ne!(order(&arrived), order(&clean));
 }
 
 #[test]
-fn a_second_line_carries_everything_again() {
+fn second_line_repeats_every_datagram() {
     let span = Span::new(0.02, 0.05);
     let (arrived, clean) =
         over(Network { second_line: true, second_line_behind_s: span, ..Network::default() });
@@ -87,7 +88,7 @@ fn a_second_line_carries_everything_again() {
 }
 
 #[test]
-fn strangers_send_too() {
+fn foreign_sources_send_datagrams() {
     let (arrived, clean) =
         over(Network { foreign_source_per_s: 2.0, foreign_category_per_s: 1.0, ..Network::default() });
     let ours: HashMap<&[u8], ()> = clean.iter().map(|datagram| (&datagram.payload[..], ())).collect();

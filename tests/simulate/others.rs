@@ -1,4 +1,4 @@
-//! ADS-B of crewed aircraft, Remote ID and cameras: what arrives, beside the truth; and that they change nothing else.
+//! ADS-B of crewed aircraft, Remote ID and cameras: arriving data compared with the truth. They change nothing else.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -14,7 +14,7 @@ use utm_fusion::simulate::{Scenario, Simulation, simulate};
 
 use crate::common::{Scratch, between, files, kept, kept_path, ran, scenario, utm_fusion};
 
-/// What flies where: the plane at the origin, and each flight by its id.
+/// True positions: the plane at the origin, and each flight by its id.
 struct Truth<'a> {
     simulation: &'a Simulation,
     plane: TangentPlane<AtSite>,
@@ -48,7 +48,7 @@ impl<'a> Truth<'a> {
     }
 }
 
-/// The time of the day nearest to a reception.
+/// The time with this time of day nearest to a reception.
 fn instant(time: TimeOfDay, received: Time) -> Time {
     let day = 86_400 * SECOND;
     let off = (time.seconds() * SECOND as f64) as i64 - received.nanos().rem_euclid(day);
@@ -72,7 +72,7 @@ fn records<R: Record>(simulation: &Simulation, edition: R::Edition) -> Vec<(Time
     records
 }
 
-/// The octets that sensors of these categories sent, with their times.
+/// Octets that sensors of these categories sent, with their times.
 fn of_categories(simulation: &Simulation, categories: [u8; 3]) -> Vec<(Time, Vec<u8>)> {
     let wanted = simulation.datagrams.iter().filter(|datagram| categories.contains(&datagram.payload[0]));
     wanted.map(|datagram| (datagram.received, datagram.payload.clone())).collect()
@@ -95,7 +95,7 @@ fn crewed_aircraft_beside_a_scenario_change_nothing_of_it() {
             labels.cloned().collect::<Vec<_>>()
         };
         assert_eq!(heard(&alone), heard(&joined));
-        // Neither does a bad network for them, nor Remote ID and a camera beside.
+        // Neither does a bad network for these sensors, nor additional Remote ID and a camera.
         beside = kept("crossing");
         beside.network.lost = 0.1;
         beside.network.duplicated = 0.1;
@@ -105,7 +105,7 @@ fn crewed_aircraft_beside_a_scenario_change_nothing_of_it() {
         beside.remote_id.fakes = 3;
         beside.cameras = vec![utm_fusion::simulate::Camera::default()];
         assert!(all(&alone) == all(&simulate(&beside, seed, None).unwrap()));
-        // A radar that sees them does.
+        // A radar that detects crewed aircraft does.
         beside.crewed.transits = 8;
         beside.crewed.radius_m = 2000.0;
         beside.radars[0].sees_crewed = true;
@@ -131,7 +131,7 @@ fn adsb_is_that_of_a_real_feed() {
         simulation.identified.iter().map(|entry| (entry.icao24.clone().unwrap(), entry.id.clone())).collect();
     assert_eq!(ids.len(), 110, "addresses are unique");
     let records = records::<cat021::Record>(&simulation, Edition::V2_6);
-    // 1 Hz, a twentieth lost.
+    // 1 Hz, with 5 % lost.
     between("records a second and aircraft", 0.93, records.len() as f64 / 120.0 / 110.0, 0.97);
     let (mut without_nacp, mut applicable, mut geometric) =
         (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
@@ -157,7 +157,7 @@ fn adsb_is_that_of_a_real_feed() {
             assert!(record.flight_level.is_none() && record.geometric_height.is_none());
             continue;
         }
-        // Velocities have noise of 0.4 m/s an axis.
+        // Velocities have noise of 0.4 m/s per axis.
         between("speed, m/s", 58.0, speed_m_s, 122.0);
         let flight_level = record.flight_level.unwrap().flight_level() * 30.48;
         let height_m = truth.at(id, time)[2] + scenario.place.ground_amsl_m;
@@ -182,7 +182,7 @@ fn adsb_is_that_of_a_real_feed() {
     between("share with 071", 0.07, applicable.len() as f64 / airborne, 0.25);
     between("share with 140", 0.75, geometric.len() as f64 / airborne, 0.95);
     let mean_m = errors.iter().sum::<f64>() / errors.len() as f64;
-    // Rayleigh's mean of 3 m an axis is 3.8 m; I021/130 rounds to 2.4 m.
+    // Rayleigh's mean for 3 m per axis is 3.8 m; I021/130 rounds to 2.4 m.
     between("mean error where the time is that of the position, m", 2.5, mean_m, 5.0);
     assert!(late > records.len() / 10, "what is stamped on reception lags");
     between("arrival, s", 0.09, lateness.iter().copied().fold(f64::MAX, f64::min), 0.15);
@@ -204,7 +204,7 @@ fn a_conflict_meets_its_drone() {
     }
 }
 
-/// Of hexadecimal digits.
+/// Octets from hexadecimal digits.
 fn octets(digits: &str) -> Vec<u8> {
     (0..digits.len()).step_by(2).map(|at| u8::from_str_radix(&digits[at..at + 2], 16).unwrap()).collect()
 }
@@ -235,7 +235,7 @@ fn heard(simulation: &Simulation) -> Vec<Heard> {
         .collect()
 }
 
-/// Who a transmitter says it is.
+/// Serial number of each transmitter.
 fn serials(heard: &[Heard]) -> BTreeMap<&str, String> {
     let mut serials = BTreeMap::new();
     for frame in heard {
@@ -259,7 +259,7 @@ fn locations(frame: &Heard) -> impl Iterator<Item = &Location> {
 }
 
 #[test]
-fn remote_id_says_where_drones_are() {
+fn remote_id_reports_drone_positions() {
     let mut scenario = kept("crossing");
     scenario.remote_id.drones = 10;
     scenario.remote_id.range_m = 100_000.0;
@@ -272,7 +272,7 @@ fn remote_id_says_where_drones_are() {
     let drones: BTreeMap<&str, &str> = (simulation.identified.iter())
         .filter_map(|entry| Some((entry.remote_id.as_deref()?, entry.id.as_str())))
         .collect();
-    // Eight have a CAT129 transponder, and say the same serial number; two have one after ANSI/CTA-2063-A.
+    // Eight have a CAT129 transponder and send the same serial number; two have one after ANSI/CTA-2063-A.
     let own = simulation.identified.iter().filter(|entry| entry.serial.is_none());
     assert_eq!(own.clone().count(), 2);
     for entry in own {
@@ -294,7 +294,7 @@ fn remote_id_says_where_drones_are() {
             if [latitude, longitude] == [0.0; 2] {
                 continue;
             }
-            // Up to 0.35 s late at up to 29 m/s, and GNSS.
+            // Up to 0.35 s late at up to 29 m/s, and GNSS errors.
             let error_m = horizontal_m(truth.enu(latitude, longitude, 150.0), truth.at(id, stamp));
             between("error, m", 0.0, error_m, 25.0);
             match location.geodetic_altitude_m() {
@@ -327,7 +327,8 @@ fn far_away_remote_id_is_lost_in_bursts() {
     };
     let (near, far) = (counts(20_000.0), counts(300.0));
     between("share heard", 0.05, far.len() as f64 / near.len() as f64, 0.7);
-    // How often a frame is heard, and how often the next one of the same is: were losses single ones, that would be the same.
+    // Compares the share of frames received with the share received after a received frame; for independent losses the
+    // two are equal.
     let mut all: BTreeMap<&str, Vec<Time>> = BTreeMap::new();
     near.iter().for_each(|frame| all.entry(&frame.transmitter).or_default().push(frame.time));
     let heard: BTreeSet<(&str, Time)> =
@@ -368,12 +369,12 @@ fn fakes_are_twenty_and_come_from_one_place() {
         }
     }
     assert_eq!(places.len(), 20);
-    // They move, and no label says that they are a drone.
+    // They move, and no label names a drone.
     assert!(places.values().all(|places| places.windows(2).any(|pair| pair[0] != pair[1])));
     let labels =
         simulation.labels.iter().filter(|label| label.sensor == "remote-id" && label.number > 9_000_000);
     assert!(labels.clone().count() > 2000 && labels.into_iter().all(|label| label.id.is_none()));
-    // One transmitter: fading apart all are as strong.
+    // One transmitter: apart from fading, all have the same strength.
     let mean = strengths.iter().sum::<f64>() / strengths.len() as f64;
     let spread =
         strengths.iter().map(|strength| (strength - mean).powi(2)).sum::<f64>() / strengths.len() as f64;
@@ -418,7 +419,8 @@ fn a_camera_measures_bearings() {
         let spread = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64;
         (mean, spread.sqrt())
     };
-    // The plane of the camera is not that of the origin, and times are to 1/128 s: helicopters near by.
+    // The plane of the camera differs from that of the origin, and times have a resolution of 1/128 s, which matters
+    // for near helicopters.
     let (mean, spread) = statistics(&azimuths);
     between("bias of azimuths, degrees", 0.27, mean, 0.33);
     between("noise of azimuths, degrees", 0.08, spread, 0.15);
@@ -427,7 +429,7 @@ fn a_camera_measures_bearings() {
     between("noise of elevations, degrees", 0.16, spread, 0.21);
 }
 
-/// The service accepts the site, and of each of these sensors as many reports as there are labels.
+/// Checks that the service accepts the site, and as many reports of each of these sensors as there are labels.
 fn taken(directory: &Path, sensors: &[&str]) {
     let site = directory.join("site.toml");
     let (code, shown, errors) = ran(utm_fusion("check").arg("--config").arg(&site));
@@ -440,14 +442,14 @@ fn taken(directory: &Path, sensors: &[&str]) {
         let line = summary.lines().find(|line| line.starts_with(&format!("sensor     {sensor} ")));
         let count = line.and_then(|line| line.split_whitespace().nth(3)?.parse::<usize>().ok()).unwrap();
         let sent = labels.lines().filter(|line| line.contains(&format!(",{sensor},"))).count();
-        // A position without an identity, or of nowhere, is no report.
+        // A position without an identity, or an unknown position, is not a report.
         let least = if *sensor == "remote-id" { sent * 9 / 10 } else { sent };
         assert!((least..=sent).contains(&count), "{sensor}: {sent} sent, {count} accepted: {summary}");
     }
 }
 
 #[test]
-fn files_are_there_and_the_service_takes_them() {
+fn further_sensor_files_are_accepted_by_the_service() {
     let scratch = Scratch::new();
     let directory = scratch.path("airfield");
     files(&kept_path("airfield"), 1, &directory);
@@ -468,7 +470,7 @@ fn files_are_there_and_the_service_takes_them() {
 }
 
 #[test]
-fn mistakes_are_said_with_their_key() {
+fn invalid_keys_are_reported_by_name() {
     let wrong = |toml: &str| Scenario::parse(toml, "wrong.toml").unwrap_err().to_string();
     for (toml, key) in [
         ("name = \"a\"\n[remote_id]\ndrones = 1\n", "drones"),

@@ -1,4 +1,4 @@
-//! What a radar reports and when: classification, numbers, latency, period, range, items, resolution.
+//! Reports of a radar: classification, numbers, latency, period, range, items, resolution.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,7 +23,7 @@ fn drones_look_like_drones_but_for_8_percent() {
 }
 
 #[test]
-fn the_uav_probability_differs_from_track_to_track_and_from_plot_to_plot() {
+fn uav_probability_varies_by_track_and_by_plot() {
     let mut scenario = perfect(60, 0, 0);
     let radar = &mut scenario.radars[0];
     (radar.drone_probability, radar.low_share) = (Span::new(0.5, 0.5), 0.0);
@@ -63,7 +63,7 @@ fn numbers_wrap_and_none_is_used_twice_at_a_time() {
         *turns.entry((turn, plot.number)).or_default() += 1;
     }
     assert!(turns.values().all(|count| *count <= 2), "a turn and the edge of the next");
-    // Those that are seen at once come in any order within the first turn.
+    // Targets that are seen immediately come in any order within the first turn.
     let first: BTreeSet<u16> = order[..15].iter().copied().collect();
     assert!(first.is_subset(&(900..960).collect()) && first.contains(&900), "{first:?}");
     let last = order.iter().position(|number| *number == 1000).unwrap();
@@ -76,7 +76,7 @@ fn numbers_wrap_and_none_is_used_twice_at_a_time() {
 fn a_plot_arrives_a_quarter_to_six_tenths_of_a_second_later() {
     let mut scenario = perfect(50, 0, 0);
     scenario.duration_s = 100.0;
-    // All around the radar: what it sees late in a turn waits least for the datagram.
+    // Drones all around the radar: those seen late in a turn wait least for the datagram.
     (scenario.airspace.east_m, scenario.airspace.north_m, scenario.airspace.radius_m) = (0.0, 0.0, 2000.0);
     let flown = fly(&scenario, 1);
     // A time of day is rounded by up to 1/256 s.
@@ -97,7 +97,7 @@ fn plots_of_a_target_are_a_period_apart() {
         };
         let intervals: Vec<f64> = flown.plots_by_drone().into_values().flat_map(apart).collect();
         between("mean period / period", 0.995, mean(&intervals) / period_s, 1.005);
-        // The antenna meets a target that moves a little later or earlier.
+        // The antenna meets a moving target slightly later or earlier.
         between("its deviation / period", 0.0, deviation(&intervals) / period_s, 0.02);
     }
 }
@@ -109,7 +109,7 @@ fn a_radar_sees_between_its_ranges_only() {
     let flown = fly(&scenario, 1);
     for plot in &flown.plots {
         let (range_m, _) = flown.truth(plot.drone.unwrap(), flown.seconds(plot.time)).polar();
-        // A turn's range is that of its beginning.
+        // The range limit applies to the position at the beginning of a turn.
         assert!((1195.0..=1705.0).contains(&range_m), "{range_m}");
     }
     for (drone, plots) in flown.plots_by_drone() {
@@ -140,7 +140,7 @@ fn heights_velocities_and_service_messages_can_be_switched() {
     }
 }
 
-/// A perfect radar's error is that of CAT048 alone: half of 1/256 NM, 360/65536 degrees, 25 ft at most.
+/// The error of a perfect radar is at most half of the resolution of CAT048: 1/256 NM, 360/65536 degrees, 25 ft.
 #[test]
 fn a_perfect_radar_is_wrong_by_the_resolution_of_cat048_only() {
     let flown = fly(&perfect(10, 0, 0), 1);

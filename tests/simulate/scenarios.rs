@@ -1,4 +1,4 @@
-//! The scenarios that are kept in `config/scenarios`.
+//! The scenarios in `config/scenarios`.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -35,12 +35,22 @@ fn every_scenario_flies() {
         "crossing-crewed",
         "remote-id",
         "fakes",
+        "swarm",
+        "barometric",
+        "two-transponders",
+        "two-networks",
+        "slow-gnss",
+        "late-stamps",
+        "radar-clock",
+        "ghosts",
+        "flocks-40",
+        "swaps",
     ] {
         assert!(names.contains(needed), "{needed}");
     }
     for name in names {
         let mut scenario = kept(&name);
-        // A scenario with others beside it has its chance, and so its name.
+        // A scenario with additional aircraft keeps the name of its base, and therefore its random streams.
         assert_eq!(scenario.name, name.trim_end_matches("-crewed"));
         scenario.duration_s = 20.0;
         let simulation = simulate(&scenario, 1, None).unwrap();
@@ -53,7 +63,7 @@ fn every_scenario_flies() {
 }
 
 #[test]
-fn scenarios_are_what_they_are_called() {
+fn scenarios_match_their_names() {
     let drones = |name: &str| {
         let drones = kept(name).drones;
         (drones.multirotors + drones.fixed_wings, drones.equipped)
@@ -66,7 +76,7 @@ fn scenarios_are_what_they_are_called() {
     assert_eq!(kept("bias").radars[0].bias_azimuth_deg, 2.0);
 }
 
-/// `UPDATE=1 cargo test --test simulate every_key` writes the file anew.
+/// `UPDATE=1 cargo test --test simulate every_key` writes the file.
 #[test]
 fn every_key_is_shown_with_its_default() {
     let defaults = scenario("name = \"every-key\"");
@@ -83,7 +93,7 @@ fn every_key_is_shown_with_its_default() {
 }
 
 #[test]
-fn what_is_shown_is_read_again() {
+fn printed_scenario_is_parsed_again() {
     for name in ["midnight", "city", "spoof", "crossing", "three-radars", "airfield", "event"] {
         let scenario = kept(name);
         assert_eq!(Scenario::parse(&scenario.show(), "shown").unwrap(), scenario);

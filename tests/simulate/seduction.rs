@@ -1,4 +1,4 @@
-//! Tracks that walk off their target, and tracks whose numbers are swapped.
+//! Seduced tracks, and swapped track numbers.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use utm_fusion::simulate::Span;
 use crate::common::{Flown, Plot, between, fly, kept, mean, perfect};
 
 #[test]
-fn once_in_70_s_a_track_walks_off_at_5_to_14_m_s_for_4_to_10_s() {
+fn tracks_walk_off_once_in_70_s_for_4_to_10_s() {
     let mut scenario = perfect(120, 0, 0);
     (scenario.radars[0].seduction_every_s, scenario.radars[0].velocities) = (70.0, true);
     let flown = fly(&scenario, 1);
@@ -21,7 +21,7 @@ fn once_in_70_s_a_track_walks_off_at_5_to_14_m_s_for_4_to_10_s() {
             };
             let time_s = |plot: &Plot| flown.seconds(plot.time);
             let (first, last) = (walk[0], walk[walk.len() - 1]);
-            // One cut off by the end of the flight counts for the rate only.
+            // A seduction cut off by the end of the flight counts for the rate only.
             if time_s(last) > 299.0 {
                 lengths_s.push(f64::NAN);
                 continue;
@@ -31,18 +31,18 @@ fn once_in_70_s_a_track_walks_off_at_5_to_14_m_s_for_4_to_10_s() {
             lengths_s.push(length_s);
             let speed = (off(last) - off(first)).norm() / (length_s - 0.25);
             speeds.push(speed);
-            // Straight on: half of the way at half of the time; plots are in steps of 7 m.
+            // Straight motion: half of the way at half of the time; plots have a resolution of 7 m.
             let middle = walk[walk.len() / 2];
             let expected = off(first).lerp(&off(last), (time_s(middle) - time_s(first)) / (length_s - 0.25));
             assert!((off(middle) - expected).norm() < 13.0, "{:?} {expected:?}", off(middle));
-            // It says of itself that it moves so.
+            // The reported velocity matches the motion of the track.
             let velocity = first.record.track_velocity.unwrap();
             let heading = velocity.heading_deg().to_radians();
             let told = nalgebra::Vector2::new(heading.sin(), heading.cos()) * velocity.speed_m_s();
             let truth = flown.truth(first.drone.unwrap(), time_s(first)).velocity.xy();
             assert!(((told - truth).norm() - speed).abs() < 3.5, "{told:?} {truth:?} {speed}");
         }
-        // A track that has walked off has ended.
+        // A seduced track has ended.
         for pair in plots.windows(2).filter(|pair| pair[0].seduced && !pair[1].seduced) {
             assert_ne!(pair[0].number, pair[1].number);
         }
@@ -59,7 +59,7 @@ fn once_in_70_s_a_track_walks_off_at_5_to_14_m_s_for_4_to_10_s() {
     between("mean, m/s", 9.1, mean(&speeds), 9.9);
 }
 
-/// How often two drones come closer than this, looked at in each turn of the radar.
+/// Number of times that two drones come closer than this, checked in each turn of the radar.
 fn encounters(flown: &Flown, distance_m: f64) -> usize {
     let count = flown.simulation.flights.len();
     let mut encounters = 0;
@@ -93,7 +93,7 @@ fn close_drones_may_have_their_numbers_swapped() {
                 let places = [pair[0], pair[1]]
                     .map(|plot| flown.truth(plot.drone.unwrap(), flown.seconds(pair[1].time)).position);
                 let apart_m = (places[0] - places[1]).norm();
-                // 45 m at the beginning of the turn; they close in by up to 58 m/s.
+                // 45 m at the beginning of the turn; the drones approach at up to 58 m/s.
                 assert!((25.0..60.0).contains(&apart_m), "swapped {apart_m} m from each other");
                 swaps += 1;
             }
@@ -105,7 +105,7 @@ fn close_drones_may_have_their_numbers_swapped() {
     let (all, owners) = swaps(1.0);
     println!("{encounters} encounters, {some} swaps at 0.3, {all} at 1");
     assert!(owners > 20, "one number belongs to several drones: {owners}");
-    // A swap gives two numbers another drone; three drones that meet at once exchange three numbers by two swaps.
+    // A swap moves two numbers to other drones; three drones that meet at once exchange three numbers by two swaps.
     assert!(encounters >= 10 && (2 * encounters - 3..=2 * encounters).contains(&all));
     assert!(some > 0 && some < all * 6 / 10);
 }

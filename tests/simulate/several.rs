@@ -1,4 +1,4 @@
-//! Several radars: each has a place, a name, numbers and errors of its own, and labels tell them apart.
+//! Several radars: each has its own position, name, numbers and errors, and labels distinguish them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,9 +8,9 @@ use utm_fusion::simulate::{Radar, Scenario};
 
 use crate::common::{Flown, between, fly, kept, mean, perfect};
 
-/// The angle at each drone between two radars, degrees, once a second.
+/// Angle at each drone between two radars, degrees, once per second.
 fn angles(flown: &Flown, of: &Radar, to: &Radar, first: &Radar) -> Vec<f64> {
-    // Places are told from the first radar.
+    // Positions are relative to the first radar.
     let place = |radar: &Radar| (radar.east_m - first.east_m, radar.north_m - first.north_m);
     let mut angles = Vec::new();
     for drone in 0..flown.simulation.flights.len() {
@@ -69,7 +69,7 @@ fn each_radar_is_a_sensor_of_its_own() {
     }
 }
 
-/// Without errors but its own misalignment, each radar's plots are where the drones are, turned about the radar itself.
+/// With only its own misalignment, each radar's plots are the drones' positions rotated about the radar.
 #[test]
 fn each_radar_is_wrong_in_its_own_way_about_its_own_place() {
     let radars = kept("two-radars").radars;
@@ -109,12 +109,12 @@ fn each_radar_is_wrong_in_its_own_way_about_its_own_place() {
 }
 
 #[test]
-fn labels_tell_equal_numbers_of_two_radars_apart() {
+fn labels_distinguish_equal_numbers_of_two_radars() {
     let scenario: Scenario = kept("two-radars");
     let flown = fly(&scenario, 1);
     let names: BTreeSet<&str> = flown.simulation.labels.iter().map(|label| label.sensor.as_str()).collect();
     assert_eq!(names, BTreeSet::from(["south-west", "south-east", "drone-it"]));
-    // Each second, whose plots a number was on either radar.
+    // Drones with each number on either radar, for each second.
     let mut told: BTreeMap<(i64, u16), [BTreeSet<Option<usize>>; 2]> = BTreeMap::new();
     let second = |time: Time| flown.seconds(time) as i64;
     for plot in &flown.plots {

@@ -1,4 +1,4 @@
-//! What the defaults are chosen for, pooled over seeds: how often and how wrong radar and transponder are.
+//! Statistics that determined the defaults, pooled over seeds: update rates and errors of radar and transponder.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use utm_fusion::simulate::Scenario;
 
 use crate::common::{Flown, between, fly, kept};
 
-/// Slots of 0.25 s, how many of them hold something of the drone, and the 3-D error of each thing held.
+/// Number of slots, number of slots with data of the drone, and the 3-D error of each datum.
 #[derive(Default)]
 struct Pool {
     slots: usize,
@@ -49,12 +49,12 @@ fn radar(scenario: &Scenario, seeds: u64) -> Pool {
     pool
 }
 
-/// Transponders alone through the engine: every point is then an interpolated position, 6.25 s behind the world.
+/// Runs transponders alone through the engine: every point is an interpolated position, with a latency of 6.25 s.
 fn transponders(scenario: &Scenario, seeds: u64) -> Pool {
     let mut pool = Pool::default();
     for seed in 1..=seeds {
         let flown = fly(scenario, seed);
-        // The transponders as the paper interpolates them.
+        // Interpolate the transponders like the paper.
         let mut config = flown.simulation.config.clone();
         config.fusion.profile = Profile::Reference;
         let mut pipeline = Pipeline::new(&config, Masks::default());
@@ -64,7 +64,7 @@ fn transponders(scenario: &Scenario, seeds: u64) -> Pool {
             while let Some(output) = pipeline.poll() {
                 match output {
                     Output::Emission(emission) => emissions.push(emission),
-                    // Where a single transponder is silent for longer than the window, the engine starts afresh.
+                    // If a single transponder is silent for longer than the window, the engine starts afresh.
                     Output::Event(event) => {
                         assert!(!event.is_warning() || matches!(event, Event::Restarted), "{event:?}");
                     }
@@ -109,7 +109,7 @@ fn two_degrees_of_bias_make_58_m() {
 }
 
 #[test]
-fn an_interpolated_transponder_is_there_in_five_sixths_of_the_slots_5_m_off() {
+fn interpolated_transponder_covers_five_sixths_of_slots() {
     let mut all = Pool::default();
     for (name, seeds) in [("single", 20), ("crossing", 12), ("dense", 2)] {
         let pool = transponders(&kept(name), seeds);

@@ -1,10 +1,10 @@
-//! Chance: the same seed gives the same octets, and what one thing draws changes nothing for another.
+//! Random streams: the same seed gives the same octets, and each entity draws independently of the others.
 
 use std::collections::BTreeSet;
 use std::fs;
 
 use fusion::time::Time;
-use utm_fusion::simulate::{Datagram, Flight, Scenario, Span, simulate};
+use utm_fusion::simulate::{Scenario, SimulatedDatagram, SimulatedFlight, Span, simulate};
 
 use crate::common::{Flown, Scratch, files, fly, kept_path, scenario};
 
@@ -12,7 +12,7 @@ const FILES: [&str; 6] =
     ["radar.ast", "transponder.ast", "capture.pcap", "truth.csv", "labels.csv", "site.toml"];
 
 #[test]
-fn a_seed_gives_the_same_six_files_and_another_gives_others() {
+fn same_seed_gives_same_files_and_other_seed_others() {
     let scratch = Scratch::new();
     let made = |name: &str, seed: u64| {
         let directory = scratch.path(name);
@@ -33,7 +33,7 @@ fn a_seed_gives_the_same_six_files_and_another_gives_others() {
     }
 }
 
-/// Drones that may meet, and birds; everything fails as it does by default.
+/// Drones that may meet, and birds; all errors have their defaults.
 fn base() -> Scenario {
     scenario(
         r#"
@@ -50,14 +50,14 @@ fn base() -> Scenario {
     )
 }
 
-fn paths(flights: &[Flight]) -> Vec<String> {
+fn paths(flights: &[SimulatedFlight]) -> Vec<String> {
     let mut paths: Vec<String> = flights.iter().map(|flight| format!("{:?}", flight.samples)).collect();
     paths.sort();
     paths
 }
 
-/// Times and places of the plots of a bird or of a drone with this path: the numbers of tracks are given by the radar
-/// to all targets in turn, and drones may have theirs swapped.
+/// Times and positions of the plots of a bird, or of the drone with this path. Track numbers are omitted: the radar
+/// assigns them to all targets in turn, and drones may have theirs swapped.
 fn plots(flown: &Flown, of: Option<&str>) -> Vec<(Time, String)> {
     let flights = &flown.simulation.flights;
     let is_of = |drone: Option<usize>| match (drone, of) {
@@ -109,7 +109,7 @@ fn one_bird_more_changes_nothing_for_drones_and_transponders() {
     }
 }
 
-fn of_category(flown: &Flown, category: u8) -> Vec<&Datagram> {
+fn of_category(flown: &Flown, category: u8) -> Vec<&SimulatedDatagram> {
     let datagrams = flown.simulation.datagrams.iter();
     datagrams.filter(|datagram| (datagram.payload[0] == 129) == (category == 129)).collect()
 }

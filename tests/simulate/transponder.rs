@@ -1,11 +1,11 @@
-//! What transponders report, when, and how wrong.
+//! Reports of transponders: contents, times and errors.
 
 use nalgebra::Vector3;
 use utm_fusion::simulate::Span;
 
 use crate::common::{Fix, Flown, between, deviation, fly, mean, perfect};
 
-/// What a report is wrong by at the time it says: east, north, up.
+/// Error of a report at its stated time: east, north, up.
 fn error(flown: &Flown, fix: &Fix) -> Vector3<f64> {
     fix.position - flown.truth(fix.drone, flown.seconds(fix.time)).position
 }
@@ -28,7 +28,7 @@ fn reports_come_every_2_to_4_s_with_10_percent_jitter() {
     for (drone, fixes) in fixed.fixes_by_drone() {
         let steady = intervals(&fixes);
         let (shortest, longest) = ends(&steady);
-        // Stamps are in steps of 1/128 s.
+        // Stamps have a resolution of 1/128 s.
         assert!(longest - shortest < 0.0157, "{shortest} {longest}");
         let period_s = mean(&steady);
         periods.push(period_s);
@@ -43,7 +43,7 @@ fn reports_come_every_2_to_4_s_with_10_percent_jitter() {
 }
 
 #[test]
-fn a_twentieth_is_dropped() {
+fn twentieth_of_reports_is_dropped() {
     let mut scenario = perfect(200, 0, 0);
     let all = fly(&scenario, 1).fixes.len() as f64;
     scenario.transponder.dropped = 0.05;
@@ -63,7 +63,7 @@ fn gaps_of_6_to_20_s_come_every_90_s() {
         gaps.extend(silent);
     }
     let count = gaps.len();
-    // Now and then one gap follows another between two reports.
+    // Occasionally one gap follows another between two reports.
     gaps.retain(|gap| *gap < 20.6);
     println!("{count} gaps, {} of one piece", gaps.len());
     assert!(gaps.len() > count * 97 / 100);
@@ -121,7 +121,7 @@ fn positions_have_slow_and_white_errors() {
 }
 
 #[test]
-fn positions_jump_where_told() {
+fn positions_jump_if_configured() {
     let mut scenario = perfect(100, 0, 0);
     let model = &mut scenario.transponder;
     (model.jump_every_s, model.jump_m, model.jump_s) = (50.0, Span::new(20.0, 60.0), Span::new(5.0, 20.0));
@@ -197,7 +197,7 @@ fn a_jammed_transponder_is_silent_for_a_while() {
     assert_eq!(jammed, 20);
 }
 
-/// The position of t is stamped t + delay: it lies so far behind on the way.
+/// A position measured at t is stamped t + delay, so it lies behind the true position by that time.
 #[test]
 fn stamps_are_up_to_a_quarter_of_a_second_late_fixed_per_drone() {
     let mut scenario = perfect(0, 60, 0);
@@ -222,9 +222,9 @@ fn stamps_are_up_to_a_quarter_of_a_second_late_fixed_per_drone() {
 }
 
 #[test]
-fn reports_arrive_up_to_one_and_a_half_seconds_later_some_overtaken() {
+fn reports_arrive_up_to_1_5_s_later_some_out_of_order() {
     let mut scenario = perfect(100, 0, 0);
-    // From the stamp on, not from the measurement.
+    // Latencies count from the time stamp, not from the measurement.
     scenario.transponder.stamped_late_s = Span::new(0.2, 0.25);
     let latencies = |flown: &Flown| -> Vec<f64> {
         flown.fixes.iter().map(|fix| fix.received.seconds_since(fix.time)).collect()
@@ -253,7 +253,7 @@ fn reports_arrive_up_to_one_and_a_half_seconds_later_some_overtaken() {
 }
 
 #[test]
-fn half_of_the_drones_tell_their_accuracy_and_velocities_on_demand() {
+fn half_of_drones_report_accuracy_and_velocity_if_configured() {
     let mut scenario = perfect(400, 0, 0);
     scenario.duration_s = 20.0;
     (scenario.transponder.gnss_horizontal_m, scenario.transponder.gnss_white_m) = (1.8, 0.5);
@@ -278,9 +278,9 @@ fn half_of_the_drones_tell_their_accuracy_and_velocities_on_demand() {
     }
 }
 
-/// A perfect transponder's error is that of CAT129 alone.
+/// The error of a perfect transponder is the resolution of CAT129.
 #[test]
-fn a_perfect_transponder_is_wrong_by_the_resolution_of_cat129_only() {
+fn perfect_transponder_errs_by_cat129_resolution_only() {
     let flown = fly(&perfect(20, 0, 0), 1);
     let largest =
         |axis: usize| flown.fixes.iter().map(|fix| error(&flown, fix)[axis].abs()).fold(0.0, f64::max);

@@ -1,4 +1,5 @@
-//! `--udp`: the datagrams of the files, on loopback multicast, in real time. One test: there is one group a sensor.
+//! `--udp`: the datagrams of the files, on loopback multicast, in real time. A single test, because each sensor has one
+//! group.
 
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
 use std::sync::mpsc;
@@ -10,11 +11,11 @@ use utm_fusion::capture::Capture;
 
 use crate::common::{Scratch, between, ran, utm_fusion};
 
-/// A socket that hears the group on this machine only.
+/// A socket that receives the group on this machine only.
 fn joined(group: Ipv4Addr, port: u16) -> UdpSocket {
     let socket = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP)).unwrap();
     socket.set_reuse_address(true).unwrap();
-    // Bound to the group: nothing else on this port is heard.
+    // Bound to the group, so that nothing else on this port is received.
     socket.bind(&SocketAddrV4::new(group, port).into()).unwrap();
     socket.join_multicast_v4(&group, &Ipv4Addr::LOCALHOST).unwrap();
     socket.set_read_timeout(Some(Duration::from_millis(200))).unwrap();
@@ -55,7 +56,7 @@ fn datagrams_come_in_real_time_as_in_the_files() {
         ran(utm_fusion("simulate").arg(&scenario).arg("--udp").arg("--out").arg(&directory));
     assert_eq!(code, 0, "{said}");
     let took_s = begun.elapsed().as_secs_f64();
-    // 2 to 3 s until it begins, 20 s of flight; what is seen last arrives up to 1.5 s later.
+    // 2 to 3 s until the beginning, 20 s of flight; the last detections arrive up to 1.5 s later.
     between("until it stops by itself, s", 21.0, took_s, 30.0);
     stop.iter().for_each(|stop| stop.send(()).unwrap());
     let heard: Vec<Vec<(SocketAddr, Instant, Vec<u8>)>> =
@@ -69,7 +70,7 @@ fn datagrams_come_in_real_time_as_in_the_files() {
             .filter(|datagram| datagram.endpoints.as_ref().unwrap().destination.port() == *port)
             .collect();
         assert!(sent.len() > 5, "port {port}");
-        // Whoever else on this machine sends to the group has another port.
+        // Other senders to the group on this machine have another port.
         let mut senders: Vec<SocketAddr> = heard.iter().map(|(from, ..)| *from).collect();
         senders.sort_unstable();
         senders.dedup();

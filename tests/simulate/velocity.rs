@@ -1,11 +1,11 @@
-//! What a radar reports as velocities: those of its targets, or what is worth nothing.
+//! Velocities that a radar reports: those of its targets, or misleading ones.
 
 use nalgebra::Vector2;
 use utm_fusion::simulate::{Scenario, Span, VelocityModel};
 
 use crate::common::{Flown, Plot, between, deviation, fly, mean, perfect};
 
-/// Radars without error, whose tracks last for some seconds, and velocities of this kind without noise.
+/// Radars without errors, whose tracks last for some seconds, with velocities of this kind without noise.
 fn velocities(model: VelocityModel) -> Scenario {
     let mut scenario = perfect(40, 20, 0);
     let radar = &mut scenario.radars[0];
@@ -14,7 +14,7 @@ fn velocities(model: VelocityModel) -> Scenario {
     scenario
 }
 
-/// East and north, m/s.
+/// Reported velocity, east and north, m/s.
 fn told(plot: &Plot) -> Vector2<f64> {
     let velocity = plot.record.track_velocity.unwrap();
     let heading = velocity.heading_deg().to_radians();
@@ -25,7 +25,8 @@ fn flown(flown: &Flown, plot: &Plot) -> Vector2<f64> {
     flown.truth(plot.drone.unwrap(), flown.seconds(plot.time)).velocity.xy()
 }
 
-/// CAT048 rounds speeds to 0.11 m/s; within the 1/256 s to which a time is rounded, a drone changes its own by 0.02 m/s.
+/// CAT048 rounds speeds to 0.11 m/s; within the 1/256 s to which a time is rounded, a drone's velocity changes by 0.02
+/// m/s.
 const ROUNDED_M_S: f64 = 0.1;
 
 #[test]
@@ -49,7 +50,7 @@ fn scaled_velocities_are_too_slow_or_too_fast() {
 }
 
 #[test]
-fn frozen_velocities_are_one_a_track_whatever_flies() {
+fn frozen_velocity_is_constant_per_track() {
     let mut scenario = velocities(VelocityModel::Frozen);
     scenario.radars[0].velocity_frozen_m_s = Span::new(5.0, 20.0);
     let flight = fly(&scenario, 1);
@@ -67,7 +68,7 @@ fn frozen_velocities_are_one_a_track_whatever_flies() {
     println!("{} tracks", speeds.len());
     between("mean speed", 12.0, mean(&speeds), 13.0);
     between("its deviation, of 15 / sqrt(12)", 4.1, deviation(&speeds), 4.5);
-    // Neither a direction that is preferred, nor that of the flight.
+    // Neither a preferred direction nor that of the flight.
     for axis in 0..2 {
         let parts: Vec<f64> = of_tracks.iter().map(|velocity| velocity[axis]).collect();
         between("mean of an axis", -1.0, mean(&parts), 1.0);
@@ -97,7 +98,7 @@ fn noise_is_added_to_every_kind() {
 }
 
 #[test]
-fn what_velocities_are_changes_nothing_else() {
+fn velocity_model_changes_only_velocities() {
     let flights = [VelocityModel::True, VelocityModel::Frozen, VelocityModel::Scaled]
         .map(|model| fly(&velocities(model), 1));
     let rest = |flight: &Flown| -> Vec<_> {

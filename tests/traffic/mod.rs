@@ -1,5 +1,5 @@
-//! Endless, repeatable traffic for benchmarks and the memory test: every target circles among four others, radars see it at
-//! 4 Hz, and those that are equipped tell their position every 2 s. Nothing is stored: a slot's reports are computed.
+//! Endless, repeatable traffic for benchmarks and the memory test. Every target circles among four others, radars see it at 4 Hz,
+//! and equipped targets report their position every 2 s. Nothing is stored: the reports of a slot are computed.
 
 use std::f64::consts::TAU;
 
@@ -8,25 +8,25 @@ use fusion::settings::{OperationalRules, Radar, Receiver, ReferenceRules, Sensor
 use fusion::time::{SECOND, Time};
 use fusion::{Engine, Enu, Fix, Identity, Plot, Profile, RadarTrackKey, Report, SensorIndex, Settings};
 
-/// Nanoseconds of a slot.
+/// Length of a slot, in nanoseconds.
 pub const SLOT_NS: i64 = SECOND / 4;
 /// Slots between two reports of a transponder: 2 s.
 const FIX_SLOTS: i64 = 8;
-/// From a transponder's report, at the start of its slot, to its reception.
+/// Time from a transponder's report, at the start of its slot, to its reception, in nanoseconds.
 const LATENCY_NS: i64 = 3 * SECOND / 10;
-/// Targets that circle about one place.
+/// Number of targets that circle about one place.
 const GROUP: u64 = 5;
-/// 110 targets fly in a square of this side; the area grows with their number.
+/// Side, in metres, of a square for 110 targets; the area grows with the number of targets.
 const SIDE_M: f64 = 7_000.0;
-/// Radars stand on a grid of this side, one at the origin; each group is one radar's, within about 5 km.
+/// Spacing of the grid of radars, in metres, with one at the origin. Each group is seen by one radar, within about 5 km.
 const SITES_M: f64 = 7_000.0;
 
-/// Targets and who sees them.
+/// The traffic.
 #[derive(Clone, Copy, Debug)]
 pub struct Traffic {
-    /// Radar tracks.
+    /// Number of targets, each with a radar track.
     pub targets: u64,
-    /// How many of the targets, from the first, are drones with a transponder; the others are birds.
+    /// Number of targets that are drones with a transponder, the first ones; the others are birds.
     pub drones: u64,
 }
 
@@ -43,12 +43,12 @@ impl Traffic {
         })
     }
 
-    /// When the reports of `slot` are received: after its end.
+    /// Time at which the reports of `slot` are received: after its end.
     pub fn received(slot: i64) -> Time {
         Time::from_nanos(slot * SLOT_NS + LATENCY_NS)
     }
 
-    /// The `reference` profile for these radars and one transponder receiver behind them.
+    /// Settings of the `reference` profile, for these radars followed by one transponder receiver.
     pub fn reference(self) -> Settings {
         let radars = self
             .sites()
@@ -61,22 +61,22 @@ impl Traffic {
         }
     }
 
-    /// The `operational` profile for the same.
+    /// Settings of the `operational` profile, for these radars followed by one transponder receiver.
     pub fn operational(self) -> Settings {
         Settings { profile: Profile::Operational(OperationalRules::default()), ..self.reference() }
     }
 
-    /// Side of the square over which they fly, metres.
+    /// Side of the square over which the targets fly, in metres.
     fn side_m(self) -> f64 {
         SIDE_M * (self.targets as f64 / 110.0).sqrt()
     }
 
-    /// Sites of radars to each side of the origin.
+    /// Number of radars on each side of the origin.
     fn sites_beside(self) -> i64 {
         (self.side_m() / 2.0 / SITES_M - 0.5).ceil() as i64
     }
 
-    /// Row by row from the south-west.
+    /// Sites of the radars, row by row from the south-west.
     fn sites(self) -> impl Iterator<Item = Enu> {
         let beside = self.sites_beside();
         let along = move || (-beside..=beside).map(|site| site as f64 * SITES_M);
@@ -99,7 +99,7 @@ impl Traffic {
         Fix::new(SensorIndex(self.sites().count() as u16), identity, time, self.place(target, time))
     }
 
-    /// Range is measured to 5 m, azimuth to 1°, height to 10 m.
+    /// A plot with errors of 5 m in range, 1° in azimuth and 10 m in height.
     fn plot(self, target: u64, slot: i64) -> Plot {
         // Every target is detected at its own 1/128 s of the slot.
         let time = Time::from_nanos(slot * SLOT_NS + (target % 32) as i64 * (SLOT_NS / 32));
@@ -113,7 +113,7 @@ impl Traffic {
         position.x = site.east() + range * azimuth.sin();
         position.y = site.north() + range * azimuth.cos();
         position.z += 10.0 * height_error;
-        // Half the plots of a bird look like a drone.
+        // Half the plots of a bird resemble a drone.
         let is_uav = target < self.drones || luck > 0.0;
         Plot {
             track: RadarTrackKey { sensor, number: target as u16 },
@@ -126,7 +126,7 @@ impl Traffic {
         }
     }
 
-    /// A circle of 50 to 250 m about the place of the group, once in a minute or two.
+    /// Position on a circle of 50 to 250 m about the place of the group, with a period of a minute or two.
     fn place(self, target: u64, time: Time) -> Enu {
         let middle = self.group_place(target / GROUP);
         let radius = 50.0 * (1 + target % GROUP) as f64;
@@ -143,7 +143,7 @@ impl Traffic {
     }
 }
 
-/// One slot of traffic through the engine; returns how many points were emitted.
+/// Feeds one slot of traffic to the engine; returns the number of points emitted.
 pub fn feed(engine: &mut Engine, slot: i64, reports: impl IntoIterator<Item = Report>) -> usize {
     let points = engine.advance(Traffic::received(slot)).map(|emission| emission.points.len()).sum();
     for report in reports {
@@ -152,7 +152,7 @@ pub fn feed(engine: &mut Engine, slot: i64, reports: impl IntoIterator<Item = Re
     points
 }
 
-/// A number from 0 to 1 that looks random (SplitMix64).
+/// A pseudo-random number from 0 to 1 (SplitMix64).
 fn unit(seed: u64) -> f64 {
     let mut z = seed.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -1,4 +1,4 @@
-//! Zone files that practitioners had trouble with: each is read, or refused naming feature and member.
+//! Zone files that caused problems in practice: each is read, or refused with feature and member.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Inside or outside, against shapely (testdata/oracle/zones.py). Skipped where it is not installed.
+//! Whether positions are inside, compared with shapely (testdata/oracle/zones.py). Skipped if that is not installed.
 
 use std::io::Write;
 use std::path::Path;
@@ -9,15 +9,15 @@ use rand_chacha::ChaCha8Rng;
 use utm_fusion::areas::{Areas, Masks};
 use utm_fusion::config::{Area, AreaKind};
 
-/// Points, in all.
+/// Total number of points.
 const POINTS: usize = 100_000;
 
-/// To as many digits as files have: such a number is the same to whoever reads it.
+/// Rounds to the number of digits in files, so that both programs read the same number.
 fn rounded(degrees: f64) -> f64 {
     (degrees * 1e7).round() / 1e7
 }
 
-/// A star with a hole about a place, degrees.
+/// A star with a hole about a position, in degrees.
 fn polygon(random: &mut ChaCha8Rng) -> serde_json::Value {
     let centre = [random.random_range(-170.0..170.0), random.random_range(-75.0..75.0)];
     let corners = random.random_range(3..40);
@@ -54,7 +54,7 @@ fn a_hundred_thousand_places_are_where_shapely_says() {
         let corners: Vec<[f64; 2]> = serde_json::from_value(polygon["coordinates"][0].clone()).unwrap();
         let places: Vec<[f64; 2]> = (0..POINTS / 100)
             .map(|number| {
-                // Every tenth at a corner, where rounding decides, or next to one.
+                // Every tenth point is at a corner, where rounding decides, or next to one.
                 let [x, y] = corners[random.random_range(0..corners.len())];
                 match number % 10 {
                     0 => [x, y],

@@ -1,4 +1,4 @@
-//! UAS zones: the files that are published, and what is inside by another program's reckoning.
+//! UAS zones: published files, and positions compared with another program.
 
 #![expect(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test")]
 

@@ -1,4 +1,4 @@
-//! The files of authorities, of the standard, and of a test suite: each is read, or refused by name.
+//! Files of authorities, of the standard, and of a test suite: each is read, or refused by name.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use utm_fusion::areas::{AreaError, Areas};
 use utm_fusion::config::{AlertArea, Area, AreaKind};
 
-/// What comes of each file with the ground at that height, where it is known.
+/// The outcome for each file, with the ground at this height, if given.
 fn outcomes(folder: &Path, ground_m: Option<f64>) -> String {
     let mut files = Vec::new();
     for sub in ["ed269", "ed318-national", "ed318-reference/examples"] {

@@ -1,21 +1,20 @@
-//! A CAT048 record parsed by hand, straight from a slice: the speed to measure the crate's typed decode against, and a
-//! second opinion on what it accepts.
+//! A hand-written parser of CAT048 that works on a slice: a reference for the speed of the typed decoder and for what it accepts.
 //!
-//! Edition 1.32, all 28 items. Numbers come out as raw counts, items of variable length as the octets they have in the
-//! input; nothing is allocated. It shares no code with the crate, and it is strict: what has no defined length is refused.
+//! Edition 1.32, all 28 items. Values are raw counts; items of variable length are slices of the input. Nothing is allocated. It
+//! shares no code with the crate and is strict: anything without a defined length is refused.
 
 #![allow(dead_code, unreachable_pub, missing_docs, reason = "the fields are named as in the specification")]
 
-/// Why there is no record: a benchmark has no use for a reason.
+/// Error without a reason, which a benchmark does not need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Malformed;
 
-/// The longest FSPEC that is read.
+/// Maximum length of the FSPEC, in octets.
 const FSPEC_MAX: usize = 8;
-/// The longest extended item that is read.
+/// Maximum length of an extended item, in octets.
 const CHAIN_MAX: usize = 16;
 
-/// The items of a record, in the order of its octets.
+/// The items of a record, in their order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Record<'a> {
     pub i010: Option<Source>,
@@ -48,7 +47,7 @@ pub struct Record<'a> {
     pub i050: Option<Code>,
     pub i065: Option<u8>,
     pub i060: Option<u16>,
-    /// With its length octet, as `re`.
+    /// With its length octet, like `re`.
     pub sp: Option<&'a [u8]>,
     pub re: Option<&'a [u8]>,
 }
@@ -126,14 +125,14 @@ pub struct ModeC {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Doppler<'a> {
-    /// D, and 1 m/s.
+    /// Flag D, and the speed in 1 m/s.
     pub cal: Option<(bool, i16)>,
     /// Three words each, without their count.
     pub rds: Option<&'a [u8]>,
 }
 
 impl<'a> Record<'a> {
-    /// Parses the record at the front of `octets`, which go to the end of the block, and says how many octets it took.
+    /// Parses the record at the start of `octets`, which extend to the end of the block. Returns it with its length.
     pub fn parse(octets: &'a [u8]) -> Result<(Self, usize), Malformed> {
         let mut rest = octets;
         let fspec = fspec(&mut rest)?;
@@ -236,7 +235,7 @@ impl<'a> Record<'a> {
     }
 }
 
-/// The 28 bits of a FSPEC without its FX bits, FRN 1 at the top.
+/// The 28 bits of an FSPEC without its FX bits, FRN 1 in the highest bit.
 fn fspec(rest: &mut &[u8]) -> Result<u32, Malformed> {
     let mut bits = 0;
     for index in 0..FSPEC_MAX {
@@ -254,7 +253,7 @@ fn fspec(rest: &mut &[u8]) -> Result<u32, Malformed> {
     Err(Malformed)
 }
 
-/// Takes `length` octets off the front.
+/// Removes `length` octets from the start and returns them.
 fn take<'a>(rest: &mut &'a [u8], length: usize) -> Result<&'a [u8], Malformed> {
     let (item, after) = rest.split_at_checked(length).ok_or(Malformed)?;
     *rest = after;
@@ -279,7 +278,7 @@ fn word24(rest: &mut &[u8]) -> Result<u32, Malformed> {
     fixed(rest).map(|[a, b, c]| u32::from_be_bytes([0, a, b, c]))
 }
 
-/// The low `bits` of a word as two's complement.
+/// The lowest `bits` of a word as two's complement.
 fn signed(word: u16, bits: u32) -> i16 {
     (word << (16 - bits)) as i16 >> (16 - bits)
 }
@@ -298,7 +297,7 @@ fn repetitive<'a>(rest: &mut &'a [u8], size: usize) -> Result<&'a [u8], Malforme
     take(rest, usize::from(count) * size)
 }
 
-/// SP or RE, whose length octet counts itself.
+/// Removes an SP or RE field, whose length octet counts itself.
 fn explicit<'a>(rest: &mut &'a [u8]) -> Result<&'a [u8], Malformed> {
     match *rest.first().ok_or(Malformed)? {
         0 => Err(Malformed),

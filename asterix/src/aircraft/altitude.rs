@@ -1,4 +1,4 @@
-//! How high an aircraft says it is and wants to be.
+//! Actual and selected altitude reported by an aircraft.
 
 use crate::item::items;
 
@@ -8,7 +8,7 @@ const FOOT_M: f64 = 0.3048;
 items! {
     /// I021/140, I062/130 and GAL in I062/380: height above the WGS-84 ellipsoid.
     pub struct GeometricHeight(2) {
-        /// Metres: LSB 6.25 ft (1.905 m), -62,423 to 62,421 m. The highest count of I021/140 says "more than".
+        /// Metres: LSB 6.25 ft (1.905 m), -62,423 to 62,421 m. The highest count of I021/140 means "greater than".
         signed 16 "height_m" height_m / with_height_m = 6.25 * FOOT_M, 3;
     }
 
@@ -18,11 +18,11 @@ items! {
         signed 16 "flight_level" flight_level / with_flight_level = 0.25, 2;
     }
 
-    /// Where a selected altitude comes from.
+    /// Source of a selected altitude.
     all pub enum AltitudeSource {
         /// 0: unknown.
         Unknown,
-        /// 1: the altitude that the aircraft holds.
+        /// 1: aircraft (holding altitude).
         Aircraft,
         /// 2: the flight control unit.
         ControlUnit,

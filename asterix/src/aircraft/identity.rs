@@ -1,4 +1,4 @@
-//! Who an aircraft says it is.
+//! Identity reported by an aircraft.
 
 use core::fmt;
 
@@ -7,7 +7,7 @@ use crate::item::items;
 
 items! {
     /// I048/220 (5.2.22), I021/080 and ADR in I062/380: the aircraft's 24-bit address.
-    /// The address, 24 bits; usually written as six hexadecimal digits, as `Display` does.
+    /// The 24-bit address, by custom six hexadecimal digits, as `Display` writes it.
     pub struct AircraftAddress(3) = address 24 "" address / with_address: u32;
 }
 
@@ -32,8 +32,8 @@ items! {
 }
 
 impl AircraftIdentification {
-    /// The identification made of capital letters, digits and spaces, filled up with spaces to eight characters;
-    /// `None` for a longer text or another character.
+    /// The identification with this text of capital letters, digits and spaces, padded with spaces to eight characters; `None` if
+    /// it is longer or has other characters.
     pub fn new(text: &str) -> Option<Self> {
         if text.len() > 8 {
             return None;
@@ -50,7 +50,7 @@ impl AircraftIdentification {
         Some(Self(octets))
     }
 
-    /// The eight characters in ASCII, trailing spaces included; `?` for a code that stands for no character.
+    /// The eight characters in ASCII, with trailing spaces; `?` for an undefined code.
     pub fn characters(self) -> [u8; 8] {
         core::array::from_fn(|index| match bits::get(&self.0, 6 * index, 6) as u8 {
             letter @ 1..=26 => letter - 1 + b'A',
@@ -61,7 +61,7 @@ impl AircraftIdentification {
 }
 
 impl fmt::Display for AircraftIdentification {
-    /// Without trailing spaces.
+    /// Writes the identification without trailing spaces.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let characters = self.characters();
         f.write_str(core::str::from_utf8(&characters).unwrap_or_default().trim_end())

@@ -1,8 +1,8 @@
-//! Where an aircraft says it is going: TIS and TID in I021/110 and I062/380.
+//! Intended trajectory reported by an aircraft: TIS and TID in I021/110 and I062/380.
 
 use crate::item::items;
 
-/// Degrees of one count of a position in 24 bits.
+/// Degrees per count of a 24-bit position.
 const POSITION_LSB_DEG: f64 = 180.0 / 8_388_608.0;
 
 items! {
@@ -45,7 +45,7 @@ items! {
         TransitionAltitude = 11,
     }
 
-    /// TD in TID: which way the aircraft turns.
+    /// TD in TID: direction of the turn.
     all pub enum TurnDirection {
         /// 0: not available.
         Unavailable,
@@ -53,7 +53,7 @@ items! {
         Right,
         /// 2: left.
         Left,
-        /// 3: it does not turn.
+        /// 3: no turn.
         None,
     }
 
@@ -73,7 +73,7 @@ items! {
         signed 24 "longitude_deg" longitude_deg / with_longitude_deg = POSITION_LSB_DEG, 5;
         /// PT, the kind of point.
         code 4 "pt" point_type / with_point_type: PointType;
-        /// TD, which way the aircraft turns.
+        /// TD, direction of the turn.
         code 2 "td" turn / with_turn: TurnDirection;
         /// TRA: the radius of the turn is given.
         flag 1 "tra" has_radius / with_radius_given;

@@ -3,7 +3,7 @@
 use crate::item::items;
 
 items! {
-    /// XP in MES (CAT021), and in MD5 and M5N (CAT048): in which replies an X pulse was present.
+    /// XP in MES (CAT021), and in MD5 and M5N (CAT048): the replies in which an X pulse was present.
     pub struct XPulses(1) {
         spare 2 "spare";
         /// XP: Mode 5 PIN.

@@ -1,4 +1,4 @@
-//! How an aircraft says it moves.
+//! Motion reported by an aircraft.
 
 use crate::item::items;
 
@@ -7,13 +7,13 @@ items! {
     pub struct AirSpeed(2) {
         /// IM: the value is a Mach number.
         flag 1 "im" is_mach;
-        /// The value as it stands: LSB 2^-14 NM/s (0.113 m/s), or Mach 0.001.
+        /// The count: LSB 2^-14 NM/s (0.113 m/s), or Mach 0.001.
         count 15 "air_speed" count: u16;
     }
 }
 
 impl AirSpeed {
-    /// Metres a second in a count of an indicated air speed.
+    /// Metres per second per count of an indicated air speed.
     const LSB_M_S: f64 = 1852.0 / 16_384.0;
 
     /// The nearest indicated air speed; `None` outside 0 to below 2 NM/s (3704 m/s).
@@ -31,12 +31,12 @@ impl AirSpeed {
         Some(Self((u16::from(is_mach) << 15 | count).to_be_bytes()))
     }
 
-    /// The indicated air speed in metres a second; `None` where a Mach number is given.
+    /// The indicated air speed in metres per second; `None` if the item is a Mach number.
     pub fn indicated_m_s(self) -> Option<f64> {
         (!self.is_mach()).then_some(f64::from(self.count()) * Self::LSB_M_S)
     }
 
-    /// The Mach number; `None` where an indicated air speed is given.
+    /// The Mach number; `None` if the item is an indicated air speed.
     pub fn mach(self) -> Option<f64> {
         self.is_mach().then_some(f64::from(self.count()) / 1000.0)
     }

@@ -1,9 +1,9 @@
-//! Where an aircraft says it is.
+//! Position reported by an aircraft.
 
 use crate::item::items;
 
 items! {
-    /// I129/080 (5.2.8) and I021/131, position in WGS-84. Numbers beyond the ranges decode; [`Position::in_range`] tells.
+    /// I129/080 (5.2.8) and I021/131, position in WGS-84. Values out of range are decoded; see [`Position::in_range`].
     pub struct Position(8) {
         /// Latitude in degrees, north positive: LSB 180/2^30 degrees (1.9 cm), -90 to 90 degrees; the bits hold -360 to below
         /// 360.
@@ -23,7 +23,7 @@ items! {
     }
 }
 
-/// The constructor of a position and its test of range.
+/// Constructor and range check of a position.
 macro_rules! on_earth {
     ($($name:ident)*) => {$(
         impl $name {
@@ -35,7 +35,7 @@ macro_rules! on_earth {
                 position.in_range().then_some(position)
             }
 
-            /// Whether it is on the Earth: latitude within 90 and longitude within 180 degrees.
+            /// Whether latitude is within 90 and longitude within 180 degrees.
             pub const fn in_range(self) -> bool {
                 self.latitude_deg().abs() <= 90.0 && self.longitude_deg().abs() <= 180.0
             }

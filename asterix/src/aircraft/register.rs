@@ -1,4 +1,4 @@
-//! What the registers of a transponder hold.
+//! Registers of a transponder.
 
 use crate::item::items;
 

@@ -1,6 +1,6 @@
-//! The tables in `definitions`, whose form the head of `make.py` there describes, as layouts.
+//! Converts the tables in `definitions` into layouts. `make.py` in that folder describes their form.
 //!
-//! They are made once for each edition that is asked for and live as long as the program, as those of the typed records do.
+//! The layouts of an edition are created when it is first used, and remain allocated while the program runs.
 
 use std::iter::Peekable;
 use std::str::Lines;
@@ -9,10 +9,10 @@ use super::units::{bare, convert, decimals, key};
 use crate::layout::{field, quantity};
 use crate::{Contents, Dependence, Field, Kind, Layout, Profile, Quantity, Subfield, UapItem};
 
-/// What is wrong with a table. Never seen outside the tests of this crate: they read all tables.
+/// An error in a table. It cannot occur outside the tests of this crate, which read all tables.
 type Bad = String;
 
-/// A category and its editions, as its table names them, the oldest first.
+/// A category with its editions in the order of its table, oldest first.
 #[derive(Debug)]
 pub(super) struct Head {
     pub number: u8,
@@ -21,7 +21,7 @@ pub(super) struct Head {
     pub expansions: Vec<&'static str>,
 }
 
-/// What one edition says.
+/// The content of one edition.
 #[derive(Debug, Default)]
 pub(super) struct Edition {
     /// Name and items of each profile.
@@ -29,18 +29,18 @@ pub(super) struct Edition {
     pub choice: Option<Choice>,
 }
 
-/// What says which profile a record follows.
+/// The field that selects the profile of a record.
 #[derive(Debug)]
 pub(super) struct Choice {
     /// Number of the item.
     pub item: &'static str,
     /// Key of the field.
     pub field: String,
-    /// What it says, and which profile then.
+    /// Values of the field, each with the index of its profile.
     pub profiles: Vec<(u64, usize)>,
 }
 
-/// Of a table: category, names and editions.
+/// Reads category, title and editions from a table.
 pub(super) fn head(table: &'static str) -> Result<Head, Bad> {
     let mut head = Head { number: 0, title: "", editions: Vec::new(), expansions: Vec::new() };
     for line in lines(table) {
@@ -54,7 +54,7 @@ pub(super) fn head(table: &'static str) -> Result<Head, Bad> {
     Ok(head)
 }
 
-/// Of a table: this edition, with this one of the reserved expansion field.
+/// Reads one edition from a table, with one edition of its reserved expansion field.
 pub(super) fn edition(
     table: &'static str,
     head: &Head,
@@ -78,7 +78,7 @@ pub(super) fn edition(
             ("re", ..)
                 if expansion.is_some_and(|expansion| is_among(&head.expansions, editions, expansion)) =>
             {
-                // One octet announces them: what it says of others is not what this edition says.
+                // The octet that announces subfields has eight bits; those without a subfield in this edition are undefined.
                 let mut eight = subfields(1, &mut lines)?;
                 eight.resize(8, Subfield::UNDEFINED);
                 extended = Contents::Expansion(eight.leak());
@@ -115,7 +115,7 @@ fn lines(table: &'static str) -> Peekable<Lines<'static>> {
     lines
 }
 
-/// Whether `1.27-1.29,1.31` names an edition.
+/// Whether a list such as `1.27-1.29,1.31` includes an edition.
 fn is_among(order: &[&str], editions: &str, edition: &str) -> bool {
     let place = |edition: &str| order.iter().position(|listed| *listed == edition);
     let place_of = place(edition);
@@ -125,7 +125,7 @@ fn is_among(order: &[&str], editions: &str, edition: &str) -> bool {
     })
 }
 
-/// A profile: the items by their numbers.
+/// The profile with these items, which are listed by number.
 fn uap(listed: &str, items: &[(&'static str, &'static str, Layout)]) -> Result<&'static Profile, Bad> {
     let (mut uap, mut sequence) = (Vec::new(), None);
     for (number, frn) in listed.split(' ').zip(1..) {
@@ -140,7 +140,7 @@ fn uap(listed: &str, items: &[(&'static str, &'static str, Layout)]) -> Result<&
         }
     }
     if let Some(frn) = sequence {
-        // What is in a sequence are the other items.
+        // The sequence consists of the other items.
         let layout = Layout::Sequence(uap.clone().leak());
         uap.push(UapItem::new(frn, SEQUENCE, "Random Field Sequencing", layout));
         uap.sort_by_key(|item| item.frn);
@@ -148,22 +148,22 @@ fn uap(listed: &str, items: &[(&'static str, &'static str, Layout)]) -> Result<&
     Ok(Box::leak(Box::new(Profile::new(uap.leak()))))
 }
 
-/// What stands in a profile for random field sequencing.
+/// Name of random field sequencing in a profile.
 const SEQUENCE: &str = "RFS";
 
-/// The reserved expansion field before it is known which edition of it.
+/// A reserved expansion field whose edition is not yet known.
 const EXPANSION: Layout = Layout::Explicit(Contents::Expansion(&[]));
 
-/// What says the unit of a value without a name.
+/// The key that has the unit of a value without a name.
 #[derive(Clone, Copy, PartialEq)]
 enum Place {
-    /// A key of its own.
+    /// The key of the field.
     Item,
     /// The key of the subfield.
     Subfield,
 }
 
-/// The layout that a line begins to say; `indent` is that of the line, below which its subfields are.
+/// The layout that begins with this text. `indent` is the indentation of its line; its subfields follow, further indented.
 fn layout(
     text: &'static str,
     indent: usize,
@@ -191,7 +191,7 @@ fn layout(
     })
 }
 
-/// The subfields in the next lines that begin with so many spaces.
+/// The subfields in the next lines, which have this indentation.
 fn subfields(indent: usize, lines: &mut Peekable<Lines<'static>>) -> Result<Vec<Subfield>, Bad> {
     let mut subfields = Vec::new();
     let is_here = |line: &&str| line.len() - line.trim_start().len() == indent;
@@ -209,7 +209,7 @@ fn subfields(indent: usize, lines: &mut Peekable<Lines<'static>>) -> Result<Vec<
     Ok(subfields)
 }
 
-/// How the key of a subfield ends: with the unit of its only value, if that has no name.
+/// Suffix of a subfield's key: the unit of its only value, if the value has no name.
 fn ending(text: &str) -> Result<&'static str, Bad> {
     let value = text.strip_prefix("rep ").unwrap_or(text);
     match value.strip_prefix(':') {
@@ -221,10 +221,10 @@ fn ending(text: &str) -> Result<&'static str, Bad> {
     }
 }
 
-/// Fields, of which so many spare ones have been named before.
+/// The fields in a text. `spares` counts spare fields for their names.
 fn fields(text: &str, place: Place, spares: &mut usize) -> Result<&'static [Field], Bad> {
     let mut fields = Vec::new();
-    // What depends on another field has spaces in its braces.
+    // A field that depends on another one has spaces inside braces.
     let mut rest = text;
     while !rest.is_empty() {
         let end = match (rest.find(' '), rest.find('{')) {
@@ -269,7 +269,7 @@ fn push_field(fields: &mut Vec<Field>, token: &str, place: Place, spares: &mut u
     Ok(())
 }
 
-/// A field of this name and so many bits, and what they are.
+/// A field with a name, a number of bits, and a kind as text.
 fn of(name: &str, bits: u16, what: &str, place: Place) -> Result<Field, Bad> {
     let kind = match what {
         "" => Kind::Count,
@@ -289,7 +289,7 @@ fn of(name: &str, bits: u16, what: &str, place: Place) -> Result<Field, Bad> {
     Ok(field(bare(name).leak(), bits, kind))
 }
 
-/// How the key of a quantity ends, and what it is: `u1/2^8NM`.
+/// Suffix of the key and kind of a quantity: `u1/2^8NM`.
 fn quantity_of(bits: u16, what: &str) -> Option<(&'static str, Kind)> {
     let signed = match what.chars().next()? {
         's' => true,
@@ -307,18 +307,18 @@ fn quantity_of(bits: u16, what: &str) -> Option<(&'static str, Kind)> {
     Some((ending, kind))
 }
 
-/// Whether seconds of so many bits are a time of day, which without a name is told as a number alone.
+/// Whether seconds with this number of bits are a time of day, whose key is empty if it has no name.
 pub(super) fn is_time_of_day(bits: u16, kind: Kind) -> bool {
     bits == 24 && matches!(kind, Kind::Quantity(Quantity { signed: false, lsb, .. }) if lsb == 1.0 / 128.0)
 }
 
-/// A number and what follows it: `1/2^8` and `NM`.
+/// Splits a number from the text after it: `1/2^8` and `NM`.
 fn split(text: &str) -> (&str, &str) {
     let is_number = |character: char| character.is_ascii_digit() || matches!(character, '/' | '^');
     text.split_at(text.find(|character| !is_number(character)).unwrap_or(text.len()))
 }
 
-/// `2^8`
+/// The value of a power: `2^8`.
 fn power(text: &str) -> Option<f64> {
     match text.split_once('^') {
         Some((base, exponent)) => Some(base.parse::<f64>().ok()?.powi(exponent.parse().ok()?)),

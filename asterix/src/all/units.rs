@@ -1,7 +1,7 @@
-//! Units: how the specification's become those of our keys, and how a key says them.
+//! Units: conversion from those of the specification, and suffixes of keys.
 
-/// A unit of the specification, how keys end that have it, and the two numbers by which what is counted in it is multiplied
-/// and divided: lengths become metres, speeds metres a second; flight levels stay what they are.
+/// A unit of the specification, the suffix of keys, and factor and divisor for conversion: lengths to metres, speeds to metres
+/// per second. Flight levels are unchanged.
 const UNITS: &[(&str, &str, f64, f64)] = &[
     ("", "", 1.0, 1.0),
     ("%", "percent", 1.0, 1.0),
@@ -33,14 +33,13 @@ const UNITS: &[(&str, &str, f64, f64)] = &[
     ("°C", "c", 1.0, 1.0),
 ];
 
-/// How a key ends whose value has this unit of the specification, and `count / of` such units in ours.
+/// The suffix of keys for a unit of the specification, and the converted value of `count / of` such units.
 pub(super) fn convert(unit: &str, count: f64, of: f64) -> Option<(&'static str, f64)> {
     let &(_, ending, factor, divisor) = UNITS.iter().find(|(theirs, ..)| *theirs == unit)?;
     Some((ending, count * factor / (of * divisor)))
 }
 
-/// The key of what the specification calls `RHO` and has such an ending: `rho_m`. What has no name is `value`, and `FL` is
-/// not said twice.
+/// The key of a field such as `RHO` with a suffix: `rho_m`. A field without a name is `value`, and `FL` is not repeated.
 pub(super) fn key(name: &str, ending: &str) -> String {
     match (bare(name).as_str(), ending) {
         (name, "") => name.to_owned(),
@@ -50,13 +49,13 @@ pub(super) fn key(name: &str, ending: &str) -> String {
     }
 }
 
-/// A name of the specification in small letters: that of a group stands before, and `VAL`, the value behind a bit that says
-/// whether there is one, is called as its group.
+/// A name of the specification in lower case, after the name of its group. `VAL`, the value after a validity bit, has the name of
+/// its group.
 pub(super) fn bare(name: &str) -> String {
     name.strip_suffix("/VAL").unwrap_or(name).replace('/', "_").to_lowercase()
 }
 
-/// So many decimals that what is left out is at most a sixteenth of an LSB, or as many as say the LSB, if these are fewer.
+/// Number of decimals with which rounding is at most a sixteenth of the LSB, or with which the LSB is exact if these are fewer.
 pub(super) fn decimals(lsb: f64) -> u8 {
     let suffice = |decimals: &u8| {
         let scale = 10_f64.powi(i32::from(*decimals));
@@ -71,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_say_names_and_units() {
+    fn keys_contain_names_and_units() {
         for (name, ending, expected) in [
             ("RHO", "m", "rho_m"),
             ("FL", "flight_level", "flight_level"),

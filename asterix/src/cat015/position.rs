@@ -1,4 +1,4 @@
-//! Where the target is: I015/600, 601. X points east and Y north, in a plane at the target.
+//! Position of the target: I015/600, 601. X points east and Y north, in a plane at the target.
 
 use crate::item::items;
 
@@ -7,9 +7,9 @@ items! {
     compound pub struct PositionInformation {
         /// P84, the position.
         "p84" wgs84: Wgs84Position,
-        /// HPR, what the sensor can resolve.
+        /// HPR, the resolution.
         "hpr" resolution: PositionResolution,
-        /// HPP, how the errors are distributed.
+        /// HPP, distribution of the errors.
         "hpp" precision: PositionPrecision,
     }
 
@@ -21,7 +21,7 @@ items! {
         signed 32 "longitude_deg" longitude_deg / with_longitude_deg = 180.0 / 2_147_483_648.0, 8;
     }
 
-    /// HPR in I015/600: the ellipse within which two targets are one.
+    /// HPR in I015/600: ellipse within which two targets are not resolved.
     pub struct PositionResolution(5) {
         /// RSHPX, east in metres: LSB 0.5 m, 0 to 32,767.5 m.
         unsigned 16 "rshpx_m" east_m / with_east_m = 0.5, 1;
@@ -45,7 +45,7 @@ items! {
     padded pub struct HeightInformation {
         /// GH, the height above the WGS-84 ellipsoid.
         "gh_m" height: Height,
-        /// RSGH, what the sensor can resolve.
+        /// RSGH, the resolution.
         "rsgh_m" resolution: HeightDeviation,
         /// SDGH, the standard deviation.
         "sdgh_m" deviation: HeightDeviation,
@@ -78,7 +78,7 @@ items! {
         signed 8 "y" north / with_north = 1.0 / 128.0, 4;
     }
 
-    /// CI6, CI9 in I015/601: how far the height may be off.
+    /// CI6, CI9 in I015/601: confidence interval of the height.
     pub struct ConfidenceInterval(3) {
         /// UCI, upwards in metres: LSB 16 m, 0 to 65,520 m.
         unsigned 12 "upper_m" upper_m / with_upper_m = 16.0, 0;

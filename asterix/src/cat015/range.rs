@@ -1,23 +1,23 @@
-//! What the sensor measured along the line of sight, and how strong the signal was: I015/625, 626, 630.
+//! Measurements along the line of sight, and signal strength: I015/625, 626, 630.
 
 use crate::item::items;
 
 items! {
-    /// I015/625, range information: from the sensor's reference point, of a bistatic sensor by way of the target.
+    /// I015/625, range information, relative to the sensor's reference point; for a bistatic sensor by way of the target.
     padded pub struct RangeInformation {
         /// R, the range.
         "r_m" range: Range,
-        /// RSR, what the sensor can resolve.
+        /// RSR, the resolution.
         "rsr_m" resolution: RangeDeviation,
         /// SDR, the standard deviation.
         "sdr_m" deviation: RangeDeviation,
-        /// RR, the range rate, as it follows from ranges.
+        /// RR, the range rate, derived from ranges.
         "rr_m_s" rate: RangeRate,
-        /// RSRR, what the sensor can resolve.
+        /// RSRR, the resolution.
         "rsrr_m_s" rate_resolution: RangeRateResolution,
         /// SDRR, the standard deviation.
         "sdrr" rate_precision: RangeRatePrecision,
-        /// RA, the range acceleration, as it follows from range rates.
+        /// RA, the range acceleration, derived from range rates.
         "ra_m_s2" acceleration: RangeAcceleration,
         /// SDRA, the standard deviation.
         "sdra" acceleration_precision: RangeAccelerationPrecision,
@@ -32,28 +32,28 @@ items! {
     pub struct RangeDeviation(3) = unsigned 24 "" metres / with_metres = 0.1, 1;
 
     /// RR in I015/625.
-    /// Metres a second, away from the sensor: LSB 0.1 m/s, -838,860.8 to 838,860.7 m/s.
+    /// Metres per second, away from the sensor: LSB 0.1 m/s, -838,860.8 to 838,860.7 m/s.
     pub struct RangeRate(3) = signed 24 "" m_s / with_m_s = 0.1, 1;
 
     /// RSRR in I015/625.
-    /// Metres a second: LSB 0.1 m/s, 0 to 1,677,721.5 m/s.
+    /// Metres per second: LSB 0.1 m/s, 0 to 1,677,721.5 m/s.
     pub struct RangeRateResolution(3) = unsigned 24 "" m_s / with_m_s = 0.1, 1;
 
     /// SDRR in I015/625.
     pub struct RangeRatePrecision(4) {
-        /// SDRR, standard deviation in metres a second: LSB 0.1 m/s, 0 to 1,677,721.5 m/s.
+        /// SDRR, standard deviation in metres per second: LSB 0.1 m/s, 0 to 1,677,721.5 m/s.
         unsigned 24 "sdrr_m_s" m_s / with_m_s = 0.1, 1;
         /// CORRR, correlation with the range: LSB 1/128, -1 to below 1.
         signed 8 "corrr" range_correlation / with_range_correlation = 1.0 / 128.0, 4;
     }
 
     /// RA in I015/625.
-    /// Metres a second squared: LSB 1/64 m/s², -512 to 511.98 m/s².
+    /// Metres per second squared: LSB 1/64 m/s², -512 to 511.98 m/s².
     pub struct RangeAcceleration(2) = signed 16 "" m_s2 / with_m_s2 = 1.0 / 64.0, 3;
 
     /// SDRA in I015/625.
     pub struct RangeAccelerationPrecision(4) {
-        /// SDRA, standard deviation in metres a second squared: LSB 1/128 m/s², 0 to 511.99 m/s².
+        /// SDRA, standard deviation in metres per second squared: LSB 1/128 m/s², 0 to 511.99 m/s².
         unsigned 16 "sdra_m_s2" m_s2 / with_m_s2 = 1.0 / 128.0, 3;
         /// CORAR, correlation with the range: LSB 1/128, -1 to below 1.
         signed 8 "corar" range_correlation / with_range_correlation = 1.0 / 128.0, 4;
@@ -61,7 +61,7 @@ items! {
         signed 8 "corarr" rate_correlation / with_rate_correlation = 1.0 / 128.0, 4;
     }
 
-    /// I015/626, Doppler information: what the Doppler shift says.
+    /// I015/626, Doppler information.
     padded pub struct DopplerInformation {
         /// DV, the velocity.
         "dv_m_s" velocity: DopplerVelocity,
@@ -86,20 +86,20 @@ items! {
     }
 
     /// DV in I015/626.
-    /// Metres a second: LSB 0.01 m/s, -83,886.08 to 83,886.07 m/s.
+    /// Metres per second: LSB 0.01 m/s, -83,886.08 to 83,886.07 m/s.
     pub struct DopplerVelocity(3) = signed 24 "" m_s / with_m_s = 0.01, 2;
 
     /// SDDV in I015/626.
-    /// Metres a second: LSB 1/64 m/s, 0 to 1,023.98 m/s.
+    /// Metres per second: LSB 1/64 m/s, 0 to 1,023.98 m/s.
     pub struct DopplerDeviation(2) = unsigned 16 "" m_s / with_m_s = 1.0 / 64.0, 3;
 
     /// DA in I015/626.
-    /// Metres a second squared: LSB 1/64 m/s², -512 to 511.98 m/s².
+    /// Metres per second squared: LSB 1/64 m/s², -512 to 511.98 m/s².
     pub struct DopplerAcceleration(2) = signed 16 "" m_s2 / with_m_s2 = 1.0 / 64.0, 3;
 
     /// SDDA in I015/626.
     pub struct DopplerAccelerationPrecision(3) {
-        /// SDDA, standard deviation in metres a second squared: LSB 1/64 m/s², 0 to 1,023.98 m/s².
+        /// SDDA, standard deviation in metres per second squared: LSB 1/64 m/s², 0 to 1,023.98 m/s².
         unsigned 16 "sdda_m_s2" m_s2 / with_m_s2 = 1.0 / 64.0, 3;
         /// CODADV, correlation with the velocity: LSB 1/128, -1 to below 1.
         signed 8 "codadv" velocity_correlation / with_velocity_correlation = 1.0 / 128.0, 4;

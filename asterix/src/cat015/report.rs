@@ -1,4 +1,4 @@
-//! What the report is, of which target and of what: I015/000, 020, 050, 161, 170, 400, 480.
+//! Kind of the report, and identification of the target: I015/000, 020, 050, 161, 170, 400, 480.
 
 use crate::item::items;
 
@@ -13,19 +13,19 @@ items! {
         SensorCentricPlot = 3,
         /// sensor centric track.
         SensorCentricTrack = 4,
-        /// end of a track: its number is free again.
+        /// end of a track; its number may be used again.
         TrackEnd = 5,
     }
 
     /// I015/000, message type.
     pub struct MessageType(1) {
-        /// MT, what kind of report it is.
+        /// MT, the kind of report.
         code 7 "mt" kind / with_kind: MessageKind;
-        /// RG: an event made it; else it comes periodically.
+        /// RG: event-driven; not set: periodic.
         flag 1 "rg" is_event_driven / with_event_driven;
     }
 
-    /// MOMU in I015/020: how many places the sensor has.
+    /// MOMU in I015/020: number of sites of the sensor.
     all pub enum NumberOfSites {
         /// 0: mono-static.
         MonoStatic,
@@ -37,7 +37,7 @@ items! {
         Unknown,
     }
 
-    /// TTAX in I015/020: is there a target?
+    /// TTAX in I015/020: nature of the target.
     all pub enum TargetTaxonomy {
         /// 0: an actual target.
         Actual,
@@ -49,7 +49,7 @@ items! {
         Simulated,
     }
 
-    /// SCD in I015/020: how the sensor scans.
+    /// SCD in I015/020: direction of the scan.
     all pub enum ScanDirection {
         /// 0: unknown.
         Unknown,
@@ -57,24 +57,24 @@ items! {
         Forward,
         /// 2: backward.
         Backward,
-        /// 3: it stands.
+        /// 3: static.
         Static,
     }
 
     /// I015/020, target report descriptor: one octet; the edition describes no extension.
     extended pub struct TargetReport {
         first {
-            /// MOMU, how many places the sensor has.
+            /// MOMU, number of sites of the sensor.
             code 2 "momu" sites / with_sites: NumberOfSites;
-            /// TTAX, is there a target?
+            /// TTAX, nature of the target.
             code 2 "ttax" taxonomy / with_taxonomy: TargetTaxonomy;
-            /// SCD, how the sensor scans.
+            /// SCD, direction of the scan.
             code 2 "scd" scan_direction / with_scan_direction: ScanDirection;
             spare 1 "spare";
         }
     }
 
-    /// I015/050, update period: from the time of applicability to the next report of this target.
+    /// I015/050, update period: time from the time of applicability to the next report of this target.
     pub struct UpdatePeriod(2) {
         spare 2 "spare";
         /// Seconds: LSB 1/128 s, 0 to 127.99 s.
@@ -92,19 +92,19 @@ items! {
             flag 1 "biz" is_in_blind_zone / with_blind_zone;
             /// BAZ: the target is in a blanked zone.
             flag 1 "baz" is_in_blanked_zone / with_blanked_zone;
-            /// TUR: a user ended the track.
+            /// TUR: a user terminated the track.
             flag 1 "tur" is_ended_by_user / with_ended_by_user;
             spare 1 "spare";
             /// CSTP: the position is extrapolated.
             flag 1 "cstp" is_position_coasted / with_position_coasted;
             /// CSTH: the height is extrapolated.
             flag 1 "csth" is_height_coasted / with_height_coasted;
-            /// CNF: a tentative track; else a confirmed one.
+            /// CNF: a tentative track; not set: a confirmed one.
             flag 1 "cnf" is_tentative / with_tentative;
         }
     }
 
-    /// I015/400, measurement identifier: by which pair of transmitter and receiver, and which observation.
+    /// I015/400, measurement identifier: pair of transmitter and receiver, and observation.
     pub struct MeasurementIdentifier(5) {
         /// PID, pair identifier, 0 to 65,535.
         count 16 "pid" pair / with_pair: u16;
@@ -113,6 +113,6 @@ items! {
     }
 
     /// A part of I015/480, associations.
-    /// What is associated, as the users agree: 40 bits.
+    /// Associated object, 40 bits whose meaning the users define.
     pub struct Association(5) = count 40 "" number / with_number: u64;
 }

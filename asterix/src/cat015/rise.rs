@@ -1,4 +1,4 @@
-//! How the target climbs: I015/604, 605.
+//! Vertical motion of the target: I015/604, 605.
 
 use crate::cat015::PairCorrelation;
 use crate::item::items;
@@ -8,7 +8,7 @@ items! {
     compound pub struct VerticalVelocityInformation {
         /// VV, the velocity upwards.
         "vv_m_s" velocity: VerticalVelocity,
-        /// RSVV, what the sensor can resolve.
+        /// RSVV, the resolution.
         "rsvv_m_s" resolution: VerticalVelocityResolution,
         /// SDVV, the standard deviation.
         "sdvv" precision: VerticalVelocityPrecision,
@@ -21,16 +21,16 @@ items! {
     }
 
     /// VV in I015/604.
-    /// Metres a second upwards: LSB 0.01 m/s, -83,886.08 to 83,886.07 m/s.
+    /// Metres per second upwards: LSB 0.01 m/s, -83,886.08 to 83,886.07 m/s.
     pub struct VerticalVelocity(3) = signed 24 "" up_m_s / with_up_m_s = 0.01, 2;
 
     /// RSVV in I015/604.
-    /// Metres a second: LSB 0.01 m/s, 0 to 655.35 m/s.
+    /// Metres per second: LSB 0.01 m/s, 0 to 655.35 m/s.
     pub struct VerticalVelocityResolution(2) = unsigned 16 "" up_m_s / with_up_m_s = 0.01, 2;
 
     /// SDVV in I015/604.
     pub struct VerticalVelocityPrecision(3) {
-        /// SDVV, standard deviation in metres a second: LSB 0.01 m/s, 0 to 655.35 m/s.
+        /// SDVV, standard deviation in metres per second: LSB 0.01 m/s, 0 to 655.35 m/s.
         unsigned 16 "sdvv_m_s" up_m_s / with_up_m_s = 0.01, 2;
         /// COVVGH, correlation with the height: LSB 1/128, -1 to below 1.
         signed 8 "covvgh" height_correlation / with_height_correlation = 1.0 / 128.0, 4;
@@ -51,12 +51,12 @@ items! {
     }
 
     /// VA in I015/605.
-    /// Metres a second squared upwards: LSB 0.01 m/s², -327.68 to 327.67 m/s².
+    /// Metres per second squared upwards: LSB 0.01 m/s², -327.68 to 327.67 m/s².
     pub struct VerticalAcceleration(2) = signed 16 "" up_m_s2 / with_up_m_s2 = 0.01, 2;
 
     /// RSVA in I015/605.
     pub struct VerticalAccelerationPrecision(4) {
-        /// SDVA, standard deviation in metres a second squared: LSB 0.01 m/s², 0 to 655.35 m/s².
+        /// SDVA, standard deviation in metres per second squared: LSB 0.01 m/s², 0 to 655.35 m/s².
         unsigned 16 "sdva_m_s2" up_m_s2 / with_up_m_s2 = 0.01, 2;
         /// COVAGH, correlation with the height: LSB 1/128, -1 to below 1.
         signed 8 "covagh" height_correlation / with_height_correlation = 1.0 / 128.0, 4;

@@ -1,4 +1,4 @@
-//! What the target looks like: I015/270, 300, 631.
+//! Shape and class of the target: I015/270, 300, 631.
 
 use crate::item::items;
 
@@ -11,7 +11,7 @@ items! {
         "wdt_m" width: Size,
         /// HGT, vertically.
         "hgt_m" height: Size,
-        /// ORT, where the nose points.
+        /// ORT, direction of the nose.
         "ort_deg" orientation: Orientation,
     }
 
@@ -23,23 +23,23 @@ items! {
     /// Degrees clockwise from true north: LSB 360/65536 degrees (about 0.0055), 0 to below 360 degrees.
     pub struct Orientation(2) = angle 16 "" degrees / with_degrees = 360.0 / 65536.0, 3;
 
-    /// A part of I015/300, object classification: the classes are agreed on by the users.
+    /// A part of I015/300, object classification: the users define the classes.
     pub struct Classification(2) {
         /// CLS, the class, 0 to 511.
         count 9 "cls" class / with_class: u16;
-        /// PRB, its probability in percent, 0 to 127 (100 at most by its meaning).
+        /// PRB, its probability in percent, 0 to 127 (values above 100 have no meaning).
         count 7 "prb" probability_percent / with_probability_percent: u8;
     }
 
-    /// A part of I015/631, contour: one of the elementary presences that make the plot.
+    /// A part of I015/631, contour: an elementary presence of the plot.
     pub struct ContourPoint(8) {
         /// AZCON, azimuth in degrees clockwise from true north: LSB 360/65536 degrees, 0 to below 360 degrees.
         angle 16 "azcon_deg" azimuth_deg / with_azimuth_deg = 360.0 / 65536.0, 3;
         /// ELCON, elevation in degrees: LSB 180/65536 degrees, -90 to below 90 degrees.
         signed 16 "elcon_deg" elevation_deg / with_elevation_deg = 180.0 / 65536.0, 4;
-        /// RGCONSTOP, where it ends, in metres: LSB 10,000/65,536 m (about 0.15 m), 0 to 9,999.8 m.
+        /// RGCONSTOP, end in range, in metres: LSB 10,000/65,536 m (about 0.15 m), 0 to 9,999.8 m.
         unsigned 16 "rgconstop_m" range_stop_m / with_range_stop_m = 10_000.0 / 65536.0, 2;
-        /// RGCONSTART, where it begins, in metres: LSB 10,000/65,536 m (about 0.15 m), 0 to 9,999.8 m.
+        /// RGCONSTART, start in range, in metres: LSB 10,000/65,536 m (about 0.15 m), 0 to 9,999.8 m.
         unsigned 16 "rgconstart_m" range_start_m / with_range_start_m = 10_000.0 / 65536.0, 2;
     }
 }

@@ -1,4 +1,4 @@
-//! How the target moves over ground: I015/602, 603. X points east and Y north, in a plane at the target.
+//! Horizontal motion of the target: I015/602, 603. X points east and Y north, in a plane at the target.
 
 use crate::item::items;
 
@@ -7,7 +7,7 @@ items! {
     compound pub struct VelocityInformation {
         /// HV, the velocity.
         "hv" velocity: Velocity,
-        /// RSHV, what the sensor can resolve.
+        /// RSHV, the resolution.
         "rshv" resolution: VelocityResolution,
         /// SDHV, the standard deviation.
         "sdhv" precision: VelocityPrecision,
@@ -17,17 +17,17 @@ items! {
 
     /// HV in I015/602.
     pub struct Velocity(5) {
-        /// East in metres a second: LSB 0.01 m/s, -5,242.88 to 5,242.87 m/s.
+        /// East in metres per second: LSB 0.01 m/s, -5,242.88 to 5,242.87 m/s.
         signed 20 "x_m_s" east_m_s / with_east_m_s = 0.01, 2;
-        /// North in metres a second: LSB 0.01 m/s, -5,242.88 to 5,242.87 m/s.
+        /// North in metres per second: LSB 0.01 m/s, -5,242.88 to 5,242.87 m/s.
         signed 20 "y_m_s" north_m_s / with_north_m_s = 0.01, 2;
     }
 
-    /// RSHV in I015/602: the least difference at which two targets are told apart.
+    /// RSHV in I015/602: minimum difference at which two targets are resolved.
     pub struct VelocityResolution(5) {
-        /// East in metres a second: LSB 0.01 m/s, 0 to 655.35 m/s.
+        /// East in metres per second: LSB 0.01 m/s, 0 to 655.35 m/s.
         unsigned 16 "x_m_s" east_m_s / with_east_m_s = 0.01, 2;
-        /// North in metres a second: LSB 0.01 m/s, 0 to 655.35 m/s.
+        /// North in metres per second: LSB 0.01 m/s, 0 to 655.35 m/s.
         unsigned 16 "y_m_s" north_m_s / with_north_m_s = 0.01, 2;
         /// CORSHVXY, their correlation: LSB 1/128, -1 to below 1.
         signed 8 "corshvxy" correlation / with_correlation = 1.0 / 128.0, 4;
@@ -35,9 +35,9 @@ items! {
 
     /// SDHV in I015/602: standard deviations.
     pub struct VelocityPrecision(5) {
-        /// East in metres a second: LSB 0.01 m/s, 0 to 655.35 m/s.
+        /// East in metres per second: LSB 0.01 m/s, 0 to 655.35 m/s.
         unsigned 16 "x_m_s" east_m_s / with_east_m_s = 0.01, 2;
-        /// North in metres a second: LSB 0.01 m/s, 0 to 655.35 m/s.
+        /// North in metres per second: LSB 0.01 m/s, 0 to 655.35 m/s.
         unsigned 16 "y_m_s" north_m_s / with_north_m_s = 0.01, 2;
         /// COHVXY, their correlation: LSB 1/128, -1 to below 1.
         signed 8 "cohvxy" correlation / with_correlation = 1.0 / 128.0, 4;
@@ -69,17 +69,17 @@ items! {
 
     /// HA in I015/603.
     pub struct Acceleration(3) {
-        /// East in metres a second squared: LSB 1/16 m/s², -128 to 127.94 m/s².
+        /// East in metres per second squared: LSB 1/16 m/s², -128 to 127.94 m/s².
         signed 12 "x_m_s2" east_m_s2 / with_east_m_s2 = 1.0 / 16.0, 2;
-        /// North in metres a second squared: LSB 1/16 m/s², -128 to 127.94 m/s².
+        /// North in metres per second squared: LSB 1/16 m/s², -128 to 127.94 m/s².
         signed 12 "y_m_s2" north_m_s2 / with_north_m_s2 = 1.0 / 16.0, 2;
     }
 
     /// SDHA in I015/603: standard deviations.
     pub struct AccelerationPrecision(4) {
-        /// East in metres a second squared: LSB 1/16 m/s², 0 to 255.94 m/s².
+        /// East in metres per second squared: LSB 1/16 m/s², 0 to 255.94 m/s².
         unsigned 12 "x_m_s2" east_m_s2 / with_east_m_s2 = 1.0 / 16.0, 2;
-        /// North in metres a second squared: LSB 1/16 m/s², 0 to 255.94 m/s².
+        /// North in metres per second squared: LSB 1/16 m/s², 0 to 255.94 m/s².
         unsigned 12 "y_m_s2" north_m_s2 / with_north_m_s2 = 1.0 / 16.0, 2;
         /// COHAXY, their correlation: LSB 1/128, -1 to below 1.
         signed 8 "cohaxy" correlation / with_correlation = 1.0 / 128.0, 4;

@@ -1,13 +1,13 @@
-//! How old each part of the report is: I021/295.
+//! Ages of the data in the report: I021/295.
 
 use crate::item::items;
 
 items! {
     /// A part of I021/295.
-    /// Seconds: LSB 0.1 s, 0 to 25.4 s; 25.5 s is that or more.
+    /// Seconds: LSB 0.1 s, 0 to 25.4 s; 25.5 s means 25.5 s or more.
     pub struct Age(1) = unsigned 8 "" seconds / with_seconds = 0.1, 1;
 
-    /// I021/295, data ages: of each item how old it was when the record was sent.
+    /// I021/295, data ages: age of each item when the record was sent.
     padded pub struct DataAges {
         /// AOS, of I021/008.
         "aos_s" operational_status: Age,

@@ -1,21 +1,21 @@
-//! How the report came about: I021/040.
+//! Target report descriptor: I021/040.
 
 use crate::item::items;
 
 items! {
-    /// ATP in I021/040: what the target address is.
+    /// ATP in I021/040: kind of the target address.
     pub enum AddressType {
         /// the aircraft's 24-bit ICAO address.
         Icao = 0,
-        /// one that another target has, too.
+        /// an address used by another target, too.
         Duplicate = 1,
-        /// of a surface vehicle.
+        /// address of a surface vehicle.
         SurfaceVehicle = 2,
         /// anonymous.
         Anonymous = 3,
     }
 
-    /// ARC in I021/040: in which steps altitude is reported.
+    /// ARC in I021/040: step of the reported altitude.
     all pub enum AltitudeReporting {
         /// 0: 25 ft.
         Feet25,
@@ -27,7 +27,7 @@ items! {
         Invalid,
     }
 
-    /// CL in I021/040: how far the report is to be believed.
+    /// CL in I021/040: confidence in the report.
     pub enum Confidence {
         /// valid.
         Valid = 0,
@@ -39,12 +39,12 @@ items! {
 
     /// I021/040, target report descriptor: one octet and, where sent, its extensions (4 in edition 2.6; more are kept).
     ///
-    /// What an absent extension would say is `false`, or `None` of what says whether it is populated.
+    /// Values of an absent extension are `false`, or `None` if a bit states whether they are populated.
     extended pub struct TargetReport {
         first {
-            /// ATP, what the target address is.
+            /// ATP, kind of the target address.
             code 3 "atp" address_type / with_address_type: AddressType;
-            /// ARC, in which steps altitude is reported.
+            /// ARC, step of the reported altitude.
             code 2 "arc" altitude_reporting / with_altitude_reporting: AltitudeReporting;
             /// RC: within range, validation of the position still pending.
             flag 1 "rc" is_range_checked / with_range_checked;
@@ -62,7 +62,7 @@ items! {
             flag 1 "tst" is_test / with_test;
             /// SAA: cannot provide the selected altitude.
             flag 1 "saa" lacks_selected_altitude / with_selected_altitude_lacking;
-            /// CL, how far the report is to be believed.
+            /// CL, confidence in the report.
             code 2 "cl" confidence / with_confidence: Confidence;
         }
         extension {
@@ -82,12 +82,12 @@ items! {
         }
         extension {
             count 1 "tbc_ep";
-            /// TBC, bits corrected in all; from edition 2.6 on.
+            /// TBC, total number of bits corrected; from edition 2.6 on.
             populated 6 "tbc" bits_corrected: u8;
         }
         extension {
             count 1 "mbc_ep";
-            /// MBC, most bits corrected in a message; from edition 2.6 on.
+            /// MBC, maximum number of bits corrected in a message; from edition 2.6 on.
             populated 6 "mbc" most_bits_corrected: u8;
         }
     }

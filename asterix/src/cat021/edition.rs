@@ -1,4 +1,4 @@
-//! Which edition a sender follows.
+//! Editions of CAT021.
 
 use alloc::string::String;
 use core::fmt;
@@ -9,11 +9,11 @@ use super::{
 };
 use crate::{Describe, Profile, UapItem};
 
-/// The edition of the specification that a sender follows.
+/// The edition of the specification that a sender uses.
 ///
-/// Up to 2.1 the second octet of I021/271 has no FX bit, from 2.2 on it has: the same octets mean other things, and read in
-/// the wrong edition what follows them is read wrong, often without a fault. All other differences give a meaning to bits
-/// that were spare or lengthen an extended item, so the newest layouts serve the editions from 2.2 on.
+/// The second octet of I021/271 has an FX bit from edition 2.2 on, and none up to 2.1. Reading it in a wrong edition misreads
+/// the octets after it, often without a fault. All other changes define spare bits or lengthen an extended item, so the newest
+/// layouts serve all editions from 2.2 on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Edition {
     /// 2.1.
@@ -34,11 +34,11 @@ pub enum Edition {
 }
 
 impl Edition {
-    /// All of them, the oldest first.
+    /// All editions, oldest first.
     pub const ALL: [Self; 7] =
         [Self::V2_1, Self::V2_2, Self::V2_3, Self::V2_4, Self::V2_5, Self::V2_6, Self::V2_7];
 
-    /// As it is written: `"2.1"`.
+    /// The name of the edition: `"2.1"`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::V2_1 => "2.1",
@@ -51,7 +51,7 @@ impl Edition {
         }
     }
 
-    /// The items in the order of the record, as this edition lays them out.
+    /// The items in the order of the record, with the layouts of this edition.
     pub const fn profile(self) -> &'static Profile {
         match self {
             Self::V2_1 => &UAP_2_1,
@@ -59,8 +59,7 @@ impl Edition {
         }
     }
 
-    /// The oldest edition that defines all that this record says beyond edition 2.1, of what was spare or not there before;
-    /// `None` where it says nothing of that.
+    /// The oldest edition that defines everything in this record; `None` if edition 2.1 does.
     pub fn least(record: &Record) -> Option<Self> {
         let octets = |chain: Option<&crate::Chain>| chain.map_or(0, |chain| chain.octets().len());
         let descriptor = record.target_report.as_ref();
@@ -77,7 +76,7 @@ impl Edition {
     }
 }
 
-/// The profile with the layout of I021/271 that ended with edition 2.1.
+/// The profile with the layout of I021/271 up to edition 2.1.
 static UAP_2_1: Profile = Profile::new(&ITEMS_2_1);
 
 const ITEMS_2_1: [UapItem; UAP.items().len()] = {
@@ -100,7 +99,7 @@ impl fmt::Display for Edition {
     }
 }
 
-/// A text that names no edition.
+/// Error: a text is no edition.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0:?} is no edition of CAT021 that is read; known are 2.1, 2.2, 2.3, 2.4, 2.5, 2.6 and 2.7")]
 pub struct UnknownEdition(pub String);

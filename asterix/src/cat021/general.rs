@@ -1,15 +1,15 @@
-//! Who and what the target is, and who reports: I021/008, 015, 016, 020, 070, 132, 161, 200, 210, 400.
+//! Identity and kind of the target, and data source: I021/008, 015, 016, 020, 070, 132, 161, 200, 210, 400.
 
 use core::fmt;
 
 use crate::item::items;
 
 items! {
-    /// TC in I021/008: which trajectory change reports the aircraft can send.
+    /// TC in I021/008: trajectory change reports that the aircraft can send.
     pub enum TrajectoryCapability {
         /// none.
         None = 0,
-        /// TC+0 alone.
+        /// TC+0 only.
         Single = 1,
         /// several.
         Multiple = 2,
@@ -19,31 +19,31 @@ items! {
     pub struct OperationalStatus(1) {
         /// RA: a resolution advisory is active.
         flag 1 "ra" has_advisory / with_advisory;
-        /// TC, which trajectory change reports the aircraft can send.
+        /// TC, trajectory change reports that the aircraft can send.
         code 2 "tc" trajectory_capability / with_trajectory_capability: TrajectoryCapability;
         /// TS: can send target state reports.
         flag 1 "ts" has_target_state / with_target_state;
         /// ARV: can send air-referenced velocity.
         flag 1 "arv" has_air_velocity / with_air_velocity;
-        /// CDTI/A: the cockpit display of traffic information in the air works.
+        /// CDTI/A: the airborne cockpit display of traffic information is operational.
         flag 1 "cdtia" has_traffic_display / with_traffic_display;
-        /// NOT TCAS: the collision avoidance system does not work.
+        /// NOT TCAS: the collision avoidance system is not operational.
         flag 1 "nottcas" is_tcas_off / with_tcas_off;
-        /// SA: one antenna alone.
+        /// SA: single antenna.
         flag 1 "sa" has_single_antenna / with_single_antenna;
     }
 
-    /// I021/015, service identification: as the ground station numbers its services.
+    /// I021/015, service identification, assigned by the ground station.
     /// The number, 0 to 255.
     pub struct ServiceIdentification(1) = count 8 "" number / with_number: u8;
 
     /// I021/016, service management.
     pub struct ServiceManagement(1) {
-        /// Period of the reports in seconds: LSB 0.5 s, 0 to 127.5 s; 0 where each message is reported.
+        /// Period of the reports in seconds: LSB 0.5 s, 0 to 127.5 s; 0 if each message is reported.
         unsigned 8 "period_s" period_s / with_period_s = 0.5, 1;
     }
 
-    /// I021/020: what the target is.
+    /// I021/020: kind of the target.
     pub enum EmitterCategory {
         /// no information.
         Unknown = 0,
@@ -53,7 +53,7 @@ items! {
         Small = 2,
         /// medium aircraft, up to 300,000 lb.
         Medium = 3,
-        /// large aircraft of high vortex.
+        /// large aircraft with strong vortex.
         HighVortex = 4,
         /// heavy aircraft, from 300,000 lb on.
         Heavy = 5,
@@ -86,7 +86,7 @@ items! {
     }
 
     /// I021/020, emitter category.
-    /// What the target is.
+    /// Kind of the target.
     pub struct Emitter(1) = code 8 "" category / with_category: EmitterCategory;
 
     /// I021/070, Mode 3/A code.
@@ -104,20 +104,20 @@ impl fmt::Display for Mode3A {
 }
 
 items! {
-    /// I021/132, message amplitude: how strong the weakest message of the record was.
+    /// I021/132, message amplitude: strength of the weakest message used for the record.
     pub struct MessageAmplitude(1) {
         /// dBm: LSB 1 dBm, -128 to 127 dBm.
         signed 8 "amplitude_dbm" dbm / with_dbm = 1.0, 0;
     }
 
-    /// I021/161, the ground station's number of the track.
+    /// I021/161, track number assigned by the ground station.
     pub struct TrackNumber(2) {
         spare 4 "spare";
         /// The number, 0 to 4095.
         count 12 "track_number" number / with_number: u16;
     }
 
-    /// PS in I021/200: is something wrong?
+    /// PS in I021/200: priority status.
     pub enum PriorityStatus {
         /// no emergency, or nothing reported.
         None = 0,
@@ -135,13 +135,13 @@ items! {
         Downed = 6,
     }
 
-    /// SS in I021/200: what the transponder's code says.
+    /// SS in I021/200: surveillance status.
     all pub enum SurveillanceStatus {
         /// 0: nothing.
         None,
         /// 1: permanent alert, an emergency.
         PermanentAlert,
-        /// 2: temporary alert, the code changed.
+        /// 2: temporary alert, code change.
         TemporaryAlert,
         /// 3: special position identification.
         SpecialPosition,
@@ -155,13 +155,13 @@ items! {
         flag 1 "lnav" is_lateral_off / with_lateral_off;
         /// ME: military emergency; from edition 2.2 on.
         flag 1 "me" is_military_emergency / with_military_emergency;
-        /// PS, is something wrong?
+        /// PS, priority status.
         code 3 "ps" priority / with_priority: PriorityStatus;
-        /// SS, what the transponder's code says.
+        /// SS, surveillance status.
         code 2 "ss" surveillance / with_surveillance: SurveillanceStatus;
     }
 
-    /// VN in I021/210: the standard that the aircraft's equipment follows.
+    /// VN in I021/210: standard of the aircraft's equipment.
     pub enum Standard {
         /// ED-102, DO-260.
         Do260 = 0,
@@ -173,7 +173,7 @@ items! {
         Do260C = 3,
     }
 
-    /// LTT in I021/210: how the message was sent.
+    /// LTT in I021/210: link technology.
     pub enum LinkTechnology {
         /// another way.
         Unspecified = 0,
@@ -190,9 +190,9 @@ items! {
         spare 1 "spare";
         /// VNS: the ground station does not know the version.
         flag 1 "vns" is_unsupported / with_unsupported;
-        /// VN, the standard that the aircraft's equipment follows.
+        /// VN, standard of the aircraft's equipment.
         code 3 "vn" standard / with_standard: Standard;
-        /// LTT, how the message was sent.
+        /// LTT, link technology.
         code 3 "ltt" technology / with_technology: LinkTechnology;
     }
 

@@ -1,4 +1,4 @@
-//! Where the aircraft says it is going: I021/110.
+//! Intended trajectory of the aircraft: I021/110.
 
 use crate::Repeated;
 use crate::aircraft::{IntentStatus, TrajectoryPoint};

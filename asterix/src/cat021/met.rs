@@ -1,4 +1,4 @@
-//! What the aircraft says of the weather: I021/220.
+//! Meteorological data from the aircraft: I021/220.
 
 use crate::item::items;
 
@@ -20,7 +20,7 @@ items! {
 
     /// WS in I021/220.
     pub struct WindSpeed(2) {
-        /// Metres a second: LSB 1 kt (0.514 m/s), 0 to 300 kt; the bits hold 65,535 kt.
+        /// Metres per second: LSB 1 kt (0.514 m/s), 0 to 300 kt; the bits hold 65,535 kt.
         unsigned 16 "speed_m_s" speed_m_s / with_speed_m_s = 1852.0 / 3600.0, 1;
     }
 

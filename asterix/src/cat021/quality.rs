@@ -1,4 +1,4 @@
-//! How exact and how sure the position is: I021/090.
+//! Accuracy and integrity of the position: I021/090.
 
 use crate::item::items;
 
@@ -6,7 +6,7 @@ use crate::item::items;
 const NAUTICAL_MILE_M: f64 = 1852.0;
 
 items! {
-    /// VALSTATE in I021/090: what an independent validation of the position found.
+    /// VALSTATE in I021/090: result of an independent validation of the position.
     all pub enum ValidationState {
         /// 0: not done.
         NotDone,
@@ -20,7 +20,7 @@ items! {
 
     /// I021/090, quality indicators: one octet and, where sent, its extensions (7 in edition 2.7; more are kept).
     ///
-    /// What an absent extension would say is 0, which everywhere means unknown or none.
+    /// Values of an absent extension are 0, which always means unknown or none.
     extended pub struct QualityIndicators {
         first {
             /// NUCr (version 0) or NACv: category of the velocity's accuracy.
@@ -78,8 +78,8 @@ items! {
 }
 
 impl QualityIndicators {
-    /// The radius around the position in metres within which the aircraft is in 95 of 100 cases (EPU, RTCA DO-260B table
-    /// 2-71), by NACp; `None` for 0, which is unknown, and for codes that nobody defined. Version 0 has no NACp.
+    /// Radius around the position, in metres, that contains the aircraft with 95 % probability (EPU, RTCA DO-260B table 2-71), by
+    /// NACp; `None` for 0 (unknown) and undefined codes. Version 0 has no NACp.
     pub fn horizontal_accuracy_m(&self) -> Option<f64> {
         Some(match self.accuracy_category() {
             1 => 10.0 * NAUTICAL_MILE_M,
@@ -97,7 +97,7 @@ impl QualityIndicators {
         })
     }
 
-    /// The bound of the horizontal velocity's error in metres a second in 95 of 100 cases, by NACv; `None` where unknown.
+    /// Bound of the horizontal velocity's error, in metres per second, with 95 % probability, by NACv; `None` if unknown.
     pub fn velocity_accuracy_m_s(&self) -> Option<f64> {
         Some(match self.velocity_category() {
             1 => 10.0,
@@ -108,7 +108,7 @@ impl QualityIndicators {
         })
     }
 
-    /// The bound of the geometric altitude's error in metres in 95 of 100 cases, by GVA (version 2); `None` where unknown.
+    /// Bound of the geometric altitude's error, in metres, with 95 % probability, by GVA (version 2); `None` if unknown.
     pub fn vertical_accuracy_m(&self) -> Option<f64> {
         match self.geometric_category() {
             1 => Some(150.0),
@@ -117,22 +117,22 @@ impl QualityIndicators {
         }
     }
 
-    /// What a validation of the position found; `None` where that is not populated.
+    /// Result of a validation of the position; `None` if not populated.
     pub fn validation(&self) -> Option<ValidationState> {
         self.validation_code().map(ValidationState::from_code)
     }
 
-    /// How far the validation found the position to be off, in metres: LSB 1 m, 0 to 16,383 m.
+    /// Distance of the position from its validation, in metres: LSB 1 m, 0 to 16,383 m.
     pub fn validation_distance_m(&self) -> Option<f64> {
         self.has_validation_distance().then(|| self.metres(5))
     }
 
-    /// How exact that distance is, in metres: LSB 1 m, 0 to 16,383 m.
+    /// Accuracy of that distance, in metres: LSB 1 m, 0 to 16,383 m.
     pub fn validation_quality_m(&self) -> Option<f64> {
         self.has_validation_quality().then(|| self.metres(7))
     }
 
-    /// 14 bits in two octets from this one on.
+    /// The 14 bits in two octets that begin at the octet with this index.
     fn metres(&self, index: usize) -> f64 {
         let seven = |index| f64::from(self.chain().octet(index).unwrap_or(0) >> 1);
         seven(index) * 128.0 + seven(index + 1)

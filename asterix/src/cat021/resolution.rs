@@ -1,4 +1,4 @@
-//! What the collision avoidance system advises: I021/260.
+//! Advisory of the collision avoidance system: I021/260.
 
 use crate::item::items;
 

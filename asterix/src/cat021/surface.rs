@@ -1,9 +1,9 @@
-//! What an aircraft on the ground can do and how large it is: I021/271.
+//! Capability and size of an aircraft on the ground: I021/271.
 
 use super::Edition;
 use crate::item::{in_place, items};
 
-/// Declares I021/271: its first part is the same in all editions.
+/// Declares I021/271, whose first part is the same in all editions.
 macro_rules! surface {
     ($(#[$doc:meta])* $form:ident $name:ident { $($last:tt)* }) => {
         items! {
@@ -11,9 +11,9 @@ macro_rules! surface {
             $form pub struct $name {
                 first {
                     spare 2 "spare";
-                    /// POA: the position is that of the reference point of ADS-B.
+                    /// POA: the position refers to the ADS-B reference point.
                     flag 1 "poa" is_reference_point / with_reference_point;
-                    /// CDTI/S: the cockpit display of traffic information on the surface works.
+                    /// CDTI/S: the cockpit display of traffic information on the surface is operational.
                     flag 1 "cdtis" has_traffic_display / with_traffic_display;
                     /// B2 low: class B2, which transmits with less than 70 W.
                     flag 1 "b2low" is_low_power / with_low_power;
@@ -33,7 +33,7 @@ macro_rules! surface {
 surface! {
     /// I021/271 from edition 2.2 on: one octet and, where sent, its extensions.
     extended SurfaceCharacteristics {
-        /// LW, length and width as a code, 0 to 15; 0 where the extension is absent.
+        /// LW, length and width as a code, 0 to 15; 0 if the extension is absent.
         count 4 "lw" length_and_width / with_length_and_width: u8;
         spare 3 "spare_2";
     }
@@ -43,17 +43,17 @@ surface! {
     /// I021/271 up to edition 2.1: one octet, and a second one without FX.
     parts SurfaceCharacteristics21 {
         spare 4 "spare_2";
-        /// LW, length and width as a code, 0 to 15; 0 where the second octet is absent.
+        /// LW, length and width as a code, 0 to 15; 0 if the second octet is absent.
         count 4 "lw" length_and_width / with_length_and_width: u8;
     }
 }
 
-/// I021/271 in the form of the edition that it was sent in.
+/// I021/271 in the layout of the edition of its sender.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Surface {
-    /// Up to edition 2.1.
+    /// Layout up to edition 2.1.
     Edition21(SurfaceCharacteristics21),
-    /// From edition 2.2 on.
+    /// Layout from edition 2.2 on.
     Edition22(SurfaceCharacteristics),
 }
 
@@ -74,7 +74,7 @@ impl Surface {
     /// Its field reference number.
     pub(super) const FRN: u8 = 37;
 
-    /// All bits 0, in the form of this edition, to be made with [`Surface::Edition21`]'s or [`Surface::Edition22`]'s setters.
+    /// All bits 0, in the layout of this edition. Values are set in [`Surface::Edition21`] or [`Surface::Edition22`].
     pub fn new(edition: Edition) -> Self {
         match edition {
             Edition::V2_1 => Self::Edition21(SurfaceCharacteristics21::default()),
@@ -82,7 +82,7 @@ impl Surface {
         }
     }
 
-    /// LW, length and width as a code; 0 where it was not sent.
+    /// LW, length and width as a code; 0 if it was not sent.
     pub const fn length_and_width(self) -> u8 {
         match self {
             Self::Edition21(item) => item.length_and_width(),
@@ -90,8 +90,8 @@ impl Surface {
         }
     }
 
-    /// The largest length and width in metres that the code stands for (ED-102A, table of aircraft lengths and widths);
-    /// `None` for 0, which says nothing. Of 15 they may be larger.
+    /// Maximum length and width in metres for the code (ED-102A, table of aircraft lengths and widths); `None` for 0 (unknown).
+    /// With code 15 the aircraft may be larger.
     pub fn largest_size_m(self) -> Option<(f64, f64)> {
         let sizes = [
             (15.0, 23.0),

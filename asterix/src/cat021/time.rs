@@ -1,10 +1,10 @@
-//! When a message was received, to the nanosecond: I021/074, 076.
+//! Precise times of reception of messages: I021/074, 076.
 
 use crate::TimeOfDay;
 use crate::item::items;
 
 items! {
-    /// FSI in I021/074 and 076: which whole second the fraction belongs to.
+    /// FSI in I021/074 and 076: the whole second to which the fraction belongs.
     pub enum SecondIndication {
         /// that of the coarse time.
         Same = 0,
@@ -14,10 +14,10 @@ items! {
         Previous = 2,
     }
 
-    /// I021/074 of the position and I021/076 of the velocity: the fraction of the second in which the message was received,
-    /// to be read with I021/073 or 075.
+    /// I021/074 for the position and I021/076 for the velocity: fraction of the second in which the message was received, for use
+    /// with I021/073 or 075.
     pub struct PreciseTime(4) {
-        /// FSI, which whole second the fraction belongs to.
+        /// FSI, the whole second to which the fraction belongs.
         code 2 "fsi" second / with_second: SecondIndication;
         /// The fraction in seconds: LSB 2^-30 s (0.93 ns), 0 to below 1 s.
         unsigned 30 "tomrp_s" fraction_s / with_fraction_s = 1.0 / 1_073_741_824.0, 10;
@@ -25,8 +25,8 @@ items! {
 }
 
 impl PreciseTime {
-    /// Seconds since midnight, with the coarse time of the same message; of midnight itself -1 to 86,401 s.
-    /// `None` for an FSI that the edition does not define.
+    /// Seconds since midnight, given the coarse time of the same message; -1 to 86,401 s around midnight. `None` for an undefined
+    /// FSI.
     pub fn seconds(self, coarse: TimeOfDay) -> Option<f64> {
         let whole = f64::from(coarse.count() / TimeOfDay::PER_SECOND);
         let shift = match self.second() {

@@ -1,4 +1,4 @@
-//! What a service message says: I034/000, 020, 041, 070, 090, 100, 110, 120.
+//! Contents of a service message: I034/000, 020, 041, 070, 090, 100, 110, 120.
 
 use crate::item::items;
 
@@ -25,18 +25,18 @@ items! {
     }
 
     /// I034/000 (5.2.1), message type.
-    /// What is said.
+    /// Kind of the message.
     pub struct MessageType(1) = code 8 "" kind / with_kind: MessageKind;
 
-    /// I034/020 (5.2.3), sector number: the azimuth at which the sector begins that the antenna enters.
+    /// I034/020 (5.2.3), sector number: azimuth at the start of the sector that the antenna enters.
     /// Azimuth in degrees from north, clockwise: LSB 360/256 degrees (about 1.41), 0 to below 360 degrees.
     pub struct SectorNumber(1) = unsigned 8 "azimuth_deg" azimuth_deg / with_azimuth_deg = 360.0 / 256.0, 6;
 
     /// I034/041 (5.2.5), antenna rotation speed, as the time of one turn.
-    /// Seconds a turn: LSB 1/128 s, 0 to below 512 s.
+    /// Seconds per turn: LSB 1/128 s, 0 to below 512 s.
     pub struct RotationPeriod(2) = unsigned 16 "period_s" period_s / with_period_s = 1.0 / 128.0, 7;
 
-    /// TYP in I034/070: what is counted.
+    /// TYP in I034/070: subject of the count.
     pub enum CounterKind {
         /// misses: no detection.
         NoDetection = 0,
@@ -84,13 +84,13 @@ items! {
 
     /// A part of I034/070 (5.2.8), message count values.
     pub struct MessageCount(2) {
-        /// TYP, what is counted.
+        /// TYP, subject of the count.
         code 5 "typ" kind / with_kind: CounterKind;
-        /// How many, 0 to 2047.
+        /// The count, 0 to 2047.
         count 11 "count" count / with_count: u16;
     }
 
-    /// I034/090 (5.2.9), collimation error: the mean difference of the PSR from the SSR plots.
+    /// I034/090 (5.2.9), collimation error: mean difference between PSR and SSR plots.
     pub struct CollimationError(2) {
         /// Range error in metres: LSB 1/128 NM (14.46875 m), -1852 to 1837.5 m.
         signed 8 "range_m" range_m / with_range_m = NAUTICAL_MILE_M / 128.0, 1;
@@ -110,7 +110,7 @@ items! {
         unsigned 16 "theta_end_deg" theta_end_deg / with_theta_end_deg = 360.0 / 65536.0, 3;
     }
 
-    /// What I034/110 filters.
+    /// Data filtered in I034/110.
     pub enum Filter {
         /// invalid.
         Invalid = 0,
@@ -135,10 +135,10 @@ items! {
     }
 
     /// I034/110 (5.2.11), data filter.
-    /// What is filtered.
+    /// The filtered data.
     pub struct DataFilter(1) = code 8 "" filter / with_filter: Filter;
 
-    /// I034/120 (5.2.12), where the data source stands, in WGS-84.
+    /// I034/120 (5.2.12), position of the data source in WGS-84.
     pub struct SourcePosition(8) {
         /// Height in metres above mean sea level: LSB 1 m, -32768 to 32767 m.
         signed 16 "height_m" height_m / with_height_m = 1.0, 0;

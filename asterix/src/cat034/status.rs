@@ -1,4 +1,4 @@
-//! How the radar is doing: I034/050, 060.
+//! Status of the radar: I034/050, 060.
 
 use crate::item::items;
 
@@ -24,7 +24,7 @@ items! {
         flag 1 "nogo" is_nogo / with_nogo;
         /// RDPC: radar data processor chain 2 is selected; not set: chain 1.
         flag 1 "rdpc" is_chain_2 / with_chain_2;
-        /// RDPR: the processor chain restarts; track numbers will be assigned anew.
+        /// RDPR: the processor chain restarts; track numbers will be assigned again.
         flag 1 "rdpr" is_reset / with_reset;
         /// OVL RDP: the radar data processor is overloaded.
         flag 1 "ovl_rdp" is_processor_overloaded / with_processor_overloaded;
@@ -41,11 +41,11 @@ items! {
     pub enum Channels {
         /// no channel.
         None = 0,
-        /// channel A alone.
+        /// channel A only.
         A = 1,
-        /// channel B alone.
+        /// channel B only.
         B = 2,
-        /// both (diversity); of a secondary or Mode S radar an illegal combination.
+        /// both (diversity); not valid for a secondary or Mode S radar.
         Both = 3,
     }
 
@@ -72,9 +72,9 @@ items! {
         flag 1 "ovl_sur" is_overloaded / with_overloaded;
         /// MSC: the monitoring system is disconnected.
         flag 1 "msc" is_monitor_disconnected / with_monitor_disconnected;
-        /// SCF: channel B does the surveillance co-ordination function; not set: channel A.
+        /// SCF: channel B performs the surveillance co-ordination function; not set: channel A.
         flag 1 "scf" is_co_ordination_on_b / with_co_ordination_on_b;
-        /// DLF: channel B does the data link function; not set: channel A.
+        /// DLF: channel B performs the data link function; not set: channel A.
         flag 1 "dlf" is_data_link_on_b / with_data_link_on_b;
         /// OVL SCF: the surveillance co-ordination function is overloaded.
         flag 1 "ovl_scf" is_co_ordination_overloaded / with_co_ordination_overloaded;
@@ -114,7 +114,7 @@ items! {
         flag 1 "pol" is_circular / with_circular;
         /// RED RAD, step of load reduction in the PSR: 0 none, to 7.
         count 3 "red_rad" reduction / with_reduction: u8;
-        /// STC, number of the sensitivity time control map less 1, 0 to 3.
+        /// STC, number of the sensitivity time control map minus 1, 0 to 3.
         count 2 "stc" sensitivity_map / with_sensitivity_map: u8;
         spare 2 "spare";
     }

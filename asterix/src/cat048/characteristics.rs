@@ -1,4 +1,4 @@
-//! How the radar measured the plot: I048/120, 130.
+//! Measurement of the plot: I048/120, 130.
 
 use crate::Repeated;
 use crate::item::items;
@@ -19,17 +19,17 @@ items! {
         "prl_deg" psr_run_length: RunLength,
         /// PAM, amplitude of the primary plot.
         "pam_dbm" psr_amplitude: Amplitude,
-        /// RPD, range of the PSR plot less that of the SSR plot.
+        /// RPD, range of the PSR plot minus that of the SSR plot.
         "rpd_m" range_difference: RangeDifference,
-        /// APD, azimuth of the PSR plot less that of the SSR plot.
+        /// APD, azimuth of the PSR plot minus that of the SSR plot.
         "apd_deg" azimuth_difference: AzimuthDifference,
     }
 
-    /// SRL, PRL in I048/130: how long the antenna saw the target.
+    /// SRL, PRL in I048/130: azimuth over which the antenna detected the target.
     /// Degrees of azimuth: LSB 360/8192 degrees (about 0.044), 0 to 11.21 degrees.
     pub struct RunLength(1) = unsigned 8 "" degrees / with_degrees = 360.0 / 8192.0, 2;
 
-    /// SRR in I048/130: how many replies made the plot.
+    /// SRR in I048/130: number of replies used for the plot.
     /// Replies, 0 to 255.
     pub struct Replies(1) = count 8 "" number / with_number: u8;
 
@@ -45,11 +45,11 @@ items! {
     /// Degrees: LSB 360/16384 degrees (about 0.022), -2.8125 to 2.7905 degrees.
     pub struct AzimuthDifference(1) = signed 8 "" degrees / with_degrees = 360.0 / 16384.0, 3;
 
-    /// I048/120 (5.2.15), radial Doppler speed. The specification allows one of the subfields at a time; both are read.
+    /// I048/120 (5.2.15), radial Doppler speed. The specification allows only one of the subfields; both are decoded.
     compound pub struct RadialDoppler {
         /// CAL, calculated.
         "cal" calculated: CalculatedDoppler,
-        /// RDS, raw, as often as it was measured.
+        /// RDS, raw, one part per measurement.
         "rds" raw: Repeated<RawDoppler>,
         _,
         _,
@@ -63,16 +63,16 @@ items! {
         /// D: the speed is doubtful.
         flag 1 "d" is_doubtful / with_doubtful;
         spare 5 "spare";
-        /// Radial speed in metres a second: LSB 1 m/s, -512 to 511 m/s.
+        /// Radial speed in metres per second: LSB 1 m/s, -512 to 511 m/s.
         signed 10 "speed_m_s" speed_m_s / with_speed_m_s = 1.0, 0;
     }
 
     /// A part of RDS in I048/120: raw Doppler speed.
     pub struct RawDoppler(6) {
-        /// DOP, Doppler speed in metres a second: LSB 1 m/s, 0 to 65535 m/s. The specification says neither sign nor
+        /// DOP, Doppler speed in metres per second: LSB 1 m/s, 0 to 65535 m/s. The specification states neither sign nor
         /// direction.
         count 16 "doppler_m_s" doppler_m_s / with_doppler_m_s: u16;
-        /// AMB, ambiguity range in metres a second: LSB 1 m/s, 0 to 65535 m/s.
+        /// AMB, ambiguity range in metres per second: LSB 1 m/s, 0 to 65535 m/s.
         count 16 "ambiguity_m_s" ambiguity_m_s / with_ambiguity_m_s: u16;
         /// FRQ, transmitter frequency in megahertz: LSB 1 MHz, 0 to 65535 MHz.
         count 16 "frequency_mhz" frequency_mhz / with_frequency_mhz: u16;

@@ -1,11 +1,11 @@
-//! What Mode S says of the aircraft: I048/230, 260. Registers are in [`aircraft`](crate::aircraft).
+//! Mode S data of the aircraft: I048/230, 260. Registers are in [`aircraft`](crate::aircraft).
 
 use crate::item::items;
 
 items! {
-    /// COM in I048/230: what the transponder can communicate.
+    /// COM in I048/230: communications capability of the transponder.
     pub enum Communications {
-        /// nothing, surveillance alone.
+        /// none, surveillance only.
         Surveillance = 0,
         /// Comm. A and Comm. B.
         CommAB = 1,
@@ -37,7 +37,7 @@ items! {
 
     /// I048/230 (5.2.23), communications and ACAS capability, flight status.
     pub struct Capability(2) {
-        /// COM, what the transponder can communicate.
+        /// COM, communications capability of the transponder.
         code 3 "com" communications / with_communications: Communications;
         /// STAT, flight status.
         code 3 "stat" flight_status / with_flight_status: FlightStatus;

@@ -1,4 +1,4 @@
-//! What the transponder says it is: I048/070. Address and identification are in [`aircraft`](crate::aircraft).
+//! Mode 3/A code of the transponder: I048/070. Address and identification are in [`aircraft`](crate::aircraft).
 
 use core::fmt;
 

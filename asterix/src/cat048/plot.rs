@@ -1,4 +1,4 @@
-//! Where the radar saw the target: I048/040, 090, 110.
+//! Position measured by the radar: I048/040, 090, 110.
 
 use crate::bits;
 use crate::item::items;
@@ -18,8 +18,8 @@ items! {
 }
 
 impl PolarPosition {
-    /// The nearest position. `None` when the range is not in 0 to below 256 NM (474,112 m) or a number is not finite;
-    /// any finite azimuth is brought into one turn.
+    /// The nearest position. `None` if the range is not in 0 to below 256 NM (474,112 m) or a number is not finite; any finite
+    /// azimuth is reduced to one turn.
     pub fn new(range_m: f64, azimuth_deg: f64) -> Option<Self> {
         Self::default().with_range_m(range_m)?.with_azimuth_deg(azimuth_deg)
     }
@@ -28,7 +28,7 @@ impl PolarPosition {
 items! {
     /// I048/090 (5.2.12), flight level from the transponder's Mode C or Mode S reply.
     ///
-    /// The level is signed, as edition 1.32 says; earlier editions leave it open, and radars send negative levels.
+    /// The level is signed, as edition 1.32 states. Earlier editions leave this open, and radars send negative levels.
     pub struct FlightLevel(2) {
         /// V = 0: the code is validated.
         unset 1 "v" is_validated / with_validated;

@@ -1,4 +1,4 @@
-//! What the radar makes of the replies: Mode 1, 2 and C codes and the confidence in them, I048/050, 055, 060, 065, 080, 100.
+//! Codes from the replies and the confidence in them: Mode 1, 2 and C, I048/050, 055, 060, 065, 080, 100.
 
 use crate::item::items;
 

@@ -1,22 +1,22 @@
-//! How the target was detected: I048/020.
+//! Target report descriptor: I048/020.
 
 use crate::Chain;
 use crate::item::items;
 
 items! {
-    /// TYP in I048/020: what detected the target.
+    /// TYP in I048/020: means of detection.
     all pub enum DetectionType {
-        /// 0: nothing did; the track is coasted.
+        /// 0: no detection; the track is coasted.
         NoDetection,
-        /// 1: primary radar (PSR) alone.
+        /// 1: primary radar (PSR) only.
         Primary,
-        /// 2: secondary radar (SSR) alone.
+        /// 2: secondary radar (SSR) only.
         Secondary,
         /// 3: SSR and PSR.
         SecondaryAndPrimary,
-        /// 4: Mode S all-call alone.
+        /// 4: Mode S all-call only.
         ModeSAllCall,
-        /// 5: Mode S roll-call alone.
+        /// 5: Mode S roll-call only.
         ModeSRollCall,
         /// 6: Mode S all-call and PSR.
         ModeSAllCallAndPrimary,
@@ -39,11 +39,11 @@ items! {
     /// I048/020 (5.2.2), target report descriptor: one octet and, where sent, its extensions (5 in edition 1.32; more are
     /// kept).
     ///
-    /// What an absent first extension would say is `false`. The later extensions say of each value whether it is populated:
-    /// `None` when it is not, or when the extension is absent.
+    /// Values of an absent first extension are `false`. In the later extensions a bit states whether each value is populated:
+    /// `None` if not, or if the extension is absent.
     extended pub struct TargetReport {
         first {
-            /// TYP: what detected the target.
+            /// TYP: means of detection.
             code 3 "typ" detection / with_detection: DetectionType;
             /// SIM: a simulated target.
             flag 1 "sim" is_simulated / with_simulated;
@@ -57,7 +57,7 @@ items! {
         extension {
             /// TST: a test target.
             flag 1 "tst" is_test / with_test;
-            /// ERR: farther than I048/040 can say.
+            /// ERR: beyond the range of I048/040.
             flag 1 "err" is_extended_range / with_extended_range;
             /// XPP: X-pulse present.
             flag 1 "xpp" has_x_pulse / with_x_pulse;
@@ -113,7 +113,7 @@ items! {
 }
 
 impl TargetReport {
-    /// An actual report of an aircraft's transponder or of its echo, without extension.
+    /// A report of an actual target with a transponder or an echo, without extension.
     pub const fn new(detection: DetectionType) -> Self {
         Self(Chain::new(0)).with_detection(detection)
     }

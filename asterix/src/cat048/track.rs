@@ -1,4 +1,4 @@
-//! The radar's own track: I048/042, 161, 170, 200, 210.
+//! Track of the radar: I048/042, 161, 170, 200, 210.
 
 use crate::Chain;
 use crate::item::items;
@@ -18,13 +18,13 @@ items! {
         unsigned 8 "sigma_x_m" sigma_x_m / with_sigma_x_m = 1852.0 / 128.0, 1;
         /// SIGMA Y, of the position along the north axis, in metres: LSB 1/128 NM (14.46875 m), 0 to 3689.5 m.
         unsigned 8 "sigma_y_m" sigma_y_m / with_sigma_y_m = 1852.0 / 128.0, 1;
-        /// SIGMA V, of the ground speed, in metres a second: LSB 2^-14 NM/s (0.113 m/s), 0 to 28.8 m/s.
+        /// SIGMA V, of the ground speed, in metres per second: LSB 2^-14 NM/s (0.113 m/s), 0 to 28.8 m/s.
         unsigned 8 "sigma_v_m_s" sigma_v_m_s / with_sigma_v_m_s = 1852.0 / 16384.0, 2;
         /// SIGMA H, of the heading, in degrees: LSB 360/4096 degrees (about 0.088), 0 to 22.4 degrees.
         unsigned 8 "sigma_h_deg" sigma_h_deg / with_sigma_h_deg = 360.0 / 4096.0, 2;
     }
 
-    /// I048/161 (5.2.18), the radar's number of the track.
+    /// I048/161 (5.2.18), track number assigned by the radar.
     pub struct TrackNumber(2) {
         spare 4 "spare";
         /// The number, 0 to 4095.
@@ -42,7 +42,7 @@ impl TrackNumber {
 items! {
     /// I048/200 (5.2.20), calculated speed and heading of the track.
     pub struct TrackVelocity(4) {
-        /// Ground speed in metres a second: LSB 2^-14 NM/s (about 0.22 kt, 0.113 m/s), 0 to below 4 NM/s.
+        /// Ground speed in metres per second: LSB 2^-14 NM/s (about 0.22 kt, 0.113 m/s), 0 to below 4 NM/s.
         unsigned 16 "speed_m_s" speed_m_s / with_speed_m_s = 1852.0 / 16384.0, 2;
         /// Heading in degrees, clockwise from the radar's north: LSB 360/65536 degrees (about 0.0055), 0 to below 360 degrees.
         angle 16 "heading_deg" heading_deg / with_heading_deg = 360.0 / 65536.0, 3;
@@ -50,15 +50,15 @@ items! {
 }
 
 impl TrackVelocity {
-    /// The nearest velocity. `None` when the speed is not in 0 to below 4 NM/s (7408 m/s) or a number is not finite; any
-    /// finite heading is brought into one turn.
+    /// The nearest velocity. `None` if the speed is not in 0 to below 4 NM/s (7408 m/s) or a number is not finite; any finite
+    /// heading is reduced to one turn.
     pub fn new(speed_m_s: f64, heading_deg: f64) -> Option<Self> {
         Self::default().with_speed_m_s(speed_m_s)?.with_heading_deg(heading_deg)
     }
 }
 
 items! {
-    /// RAD in I048/170: what keeps the track alive.
+    /// RAD in I048/170: sensor that maintains the track.
     all pub enum TrackSensor {
         /// 0: primary and secondary radar.
         Combined,
@@ -70,9 +70,9 @@ items! {
         Invalid,
     }
 
-    /// CDM in I048/170: climbing or descending.
+    /// CDM in I048/170: vertical mode.
     all pub enum ClimbMode {
-        /// 0: keeps its height.
+        /// 0: level.
         Maintaining,
         /// 1: climbs.
         Climbing,
@@ -82,27 +82,26 @@ items! {
         Unknown,
     }
 
-    /// I048/170 (5.2.19), track status: one octet and, where sent, its extensions. What an absent extension would say is
-    /// `false`.
+    /// I048/170 (5.2.19), track status: one octet and, where sent, its extensions. Values of an absent extension are `false`.
     extended pub struct TrackStatus {
         first {
             /// CNF: tentative, not confirmed.
             flag 1 "cnf" is_tentative / with_tentative;
-            /// RAD: what keeps the track alive.
+            /// RAD: sensor that maintains the track.
             code 2 "rad" sensor / with_sensor: TrackSensor;
             /// DOU: low confidence that the plot belongs to the track.
             flag 1 "dou" is_doubtful / with_doubtful;
             /// MAH: a horizontal manoeuvre is sensed.
             flag 1 "mah" is_manoeuvring / with_manoeuvring;
-            /// CDM: climbing or descending.
+            /// CDM: vertical mode.
             code 2 "cdm" climb_mode / with_climb_mode: ClimbMode;
         }
         extension {
             /// TRE: the last report of this track.
             flag 1 "tre" is_last_report / with_last_report;
-            /// GHO: a ghost.
+            /// GHO: a ghost track.
             flag 1 "gho" is_ghost / with_ghost;
-            /// SUP: kept with data of a neighbouring node.
+            /// SUP: maintained with data of an adjacent node.
             flag 1 "sup" is_supplemented / with_supplemented;
             /// TCC: tracked in a plane tangential to the Earth, with slant range correction; not set: in the radar plane.
             flag 1 "tcc" is_slant_range_corrected / with_slant_range_corrected;
@@ -112,7 +111,7 @@ items! {
 }
 
 impl TrackStatus {
-    /// A confirmed combined track that does nothing special, without extension.
+    /// A confirmed combined track in level flight without other flags or extension.
     pub const fn new() -> Self {
         Self(Chain::new(0))
     }

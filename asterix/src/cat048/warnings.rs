@@ -9,12 +9,13 @@ use crate::item::in_place;
 use crate::variable::read_octet;
 use crate::{Describe, Layout};
 
-/// I048/030 (5.2.3), and I015/030: one or more codes of 7 bits; [`warning_name`] names those of I048/030, unknown ones are kept.
+/// I048/030 (5.2.3), and I015/030: one or more codes of 7 bits. [`warning_name`] names those of I048/030; undefined ones are
+/// kept.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Warnings(SmallVec<[u8; 16]>);
 
 impl Warnings {
-    /// The item with these codes, in this order; `None` for no code and for a code above 127.
+    /// The item with these codes, in this order; `None` if there is no code or one is above 127.
     pub fn new(codes: &[u8]) -> Option<Self> {
         if codes.iter().any(|&code| code > 0x7f) {
             return None;
@@ -24,7 +25,7 @@ impl Warnings {
         Some(Self(octets))
     }
 
-    /// The octets as they stand: the codes, each with FX.
+    /// The octets of the item: the codes, each with FX.
     pub fn octets(&self) -> &[u8] {
         &self.0
     }
@@ -56,7 +57,7 @@ in_place! {
     self writer => writer.write_bytes(&self.0)
 }
 
-/// What a code of I048/030 means in edition 1.32; `None` for a code that it does not define.
+/// Meaning of a code of I048/030 in edition 1.32; `None` if the code is undefined.
 pub const fn warning_name(code: u8) -> Option<&'static str> {
     Some(match code {
         1 => "multipath reply (reflection)",

@@ -1,4 +1,4 @@
-//! How exact the track is: I062/500, standard deviations.
+//! Accuracy of the track: I062/500, standard deviations.
 
 use crate::item::items;
 
@@ -37,13 +37,13 @@ items! {
         unsigned 16 "y_m" north_m / with_north_m = 0.5, 1;
     }
 
-    /// COV in I062/500: the signed root of the covariance of east and north.
+    /// COV in I062/500: square root of the absolute covariance of east and north, with its sign.
     /// Metres: LSB 0.5 m, -16,384 to 16,383.5 m.
     pub struct Covariance(2) = signed 16 "" metres / with_metres = 0.5, 1;
 }
 
 impl Covariance {
-    /// The nearest item for a covariance in square metres: the root of its size, with its sign. `None` beyond the range.
+    /// The nearest item for a covariance in square metres; `None` if it is out of range.
     pub fn from_square_metres(covariance_m2: f64) -> Option<Self> {
         Self::default().with_metres(libm::sqrt(covariance_m2.abs()).copysign(covariance_m2))
     }
@@ -57,9 +57,9 @@ impl Covariance {
 items! {
     /// APW in I062/500.
     pub struct Wgs84Accuracy(4) {
-        /// Of latitude in degrees: LSB 180/2^25 degrees (0.6 m), 0 to 0.35 degrees.
+        /// Latitude in degrees: LSB 180/2^25 degrees (0.6 m), 0 to 0.35 degrees.
         unsigned 16 "lat_deg" latitude_deg / with_latitude_deg = 180.0 / 33_554_432.0, 6;
-        /// Of longitude in degrees: LSB 180/2^25 degrees (0.6 m along the equator), 0 to 0.35 degrees.
+        /// Longitude in degrees: LSB 180/2^25 degrees (0.6 m along the equator), 0 to 0.35 degrees.
         unsigned 16 "lon_deg" longitude_deg / with_longitude_deg = 180.0 / 33_554_432.0, 6;
     }
 
@@ -73,21 +73,21 @@ items! {
 
     /// ATV in I062/500.
     pub struct VelocityAccuracy(2) {
-        /// East in metres a second: LSB 0.25 m/s, 0 to 63.75 m/s.
+        /// East in metres per second: LSB 0.25 m/s, 0 to 63.75 m/s.
         unsigned 8 "x_m_s" east_m_s / with_east_m_s = 0.25, 2;
-        /// North in metres a second: LSB 0.25 m/s, 0 to 63.75 m/s.
+        /// North in metres per second: LSB 0.25 m/s, 0 to 63.75 m/s.
         unsigned 8 "y_m_s" north_m_s / with_north_m_s = 0.25, 2;
     }
 
     /// AA in I062/500.
     pub struct AccelerationAccuracy(2) {
-        /// East in metres a second squared: LSB 0.25 m/s², 0 to 63.75 m/s².
+        /// East in metres per second squared: LSB 0.25 m/s², 0 to 63.75 m/s².
         unsigned 8 "x_m_s2" east_m_s2 / with_east_m_s2 = 0.25, 2;
-        /// North in metres a second squared: LSB 0.25 m/s², 0 to 63.75 m/s².
+        /// North in metres per second squared: LSB 0.25 m/s², 0 to 63.75 m/s².
         unsigned 8 "y_m_s2" north_m_s2 / with_north_m_s2 = 0.25, 2;
     }
 
     /// ARC in I062/500.
-    /// Metres a second: LSB 6.25 ft/min (0.03175 m/s), 0 to 8.1 m/s.
+    /// Metres per second: LSB 6.25 ft/min (0.03175 m/s), 0 to 8.1 m/s.
     pub struct ClimbAccuracy(1) = unsigned 8 "" up_m_s / with_up_m_s = 6.25 * 0.3048 / 60.0, 2;
 }

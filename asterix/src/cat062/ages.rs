@@ -1,24 +1,24 @@
-//! How old the track and its data are: I062/290, 295.
+//! Ages of the track and its data: I062/290, 295.
 
 use crate::item::items;
 
 items! {
     /// A part of I062/290 and 295.
-    /// Seconds: LSB 0.25 s, 0 to 63.75 s; the last is that or more.
+    /// Seconds: LSB 0.25 s, 0 to 63.75 s; the maximum means this or more.
     pub struct Age(1) = unsigned 8 "" seconds / with_seconds = 0.25, 2;
 
     /// ADS in I062/290.
-    /// Seconds: LSB 0.25 s, 0 to 16,383.75 s; the last is that or more.
+    /// Seconds: LSB 0.25 s, 0 to 16,383.75 s; the maximum means this or more.
     pub struct LongAge(2) = unsigned 16 "" seconds / with_seconds = 0.25, 2;
 }
 
-/// Both ages: of a longer time the longest that the item can say.
+/// Constructor of both ages, limited to the maximum of the item.
 macro_rules! of_seconds {
     ($($name:ident $most_s:literal)*) => {$(
         impl $name {
-            /// The nearest age, the longest of what is longer; `None` for a negative one and for what is no number.
+            /// The nearest age, limited to the maximum; `None` for negative numbers and NaN.
             pub fn from_seconds(seconds: f64) -> Option<Self> {
-                // `min` gives its other argument for a NaN.
+                // `min` returns its other argument for NaN.
                 if seconds.is_nan() { None } else { Self::default().with_seconds(seconds.min($most_s)) }
             }
         }
@@ -28,7 +28,7 @@ macro_rules! of_seconds {
 of_seconds! { Age 63.75 LongAge 16_383.75 }
 
 items! {
-    /// I062/290, update ages: how long ago each kind of sensor last updated the track.
+    /// I062/290, update ages: time since each kind of sensor last updated the track.
     padded pub struct UpdateAges {
         /// TRK, of the track itself.
         "trk_s" track: Age,
@@ -56,7 +56,7 @@ items! {
         _,
     }
 
-    /// I062/295, data ages: how old each part of the track is.
+    /// I062/295, data ages: age of each part of the track.
     padded pub struct TrackDataAges {
         /// MFL, measured flight level.
         "mfl_s" flight_level: Age,

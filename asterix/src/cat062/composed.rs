@@ -1,4 +1,4 @@
-//! Which tracks of which units this one is: I062/510.
+//! Composition of the track from tracks of several units: I062/510.
 
 use deku::DekuError;
 use deku::no_std_io::{Read, Seek};
@@ -9,22 +9,22 @@ use crate::item::{in_place, items, read_octets};
 use crate::{Describe, Field, Layout};
 
 items! {
-    /// A part of I062/510: a unit's track.
+    /// A part of I062/510: the track of a unit.
     pub struct UnitTrack(3) {
         /// The unit, 0 to 255.
         count 8 "unit" unit / with_unit: u8;
-        /// Number of its track, 0 to 32767.
+        /// Track number of the unit, 0 to 32767.
         count 15 "track_number" track_number / with_track_number: u16;
         spare 1 "fx";
     }
 }
 
-/// I062/510, composed track number: the track of the unit that leads, then those of others.
+/// I062/510, composed track number: the track of the master unit, then those of other units.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct ComposedTrackNumber(SmallVec<[UnitTrack; 4]>);
 
 impl ComposedTrackNumber {
-    /// These tracks in this order; `None` for none.
+    /// These tracks in this order; `None` if there are none.
     pub fn new(tracks: &[UnitTrack]) -> Option<Self> {
         let all = || tracks.iter().map(|track| track.extended(false)).collect();
         (!tracks.is_empty()).then(|| Self(all()))
@@ -48,7 +48,7 @@ impl ComposedTrackNumber {
 }
 
 impl UnitTrack {
-    /// The same with FX, which says that another follows.
+    /// The track with FX, which states that another one follows.
     const fn extended(self, extends: bool) -> Self {
         let [unit, high, low] = self.0;
         Self([unit, high, low & !1 | extends as u8])

@@ -1,4 +1,4 @@
-//! What the aircraft says: I062/380.
+//! Data from the aircraft: I062/380.
 
 use super::ClimbRate;
 use crate::Repeated;
@@ -9,7 +9,7 @@ use crate::aircraft::{
 use crate::cat048::{Communications, FlightStatus};
 use crate::item::items;
 
-/// Metres a second in a knot.
+/// Metres per second in a knot.
 const KNOT_M_S: f64 = 1852.0 / 3600.0;
 
 items! {
@@ -74,12 +74,12 @@ items! {
     }
 
     /// TAS in I062/380.
-    /// Metres a second: LSB 1 kt (0.514 m/s), 0 to 2046 kt; the bits hold 65,535 kt.
+    /// Metres per second: LSB 1 kt (0.514 m/s), 0 to 2046 kt; the bits hold 65,535 kt.
     pub struct TrueAirspeed(2) = unsigned 16 "" speed_m_s / with_speed_m_s = KNOT_M_S, 1;
 
     /// COM in I062/380: communications and ACAS capability, flight status.
     pub struct Capability(2) {
-        /// COM, what the transponder can communicate.
+        /// COM, communications capability of the transponder.
         code 3 "com" communications / with_communications: Communications;
         /// STAT, flight status.
         code 3 "stat" flight_status / with_flight_status: FlightStatus;
@@ -130,10 +130,10 @@ items! {
 
     /// TAR in I062/380: track angle rate.
     pub struct TurnRate(2) {
-        /// TI, which way.
+        /// TI, direction of the turn.
         code 2 "ti" indicator / with_indicator: TurnIndicator;
         spare 6 "spare";
-        /// ROT in degrees a second, clockwise positive: LSB 0.25 degrees a second, -16 to 15.75.
+        /// ROT in degrees per second, clockwise positive: LSB 0.25 degrees per second, -16 to 15.75.
         signed 7 "rot_deg_s" rate_deg_s / with_rate_deg_s = 0.25, 2;
         spare 1 "spare_2";
     }
@@ -143,7 +143,7 @@ items! {
     pub struct TrackAngle(2) = angle 16 "" track_deg / with_track_deg = 360.0 / 65536.0, 3;
 
     /// GS in I062/380.
-    /// Metres a second: LSB 2^-14 NM/s (0.113 m/s), -3704 to below 3704 m/s.
+    /// Metres per second: LSB 2^-14 NM/s (0.113 m/s), -3704 to below 3704 m/s.
     pub struct GroundSpeed(2) = signed 16 "" speed_m_s / with_speed_m_s = 1852.0 / 16_384.0, 2;
 
     /// VUN in I062/380.
@@ -161,7 +161,7 @@ items! {
         /// TRB: the turbulence is valid.
         flag 1 "trb" has_turbulence / with_turbulence_valid;
         spare 4 "spare";
-        /// Wind speed in metres a second: LSB 1 kt (0.514 m/s), 0 to 300 kt; the bits hold 65,535 kt.
+        /// Wind speed in metres per second: LSB 1 kt (0.514 m/s), 0 to 300 kt; the bits hold 65,535 kt.
         unsigned 16 "wsd_m_s" wind_speed_m_s / with_wind_speed_m_s = KNOT_M_S, 1;
         /// Direction in degrees from which the wind blows: LSB 1 degree, 1 to 360 degrees; the bits hold 0 to 65,535.
         count 16 "wdd_deg" wind_direction_deg / with_wind_direction_deg: u16;
@@ -172,7 +172,7 @@ items! {
     }
 
     /// EMC in I062/380.
-    /// As I021/020, but for the weights: [`crate::cat021::EmitterCategory`].
+    /// Code of I021/020 with different weight limits: [`crate::cat021::EmitterCategory`].
     pub struct EmitterCategory(1) = count 8 "" code / with_code: u8;
 
     /// PUN in I062/380.
@@ -183,17 +183,17 @@ items! {
     }
 
     /// IAR in I062/380.
-    /// Metres a second: LSB 1 kt (0.514 m/s), 0 to 1100 kt; the bits hold 65,535 kt.
+    /// Metres per second: LSB 1 kt (0.514 m/s), 0 to 1100 kt; the bits hold 65,535 kt.
     pub struct IndicatedAirspeed(2) = unsigned 16 "" speed_m_s / with_speed_m_s = KNOT_M_S, 1;
 
     /// MAC in I062/380.
     /// Mach number: LSB 0.008, 0 to 4.096; the bits hold 524.28.
     pub struct MachNumber(2) = unsigned 16 "" mach / with_mach = 0.008, 3;
 
-    /// BPS in I062/380: what the altimeter is set to.
+    /// BPS in I062/380: pressure setting of the altimeter.
     pub struct PressureSetting(2) {
         spare 4 "spare";
-        /// Hectopascals less 800: LSB 0.1 hPa, 0 to 409.5 hPa.
+        /// Hectopascals minus 800: LSB 0.1 hPa, 0 to 409.5 hPa.
         unsigned 12 "bps_hpa" above_800_hpa / with_above_800_hpa = 0.1, 1;
     }
 }

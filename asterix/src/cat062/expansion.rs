@@ -1,5 +1,5 @@
-//! The reserved expansion field of category 062, edition 1.3 (EUROCONTROL-SPEC-0149-9, appendix A). What edition 1.2 puts
-//! there is the same with fewer bits and subfields defined.
+//! The reserved expansion field of category 062, edition 1.3 (EUROCONTROL-SPEC-0149-9, appendix A). Edition 1.2 is the same
+//! with fewer bits and subfields defined.
 
 use super::Velocity;
 use crate::Repeated;
@@ -7,11 +7,11 @@ use crate::item::items;
 use crate::variable::expansion_field;
 
 items! {
-    /// What the reserved expansion field holds; an absent part is `None`.
+    /// The reserved expansion field; an absent part is `None`.
     expansion pub struct ReservedExpansion {
-        /// CST, the sensors that contribute, with the numbers of their tracks.
+        /// CST, contributing sensors with their track numbers.
         "cst" sensors_with_tracks: Repeated<SensorTrack>,
-        /// CSN, the sensors that contribute, without.
+        /// CSN, contributing sensors without track numbers.
         "csn" sensors: Repeated<Sensor>,
         /// TVS, velocity relative to the system's reference point.
         "tvs" velocity: Velocity,
@@ -24,9 +24,9 @@ items! {
         _,
     }
 
-    /// TYP in CST and CSN: what the sensor saw.
+    /// TYP in CST and CSN: detection by the sensor.
     pub enum SensorDetection {
-        /// nothing.
+        /// none.
         None = 0,
         /// PSR.
         Psr = 1,
@@ -55,9 +55,9 @@ items! {
         /// SIC of the sensor.
         count 8 "sic" sic / with_sic: u8;
         spare 4 "spare";
-        /// TYP, what the sensor saw.
+        /// TYP, detection by the sensor.
         code 4 "typ" detection / with_detection: SensorDetection;
-        /// LTN, the sensor's number of its track, 0 to 65535.
+        /// LTN, track number of the sensor, 0 to 65535.
         count 16 "ltn" track_number / with_track_number: u16;
     }
 
@@ -68,14 +68,14 @@ items! {
         /// SIC of the sensor.
         count 8 "sic" sic / with_sic: u8;
         spare 4 "spare";
-        /// TYP, what the sensor saw.
+        /// TYP, detection by the sensor.
         code 4 "typ" detection / with_detection: SensorDetection;
     }
 
     /// STS in RE: one octet and, where sent, its extensions.
     extended pub struct SupplementaryStatus {
         first {
-            /// FDR: flight plan data of a system that is no longer active.
+            /// FDR: flight plan data retained from a system that is no longer active.
             flag 1 "fdr" is_plan_retained / with_plan_retained;
             count 1 "lnav_ep";
             /// LNAV: lateral navigation is not engaged; from edition 1.3 on.
@@ -103,7 +103,7 @@ items! {
     pub struct Priority3(1) {
         count 1 "ep";
         /// 0 none, 1 general emergency, 2 unmanned aircraft without link, 3 minimum fuel, 4 no communications, 5 unlawful
-        /// interference, 6 in distress, 7 in distress by hand.
+        /// interference, 6 in distress, 7 in distress, activated manually.
         populated 3 "ps3" priority: u8;
         spare 4 "spare";
     }

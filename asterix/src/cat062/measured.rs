@@ -1,4 +1,4 @@
-//! The last measurement of the track: I062/340.
+//! Last measurement used for the track: I062/340.
 
 use crate::DataSource;
 use crate::cat048::DetectionType;
@@ -9,7 +9,7 @@ items! {
     compound pub struct MeasuredInformation {
         /// SID, the sensor.
         "sid" sensor: DataSource,
-        /// POS, where it saw the target.
+        /// POS, measured position.
         "pos" position: MeasuredPosition,
         /// HEIGHT, measured by a 3D radar.
         "height_m" height: MeasuredHeight,
@@ -50,7 +50,7 @@ items! {
         flag 1 "v" is_not_validated / with_not_validated;
         /// G: the code is garbled.
         flag 1 "g" is_garbled / with_garbled;
-        /// L: the code is of the sensor's tracker, not read from the reply.
+        /// L: the code is smoothed by the sensor's tracker, not read from the reply.
         flag 1 "l" is_smoothed / with_smoothed;
         spare 1 "spare";
         /// The code, 0 to octal 7777.
@@ -59,7 +59,7 @@ items! {
 
     /// TYP in I062/340.
     pub struct ReportType(1) {
-        /// TYP: what detected the target.
+        /// TYP: means of detection.
         code 3 "typ" detection / with_detection: DetectionType;
         /// SIM: a simulated target.
         flag 1 "sim" is_simulated / with_simulated;

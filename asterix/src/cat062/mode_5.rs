@@ -71,11 +71,11 @@ items! {
         octal 12 "em1" code / with_code: u16;
     }
 
-    /// TOS in I062/110: how long after I062/070 the position and altitude were.
+    /// TOS in I062/110: time from I062/070 to the position and altitude.
     /// Seconds: LSB 1/128 s, -1 to below 1 s.
     pub struct TimeOffset(1) = signed 8 "" seconds / with_seconds = 1.0 / 128.0, 7;
 
-    /// XP in I062/110: in which replies an X pulse was present.
+    /// XP in I062/110: the replies in which an X pulse was present.
     pub struct XPulses(1) {
         spare 3 "spare";
         /// X5: Mode 5 data.

@@ -1,4 +1,4 @@
-//! What the flight plan says: I062/390.
+//! Flight plan of the track: I062/390.
 
 use crate::item::items;
 use crate::{DataSource, Repeated};
@@ -26,7 +26,7 @@ items! {
         "rds" runway: Runway,
         /// CFL, cleared flight level.
         "cfl_flight_level" cleared_level: ClearedLevel,
-        /// CTL, who controls the flight.
+        /// CTL, control position.
         "ctl" control: ControlPosition,
         /// TOD, times of departure and arrival.
         "tod" times: Repeated<FlightTime>,
@@ -96,17 +96,17 @@ items! {
     /// Flight level: LSB 1/4 (25 ft), 0 to 16,383.75.
     pub struct ClearedLevel(2) = unsigned 16 "" flight_level / with_flight_level = 0.25, 2;
 
-    /// CTL in I062/390: who controls the flight.
+    /// CTL in I062/390: control position.
     pub struct ControlPosition(2) {
         /// Centre, 0 to 255.
         count 8 "centre" centre / with_centre: u8;
-        /// Position there, 0 to 255.
+        /// Control position in the centre, 0 to 255.
         count 8 "position" position / with_position: u8;
     }
 
     /// A part of TOD in I062/390: a time of the flight.
     pub struct FlightTime(4) {
-        /// TYP, which time: 0 to 13 as in the specification's table, from off-block to on-block.
+        /// TYP, event: 0 to 13 as in the specification's table, from off-block to on-block.
         count 5 "typ" event / with_event: u8;
         /// DAY: 0 today, 1 yesterday, 2 tomorrow.
         count 2 "day" day / with_day: u8;

@@ -1,4 +1,4 @@
-//! Which track it is and where: I062/015, 040, 060, 100, 105, 120, 135, 245, 270, 300.
+//! Identity and position of the track: I062/015, 040, 060, 100, 105, 120, 135, 245, 270, 300.
 
 use core::fmt;
 
@@ -7,17 +7,17 @@ use crate::bits;
 use crate::item::items;
 
 items! {
-    /// I062/015, service identification: as the system numbers its services.
+    /// I062/015, service identification, assigned by the system.
     /// The number, 0 to 255.
     pub struct ServiceIdentification(1) = count 8 "" number / with_number: u8;
 
-    /// I062/040, the system's number of the track.
+    /// I062/040, track number assigned by the system.
     /// The number, 0 to 65535.
     pub struct TrackNumber(2) = count 16 "" number / with_number: u16;
 }
 
 impl TrackNumber {
-    /// The track of this number.
+    /// The track with this number.
     pub const fn new(number: u16) -> Self {
         Self(number.to_be_bytes())
     }
@@ -53,7 +53,7 @@ items! {
         signed 24 "y_m" y_m / with_y_m = 0.5, 1;
     }
 
-    /// I062/105, calculated position in WGS-84. Numbers beyond the ranges decode; [`Position::in_range`] tells.
+    /// I062/105, calculated position in WGS-84. Values out of range are decoded; see [`Position::in_range`].
     pub struct Position(8) {
         /// Latitude in degrees, north positive: LSB 180/2^25 degrees (0.6 m), -90 to 90 degrees.
         signed 32 "latitude_deg" latitude_deg / with_latitude_deg = 180.0 / 33_554_432.0, 6;
@@ -69,7 +69,7 @@ impl Position {
         position.in_range().then_some(position)
     }
 
-    /// Whether it is on the Earth: latitude within 90 and longitude within 180 degrees.
+    /// Whether latitude is within 90 and longitude within 180 degrees.
     pub const fn in_range(self) -> bool {
         self.latitude_deg().abs() <= 90.0 && self.longitude_deg().abs() <= 180.0
     }
@@ -91,7 +91,7 @@ items! {
         signed 15 "flight_level" flight_level / with_flight_level = 0.25, 2;
     }
 
-    /// STI in I062/245: where the identification comes from.
+    /// STI in I062/245: source of the identification.
     pub enum IdentificationSource {
         /// call sign or registration, from the aircraft.
         Downlinked = 0,
@@ -105,7 +105,7 @@ items! {
 
     /// I062/245, target identification.
     pub struct TargetIdentification(7) {
-        /// STI, where it comes from.
+        /// STI, source of the identification.
         code 2 "sti" source / with_source: IdentificationSource;
         spare 6 "spare";
         icao 48 "chr";
@@ -113,7 +113,7 @@ items! {
 }
 
 impl TargetIdentification {
-    /// This identification, from there.
+    /// This identification, from this source.
     pub fn new(source: IdentificationSource, identification: AircraftIdentification) -> Self {
         let word = identification.octets().iter().fold(0, |word, &octet| word << 8 | u64::from(octet));
         Self(bits::set([0; 7], 8, 48, word)).with_source(source)
@@ -127,7 +127,7 @@ impl TargetIdentification {
 }
 
 items! {
-    /// I062/270, size and orientation: one octet and, where sent, its extensions. What is absent is 0.
+    /// I062/270, size and orientation: one octet and, where sent, its extensions. Absent values are 0.
     extended pub struct TargetSize {
         first {
             /// Length in metres: LSB 1 m, 0 to 127 m.
@@ -143,7 +143,7 @@ items! {
         }
     }
 
-    /// I062/300: which fleet of vehicles.
+    /// I062/300: fleet of a vehicle.
     pub enum Fleet {
         /// unknown.
         Unknown = 0,
@@ -182,7 +182,7 @@ items! {
     }
 
     /// I062/300, vehicle fleet identification.
-    /// Which fleet.
+    /// The fleet.
     pub struct FleetIdentification(1) = code 8 "" fleet / with_fleet: Fleet;
 }
 

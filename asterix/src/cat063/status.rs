@@ -1,9 +1,9 @@
-//! How the sensor is doing: I063/060.
+//! Status of the sensor: I063/060.
 
 use crate::item::items;
 
 items! {
-    /// CON in I063/060: is the sensor connected?
+    /// CON in I063/060: state of the connection.
     all pub enum Connection {
         /// 0: operational.
         Operational,
@@ -15,21 +15,21 @@ items! {
         NotConnected,
     }
 
-    /// I063/060, sensor configuration and status: one octet and, where sent, its extensions. What an absent extension would
-    /// say is `false`, or `None` of what says whether it is populated.
+    /// I063/060, sensor configuration and status: one octet and, where sent, its extensions. Values of an absent extension are
+    /// `false`, or `None` if a bit states whether they are populated.
     extended pub struct SensorStatus {
         first {
-            /// CON, is the sensor connected?
+            /// CON, state of the connection.
             code 2 "con" connection / with_connection: Connection;
-            /// PSR: not to be used.
+            /// PSR: PSR data must not be used.
             flag 1 "psr" is_psr_nogo / with_psr_nogo;
-            /// SSR: not to be used.
+            /// SSR: SSR data must not be used.
             flag 1 "ssr" is_ssr_nogo / with_ssr_nogo;
-            /// MDS: Mode S is not to be used.
+            /// MDS: Mode S data must not be used.
             flag 1 "mds" is_mode_s_nogo / with_mode_s_nogo;
-            /// ADS: ADS-B is not to be used.
+            /// ADS: ADS-B data must not be used.
             flag 1 "ads" is_adsb_nogo / with_adsb_nogo;
-            /// MLT: multilateration is not to be used.
+            /// MLT: multilateration data must not be used.
             flag 1 "mlt" is_multilateration_nogo / with_multilateration_nogo;
         }
         extension {
@@ -43,7 +43,7 @@ items! {
             flag 1 "msc" is_monitor_disconnected / with_monitor_disconnected;
             /// TSV: the time source is invalid.
             flag 1 "tsv" is_time_invalid / with_time_invalid;
-            /// NPW: no plots come.
+            /// NPW: no plots are received.
             flag 1 "npw" has_no_plots / with_no_plots;
             spare 1 "spare_2";
         }

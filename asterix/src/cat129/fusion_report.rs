@@ -1,4 +1,4 @@
-//! The special purpose field of the fusion service's own records: what CAT129 has no item for.
+//! Special purpose field of the fusion service's own records, with values for which CAT129 has no item.
 
 use deku::DekuReader;
 use deku::reader::Reader;
@@ -10,21 +10,21 @@ use crate::item::words;
 use crate::record::{Forward, append};
 use crate::{Explicit, Field, Form, Kind, Layout};
 
-/// Marks the layout: the letters `UF` and version 1.
+/// Start of the field: the letters `UF` and version 1.
 const MAGIC: [u8; 3] = *b"UF\x01";
-/// Version 2: as version 1, with the whole serial number behind it.
+/// Start of version 2, which appends the whole serial number to version 1.
 pub(super) const MAGIC_WITH_SERIAL: [u8; 3] = *b"UF\x02";
-/// Octets of version 1.
+/// Length of version 1, in octets.
 pub(super) const OCTETS: usize = 21;
 
-/// Which sensors a point comes from.
+/// Sensors that contribute to a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Source {
     /// 1: radar and transponder.
     Fused,
-    /// 2: radar alone.
+    /// 2: radar only.
     Radar,
-    /// 3: transponder alone.
+    /// 3: transponder only.
     Transponder,
 }
 
@@ -33,14 +33,14 @@ pub enum Source {
 pub struct Deviation(u16);
 
 impl Deviation {
-    /// Not known.
+    /// Unknown.
     pub const UNKNOWN: Self = Self(u16::MAX);
 
-    /// The nearest deviation; above 6553.4 m that, and [`Deviation::UNKNOWN`] for a negative number or none.
+    /// The nearest deviation, limited to 6553.4 m; [`Deviation::UNKNOWN`] for negative numbers and NaN.
     pub fn from_metres(deviation_m: f64) -> Self {
         const LARGEST: u16 = u16::MAX - 1;
         let count = nearest((deviation_m * 10.0).min(f64::from(LARGEST)), 0, LARGEST.into());
-        // `min` gives its other argument for a NaN, so that is asked for here.
+        // `min` returns its other argument for NaN, so NaN is checked here.
         if deviation_m.is_nan() {
             Self::UNKNOWN
         } else {
@@ -48,18 +48,18 @@ impl Deviation {
         }
     }
 
-    /// The deviation in metres; `None` when unknown.
+    /// The deviation in metres; `None` if unknown.
     pub fn metres(self) -> Option<f64> {
         (self != Self::UNKNOWN).then_some(f64::from(self.0) / 10.0)
     }
 }
 
-/// The probability that the radar saw an unmanned aircraft: LSB 1/254, or unknown.
+/// The radar's probability that the target is an unmanned aircraft: LSB 1/254, or unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct UavProbability(u8);
 
 impl UavProbability {
-    /// Not known; always so without a radar detection.
+    /// Unknown, as always without a radar detection.
     pub const UNKNOWN: Self = Self(u8::MAX);
 
     /// The nearest probability; [`UavProbability::UNKNOWN`] outside 0 to 1.
@@ -67,13 +67,13 @@ impl UavProbability {
         nearest(probability * 254.0, 0, 254).map_or(Self::UNKNOWN, |count| Self(count as u8))
     }
 
-    /// The probability, 0 to 1; `None` when unknown.
+    /// The probability, 0 to 1; `None` if unknown.
     pub fn probability(self) -> Option<f64> {
         (self != Self::UNKNOWN).then_some(f64::from(self.0) / 254.0)
     }
 }
 
-/// What else is known about a point. Bits that this version does not name are kept.
+/// Flags of a point. Bits that this version does not define are kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Flags(pub u8);
 
@@ -82,11 +82,11 @@ impl Flags {
     pub const INTERPOLATED: Self = Self(0x01);
     /// The position is extrapolated beyond the last report.
     pub const EXTRAPOLATED: Self = Self(0x02);
-    /// Something speaks against the transponder.
+    /// Integrity checks speak against the transponder.
     pub const INTEGRITY_SUSPECT: Self = Self(0x04);
-    /// The transponder is not to be believed; it is suspect, too.
+    /// Integrity checks have refuted the transponder; the flag for suspect is set, too.
     pub const INTEGRITY_FAILED: Self = Self(0x08);
-    /// Radar alone sees the aircraft, and where it is a transponder would be heard.
+    /// Only radar detects the aircraft, in a place where a transponder would be received.
     pub const UNCOOPERATIVE: Self = Self(0x10);
     /// The radar did not measure the height.
     pub const HEIGHT_NOT_MEASURED: Self = Self(0x20);
@@ -96,36 +96,36 @@ impl Flags {
         self.0 & other.0 == other.0
     }
 
-    /// The flags of both.
+    /// The union of the flags.
     #[must_use]
     pub const fn with(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 }
 
-/// The special purpose field of an output point, layout `UF` version 1. Version 2 has a [`WholeSerial`] behind it.
+/// The special purpose field of an output point, layout `UF` version 1. In version 2 a [`WholeSerial`] follows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FusionReport {
-    /// Which sensors contribute.
+    /// Sensors that contribute.
     pub source: Source,
-    /// The service's number of the track.
+    /// Track number of the service.
     pub track_number: u32,
-    /// The radar's number of its track (I048/161), where one contributes; 65535 cannot be told from none.
+    /// Track number of the contributing radar (I048/161), if any; 65535 is the same as none.
     pub radar_track: Option<u16>,
-    /// The number of the transponder, where one contributes; 2^32 - 1 cannot be told from none.
+    /// Number of the contributing transponder, if any; 2^32 - 1 is the same as none.
     pub transponder: Option<u32>,
-    /// Standard deviation of the position, horizontally.
+    /// Standard deviation of the horizontal position.
     pub horizontal_deviation: Deviation,
     /// Standard deviation of the height.
     pub vertical_deviation: Deviation,
-    /// What else is known.
+    /// Flags.
     pub flags: Flags,
-    /// The probability that the contributing radar detection is an unmanned aircraft.
+    /// Probability that the contributing radar detection is an unmanned aircraft.
     pub uav_probability: UavProbability,
 }
 
 words! {
-    /// The octets after the length octet, as they stand.
+    /// The octets after the length octet.
     struct Contents {
         magic: [u8; 3] { constant 24 "magic" = bits::get(&MAGIC, 0, 24); }
         source: u8 { count 8 "source"; }
@@ -170,12 +170,11 @@ const WITH_SERIAL: [Field; FusionReport::FIELDS.len() + 1] = {
 };
 
 impl FusionReport {
-    /// The fields, from the first octet after the length octet. The source is 1 fused, 2 radar, 3 transponder.
+    /// The fields after the length octet. The source is 1 fused, 2 radar, 3 transponder.
     pub const FIELDS: &'static [Field] = Contents::FIELDS;
 
-    /// Reads a special purpose field of version 1 or 2. `None` for another magic, version or length, or a source that these
-    /// versions do not name: such a field has another layout and stays as it is. The spare octet is not
-    /// looked at.
+    /// Decodes a special purpose field of version 1 or 2. `None` for another start, version or length, or an undefined source:
+    /// such a field has another layout and is kept as octets. The spare octet is ignored.
     pub fn read(field: &Explicit) -> Option<Self> {
         let magic = *field.contents().first_chunk()?;
         let octets = match magic {
@@ -205,12 +204,12 @@ impl FusionReport {
         })
     }
 
-    /// The special purpose field that says this, of version 1.
+    /// The special purpose field of version 1 with these values.
     pub fn to_field(&self) -> Explicit {
         Explicit::new(&self.contents(MAGIC)).expect("21 octets fit a special purpose field")
     }
 
-    /// The special purpose field of version 2: this, and a serial number of more than 12 octets.
+    /// The special purpose field of version 2 with these values and a serial number of more than 12 octets.
     pub fn to_field_with(&self, serial: &WholeSerial) -> Explicit {
         let mut contents = [0; OCTETS + WholeSerial::OCTETS];
         let (report, rest) = contents.split_at_mut(OCTETS);

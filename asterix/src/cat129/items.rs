@@ -20,7 +20,7 @@ items! {
 }
 
 impl Altitude {
-    /// The nearest altitude, or `None` beyond the range.
+    /// The nearest altitude; `None` if it is out of range.
     pub fn from_metres(altitude_m: f64) -> Option<Self> {
         Self::default().with_metres(altitude_m)
     }
@@ -28,7 +28,7 @@ impl Altitude {
 
 items! {
     /// I129/110 (5.2.11), accuracy of the GNSS position: 50 % circular error probable.
-    /// The item as it stands: LSB 1 m, 0 for unknown.
+    /// The count: LSB 1 m, 0 for unknown.
     pub struct GnssAccuracy(2) = count_or 16 "accuracy_m" count: u16 = 0;
 }
 
@@ -36,13 +36,13 @@ impl GnssAccuracy {
     /// Unknown, or more than 255 m.
     pub const UNKNOWN: Self = Self([0; 2]);
 
-    /// The item as it stands.
+    /// The item with this count.
     pub const fn from_count(count: u16) -> Self {
         Self(count.to_be_bytes())
     }
 
-    /// The accuracy to the nearest metre, at least 1 m because 0 means unknown; [`GnssAccuracy::UNKNOWN`] above 255 m,
-    /// as the item says. `None` for a negative number and for what is no number.
+    /// The accuracy rounded to a metre, and at least 1 m because 0 means unknown; [`GnssAccuracy::UNKNOWN`] above 255 m, as the
+    /// specification requires. `None` for negative numbers and NaN.
     pub fn from_metres(accuracy_m: f64) -> Option<Self> {
         if accuracy_m.is_nan() || accuracy_m < 0.0 {
             return None;
@@ -51,7 +51,7 @@ impl GnssAccuracy {
         Some(count.map_or(Self::UNKNOWN, |count| Self::from_count(count.max(1) as u16)))
     }
 
-    /// The accuracy in metres; `None` when unknown.
+    /// The accuracy in metres; `None` if unknown.
     pub fn metres(self) -> Option<f64> {
         (self != Self::UNKNOWN).then_some(f64::from(self.count()))
     }
@@ -70,27 +70,27 @@ items! {
         Certified,
     }
 
-    /// The octet of I129/120 that the edition describes.
+    /// The octet of I129/120 that the specification describes.
     pub struct RiskCategories(1) {
         /// Certification category of the UAS.
         code 2 "certification_category" certification / with_certification: CertificationCategory;
         /// Air risk category (ARC), 1 to 4.
         count_from 2 "air_risk_category" air_risk: u8 = 1;
-        /// Airspace encounter category (AEC), 0 to 15; the edition does not define the values.
+        /// Airspace encounter category (AEC), 0 to 15; the values are not defined.
         count 4 "airspace_encounter_category" airspace_encounter / with_airspace_encounter: u8;
     }
 }
 
 /// I129/120 (5.2.12), operational risk.
 ///
-/// Edition 1.2 contradicts itself: its table of items says 1 octet, its section 5.2.12 says 3 and describes the first.
-/// A block holds exactly one record, so the length is the one that ends the record at the end of the block, 1 when both
-/// or neither do.
+/// Edition 1.2 is contradictory: its table of items states 1 octet, its section 5.2.12 states 3 and describes the first one.
+/// A block holds exactly one record, so the length is the one with which the record ends at the end of the block. It is 1 if
+/// both or neither fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct OperationalRisk {
     /// The described octet.
     pub categories: RiskCategories,
-    /// The other two octets, where the item has three.
+    /// The other two octets, if the item has three.
     pub undescribed: Option<[u8; 2]>,
 }
 
@@ -110,8 +110,7 @@ impl OperationalRisk {
     /// Its field reference number.
     pub(super) const FRN: u8 = 12;
 
-    /// The item in one octet. `None` when the air risk category is not in 1 to 4 or the airspace encounter category above
-    /// 15.
+    /// The item with one octet. `None` if the air risk category is not in 1 to 4 or the airspace encounter category is above 15.
     pub const fn new(certification: CertificationCategory, air_risk: u8, encounter: u8) -> Option<Self> {
         if air_risk < 1 || air_risk > 4 || encounter > 15 {
             return None;
@@ -128,15 +127,15 @@ impl Describe for OperationalRisk {
 items! {
     /// I129/185 (5.2.13), horizontal velocity.
     pub struct HorizontalVelocity(5) {
-        /// East in metres a second: LSB 0.01 m/s, -5242.88 to 5242.87 m/s.
+        /// East in metres per second: LSB 0.01 m/s, -5242.88 to 5242.87 m/s.
         signed_per 20 "east_m_s" east_m_s / with_east_m_s = 100.0, 2;
-        /// North in metres a second: LSB 0.01 m/s, -5242.88 to 5242.87 m/s.
+        /// North in metres per second: LSB 0.01 m/s, -5242.88 to 5242.87 m/s.
         signed_per 20 "north_m_s" north_m_s / with_north_m_s = 100.0, 2;
     }
 }
 
 impl HorizontalVelocity {
-    /// The nearest velocity, or `None` beyond the range.
+    /// The nearest velocity; `None` if it is out of range.
     pub fn new(east_m_s: f64, north_m_s: f64) -> Option<Self> {
         Self::default().with_east_m_s(east_m_s)?.with_north_m_s(north_m_s)
     }
@@ -146,13 +145,13 @@ items! {
     /// I129/220 (5.2.14), vertical velocity.
     pub struct VerticalVelocity(3) {
         spare 4 "spare";
-        /// Metres a second, up positive: LSB 0.01 m/s, -5242.88 to 5242.87 m/s.
+        /// Metres per second, up positive: LSB 0.01 m/s, -5242.88 to 5242.87 m/s.
         signed_per 20 "up_m_s" up_m_s / with_up_m_s = 100.0, 2;
     }
 }
 
 impl VerticalVelocity {
-    /// The nearest velocity, or `None` beyond the range.
+    /// The nearest velocity; `None` if it is out of range.
     pub fn new(up_m_s: f64) -> Option<Self> {
         Self::default().with_up_m_s(up_m_s)
     }

@@ -1,12 +1,12 @@
-//! Records of whichever category beside those of a named one.
+//! Records of any category compared with records of a known category.
 
 use std::fmt::Debug;
 
 use utm_asterix::cat021::Edition;
 use utm_asterix::{AnyRecord, Block, Located, Record};
 
-/// Reads a block of `R` both ways: the same records and the same fault in the same places, written back to the same octets.
-/// How many records there are.
+/// Decodes a block of `R` in both ways: records, fault and places must agree, and encoding must restore the octets. Returns the
+/// number of records.
 pub fn compare<R>(block: &Block<'_>, edition: R::Edition, cat021: Edition) -> usize
 where
     R: Record + Into<AnyRecord> + Debug,

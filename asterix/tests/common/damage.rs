@@ -1,6 +1,6 @@
 //! Octets damaged at random, the same in every run.
 
-/// A small generator (xorshift64*): the same blocks in every run.
+/// A small generator (xorshift64*) that gives the same numbers in every run.
 pub struct Random(pub u64);
 
 impl Random {
@@ -21,7 +21,7 @@ impl Random {
     }
 }
 
-/// Damages `octets` in one of the ways in which octets get damaged; `other` is what they may get mixed up with.
+/// Damages `octets` in a random way; `other` are octets to mix in.
 pub fn damage(octets: &mut Vec<u8>, other: &[u8], random: &mut Random) {
     let at = random.below(octets.len() + 1);
     match (random.below(7), octets.get_mut(at)) {

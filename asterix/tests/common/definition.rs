@@ -3,10 +3,10 @@
 use serde_json::Value;
 use utm_asterix::{Contents, Field, Kind, Layout, Subfield, UapItem};
 
-/// What differs, each with the place.
+/// Differences with their places.
 pub type Complaints = Vec<String>;
 
-/// The names of the definitions that our keys do not repeat, each with ours; without units, capitals and underscores.
+/// Names of the definitions that differ from our keys, with ours; without units, capitals and underscores.
 const RENAMED: &str = "3dh=height altfl=flightlevel altm2=code altm3=code amb=ambiguity azm=azimuth cal=speed d1=day
     dop=doppler fl=flightlevel frq=frequency ga=altitude gsp=speed hdg=heading hgt=height lasttrkupd=lastupdate
     lat=latitude loctim=time lon=longitude m1=month m3a=mode3aage mbdata=data modec=modecgray plotnr=plotnumber
@@ -20,7 +20,7 @@ const RENAMED: &str = "3dh=height altfl=flightlevel altm2=code altm3=code amb=am
     cohaxhpy=xy cohayhpx=yx coayhpy=yy cohaxhvx=xx cohaxhvy=xy cohayhvx=yx cohayhvy=yy sdazr=deviation
     sdelr=deviation coazraz=correlation coelrel=correlation s=start e=end";
 
-/// Units of the definitions, how our keys end with them (or the whole key), and how many of ours each is.
+/// Units of the definitions, our suffix (or whole key), and the factor to our unit.
 const UNITS: &[(&str, &str, f64)] = &[
     ("", "gain", 1.0),
     ("%", "_percent", 1.0),
@@ -48,16 +48,16 @@ const UNITS: &[(&str, &str, f64)] = &[
     ("°", "_deg", 1.0),
     ("°/s", "_deg_s", 1.0),
     ("°C", "_c", 1.0),
-    // Correlations have no unit, and of I015/627 the definition has the rates in degrees.
+    // Correlations have no unit; the rates of I015/627 are in degrees in the definition.
     ("", "", 1.0),
     ("°", "_deg_s", 1.0),
 ];
 
-/// The pulses of low quality that are the bits of an octal code.
+/// Pulses of low quality, which are the bits of an octal code.
 const OCTAL_PULSES: [&str; 12] =
     ["QA4", "QA2", "QA1", "QB4", "QB2", "QB1", "QC4", "QC2", "QC1", "QD4", "QD2", "QD1"];
 
-/// A line of a group in a definition: a name and the content, or spare bits.
+/// A line of a group in a definition: a name with its content, or spare bits.
 struct Line<'a> {
     name: Option<String>,
     bits: u64,
@@ -68,7 +68,7 @@ fn tag(value: &Value) -> &str {
     value["tag"].as_str().unwrap_or("")
 }
 
-/// What a rule says where nothing depends on other items, or else what it says in general.
+/// The content of a rule that does not depend on other items, or else its default.
 fn free(rule: &Value) -> &Value {
     match tag(rule) {
         "ContextFree" => &rule["contents"],
@@ -90,7 +90,7 @@ fn number(value: &Value) -> f64 {
     }
 }
 
-/// The lines of an item of a group or an extended item, groups in it taken apart.
+/// The lines of an item in a group or extended item; nested groups are flattened.
 fn lines<'a>(item: &'a Value, group: &str, found: &mut Vec<Line<'a>>) {
     if tag(item) == "Spare" {
         let bits = item["contents"].as_u64().unwrap_or(0);
@@ -104,7 +104,7 @@ fn lines<'a>(item: &'a Value, group: &str, found: &mut Vec<Line<'a>>) {
     of_variation(free(&item["contents"]["rule"]), &name, found);
 }
 
-/// The lines of an element or a group of this name; of a whole item, which has its name elsewhere, that is empty.
+/// The lines of an element or group with this name; the name of a whole item is empty.
 fn of_variation<'a>(variation: &'a Value, name: &str, found: &mut Vec<Line<'a>>) {
     let contents = &variation["contents"];
     match tag(variation) {
@@ -127,7 +127,7 @@ fn of_variation<'a>(variation: &'a Value, name: &str, found: &mut Vec<Line<'a>>)
     }
 }
 
-/// A key or a name without what is only spelling.
+/// A key or name in a common spelling.
 fn plain(name: &str) -> String {
     name.to_lowercase().replace(['_', '-'], "")
 }
@@ -145,7 +145,7 @@ fn same_name(name: &str, key: &str) -> bool {
             .any(|(theirs, ours)| theirs == name && is(ours))
 }
 
-/// Compares one field with its content; `unit_key` is the key that says the unit.
+/// Compares a field with its content; `unit_key` is the key with the unit.
 fn compare_content(content: &Value, field: &Field, unit_key: &str) -> Option<String> {
     let contents = &content["contents"];
     let signed = tag(&contents["signedness"]) == "Signed";
@@ -164,7 +164,7 @@ fn compare_content(content: &Value, field: &Field, unit_key: &str) -> Option<Str
         }
         other => return Some(format!("unknown content {other}")),
     };
-    // A key without a name is that of a time of day.
+    // A time of day has a key without a name.
     let factor = (UNITS.iter())
         .find(|&&(theirs, suffix, _)| theirs == unit && (unit_key.ends_with(suffix) || unit_key.is_empty()))
         .map(|&(_, _, factor)| factor);
@@ -181,7 +181,7 @@ fn compare_content(content: &Value, field: &Field, unit_key: &str) -> Option<Str
     }
 }
 
-/// Compares fields with lines, one after the other.
+/// Compares fields with lines in order.
 fn compare_fields(wanted: &[Line<'_>], fields: &[Field], subfield_key: &str, path: &str) -> Complaints {
     let mut complaints = Complaints::new();
     let mut rest = wanted;
@@ -208,7 +208,7 @@ fn compare_fields(wanted: &[Line<'_>], fields: &[Field], subfield_key: &str, pat
             let content = compare_content(line.content, field, unit_key);
             complaints.extend(content.map(|content| format!("{place}: {content}")));
         } else {
-            // Pulses of one bit each are one field here, and so are decimal digits of four bits each.
+            // Pulses of one bit each are one field here, as are decimal digits of four bits each.
             let count = (bits / line.bits.max(1)) as usize;
             let together: Vec<_> = [line].into_iter().chain(rest).take(count).collect();
             let names: Vec<&str> = together.iter().filter_map(|line| line.name.as_deref()).collect();
@@ -301,7 +301,7 @@ pub fn compare(variation: &Value, layout: Layout, key: &str, path: &str) -> Comp
         }
         ("Compound", Layout::Compound(subfields)) => compare_subfields(members(), subfields, path),
         ("Explicit", Layout::Explicit(ours)) => {
-            // What a special purpose field holds is for those to agree on who send it and read it.
+            // The contents of a special purpose field are agreed on by its users.
             let described = match tag(contents) {
                 "ReservedExpansion" => true,
                 "SpecialPurpose" => matches!(ours, Contents::Known(..)),
@@ -369,11 +369,11 @@ pub fn expansion(definition: &Value, subfields: &[Subfield]) -> Complaints {
     complaints
 }
 
-/// The codes below `end` that the table at the end of `path` (names of items and of their parts) defines.
+/// The codes below `end` defined by the table at the end of `path` (names of items and of their parts).
 pub fn table(value: &Value, path: &[&str], end: u64) -> Option<Vec<u64>> {
     if path.is_empty() && tag(value) == "ContentTable" {
         let codes = value["contents"].as_array()?.iter();
-        // Tables also name what is not a code: reserved and invalid ones.
+        // Tables also list reserved and invalid values.
         let defined = codes.filter(|code| {
             let meaning = code[1].as_str().unwrap_or("");
             !["Invalid ASTERIX value", "Not defined", "Not assigned", "Reserved"]

@@ -1,26 +1,26 @@
-//! A strict parser of CAT015, CAT021, CAT062 and CAT063 written by hand: where records end, by the lengths of their items. It shares
-//! no code and no table with the crate.
+//! A strict hand-written parser of CAT015, CAT021, CAT062 and CAT063 that finds the ends of records from the lengths of their
+//! items. It shares no code and no table with the crate.
 
-/// How long an item is.
+/// The rule for the length of an item.
 #[derive(Clone, Copy, Debug)]
 pub enum Length {
-    /// So many octets.
+    /// A fixed number of octets.
     Octets(usize),
-    /// Octets of which all but the last have the lowest bit set, at most 16.
+    /// Octets of which all but the last have the lowest bit set; at most 16.
     Extended,
-    /// The same, as many as there are.
+    /// Octets of which all but the last have the lowest bit set; any number.
     Codes,
-    /// One octet, and another whose lowest bit says nothing where the first has the lowest bit set.
+    /// One octet; if its lowest bit is set, a second one, whose lowest bit has no such meaning.
     OneOrTwo,
-    /// Three octets, of which the last has the lowest bit set where three more follow.
+    /// Groups of three octets; if the last octet of a group has the lowest bit set, another group follows.
     ThreeEach,
-    /// A count and so many octets for each.
+    /// A count, and this number of octets for each.
     Each(usize),
-    /// An octet that counts the item's, itself included.
+    /// An octet with the length of the item.
     Explicit,
-    /// A primary subfield of so many octets at most, and subfields.
+    /// A primary subfield with this maximum number of octets, and subfields.
     Compound(usize, &'static [Length]),
-    /// Nothing is defined.
+    /// An undefined item.
     None,
 }
 
@@ -80,12 +80,12 @@ pub const CAT015: [Length; 26] = [
 pub const CAT063: [Length; 14] =
     [O(2), O(1), O(3), O(2), Extended, O(2), O(4), O(2), O(4), O(2), O(2), No, Explicit, Explicit];
 
-/// Octets with the lowest bit set up to the first without, at most so many; how many there are.
+/// Number of octets with the lowest bit set up to the first without; at most `most`.
 fn chain(octets: &[u8], most: usize) -> Option<usize> {
     octets.iter().take(most).position(|octet| octet & 1 == 0).map(|last| last + 1)
 }
 
-/// The places, from 0, of the bits set in octets of seven and FX.
+/// Indices of the bits set in octets of seven bits and FX.
 fn places(octets: &[u8]) -> impl Iterator<Item = usize> {
     octets
         .iter()
@@ -113,7 +113,7 @@ fn measure(length: Length, octets: &[u8]) -> Option<usize> {
     (end <= octets.len()).then_some(end)
 }
 
-/// Octets of the record at the front; `None` where there is none.
+/// Length of the record at the start, in octets; `None` if it is not valid.
 pub fn record(items: &[Length], octets: &[u8]) -> Option<usize> {
     let fspec = chain(octets, 8)?;
     places(&octets[..fspec])

@@ -1,4 +1,4 @@
-//! What the tests share: octets written by hand, and short ways to read them.
+//! Helpers of the tests: hand-written octets, and short ways to decode them.
 #![allow(dead_code, unreachable_pub, missing_docs, reason = "each test file uses a part of it")]
 
 pub mod recordings;
@@ -6,13 +6,13 @@ pub mod strategies;
 
 use utm_asterix::{Block, Fault, Record, blocks, cat034, cat048, encode_block};
 
-/// The octets of a hexadecimal text; spaces and line ends are for the reader.
+/// The octets of a hexadecimal text; white space is ignored.
 pub fn hex(text: &str) -> Vec<u8> {
     let digits: Vec<u32> = text.chars().filter_map(|digit| digit.to_digit(16)).collect();
     digits.chunks(2).map(|pair| (pair[0] << 4 | pair[1]) as u8).collect()
 }
 
-/// The block of these contents.
+/// A block with these contents.
 pub fn block(category: u8, contents: &[u8]) -> Vec<u8> {
     let length = u16::try_from(contents.len() + 3).unwrap().to_be_bytes();
     [&[category, length[0], length[1]], contents].concat()
@@ -23,7 +23,7 @@ pub fn read<R: Record<Edition: Default>>(octets: &[u8]) -> (Vec<R>, Option<Fault
     read_in(R::Edition::default(), octets)
 }
 
-/// The same in an edition.
+/// The records of the only block in `octets`, read in an edition, and the fault that ended it.
 pub fn read_in<R: Record>(edition: R::Edition, octets: &[u8]) -> (Vec<R>, Option<Fault>) {
     let walked: Vec<Result<Block<'_>, Fault>> = blocks(octets).collect();
     let [Ok(block)] = walked.as_slice() else { panic!("not one block: {walked:?}") };
@@ -31,12 +31,12 @@ pub fn read_in<R: Record>(edition: R::Edition, octets: &[u8]) -> (Vec<R>, Option
     read_block_in(edition, block)
 }
 
-/// The records of a block, and the fault that ended it. Checks that the records stand one behind the other.
+/// The records of a block, and the fault that ended it. Checks that the records are contiguous.
 pub fn read_block<R: Record<Edition: Default>>(block: &Block<'_>) -> (Vec<R>, Option<Fault>) {
     read_block_in(R::Edition::default(), block)
 }
 
-/// The same in an edition.
+/// The records of a block, read in an edition, and the fault that ended it. Checks that the records are contiguous.
 pub fn read_block_in<R: Record>(edition: R::Edition, block: &Block<'_>) -> (Vec<R>, Option<Fault>) {
     let mut next = block.offset + 3;
     let (mut records, mut fault) = (Vec::new(), None);
@@ -55,7 +55,7 @@ pub fn read_block_in<R: Record>(edition: R::Edition, block: &Block<'_>) -> (Vec<
     (records, fault)
 }
 
-/// Where the records of a block of CAT034 or CAT048 end, counted from its CAT octet.
+/// Ends of the records in a block of CAT034 or CAT048, relative to its CAT octet.
 pub fn record_ends(block: &Block<'_>) -> Vec<usize> {
     fn of<R: Record<Edition: Default>>(block: &Block<'_>) -> Vec<usize> {
         let located =
@@ -75,7 +75,7 @@ pub fn encode(record: &impl Record) -> Vec<u8> {
     out
 }
 
-/// Reads the block, compares with `record`, and writes it back.
+/// Decodes the block, compares it with `record`, and encodes it again.
 pub fn check<R: Record<Edition: Default> + PartialEq + std::fmt::Debug>(octets: &str, record: &R) {
     let octets = hex(octets);
     let (records, fault) = read::<R>(&octets);
@@ -137,13 +137,13 @@ pub const LIGHT_AIRCRAFT: &str = "15 002c cd117319c0
 pub const SYSTEM_TRACK: &str = "3e 0036 9f0f110c
     1907 546000 00aaaaab00555555 0000c8ffff38 00c8ff38 002a 1d010180 c00200 0400 010007020008 c000140028fff6";
 
-/// What a tracker says of a sensor: CAT063 with 010, 030, 050 and 060.
+/// A tracker's report on a sensor: CAT063 with 010, 030, 050 and 060.
 pub const SENSOR: &str = "3f 000d b8 1907 546000 0102 4108";
 
 /// A camera's bearing: CAT015 with 010, 000, 020, 145, 161, 170, 627 and 628, angles with their standard deviations.
 pub const BEARING: &str = "0f 001b d78101c0 1907 08 0c 546000 002a 02 a0 4000 0123 a0 1555 0123";
 
-/// All of the above.
+/// All of these vectors.
 pub const VECTORS: [&str; 12] = [
     DRONE_PLOT,
     EVERY_ITEM,

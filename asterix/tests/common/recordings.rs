@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// The folder, or `None` (and a word about it) where none is named.
+/// The folder of recordings; `None`, with a message, if none is given.
 pub fn shared_data() -> Option<PathBuf> {
     let folder = std::env::var_os("UTM_FUSION_SHARED_DATA").map(PathBuf::from);
     if folder.is_none() {
@@ -11,8 +11,8 @@ pub fn shared_data() -> Option<PathBuf> {
     folder
 }
 
-/// The UDP datagrams of a capture (Ethernet, IPv4 without options), each with the microsecond of its reception. UDP says
-/// how long it is, because padding may follow.
+/// The UDP datagrams of a capture (Ethernet, IPv4 without options), each with its time of reception in microseconds. UDP states
+/// the length, because padding may follow.
 pub fn datagrams(pcap: &[u8]) -> Vec<(u64, &[u8])> {
     let (mut found, mut rest) = (Vec::new(), &pcap[24..]);
     while let Some((header, after)) = rest.split_at_checked(16) {

@@ -1,11 +1,11 @@
-//! Octets of items and records that are arbitrary where their layout leaves them free.
+//! Strategies for octets of items and records, random within their layout.
 
 use proptest::collection::vec;
 use proptest::option::of;
 use proptest::prelude::*;
 use utm_asterix::{Chain, Contents, Field, Fspec, Kind, Layout, Subfield, UapItem, octets_of};
 
-/// Octets of these fields; only what is constant is fixed.
+/// Octets of these fields; only constants are fixed.
 fn field_octets(fields: &'static [Field]) -> impl Strategy<Value = Vec<u8>> {
     vec(any::<u8>(), octets_of(fields)).prop_map(move |mut octets| {
         let mut at = 0;
@@ -24,7 +24,7 @@ fn explicit(contents: &[u8]) -> Vec<u8> {
     [&[contents.len() as u8 + 1], contents].concat()
 }
 
-/// Octets of these parts, of which as many as FX says: see [`Layout::Parts`].
+/// Octets of these parts, as many as FX states: see [`Layout::Parts`].
 fn part_octets(parts: &'static [&'static [Field]]) -> impl Strategy<Value = Vec<u8>> {
     let octets = |part: &[Field]| part.iter().map(|field| usize::from(field.bits)).sum::<usize>().div_ceil(8);
     let lengths: Vec<usize> = parts.iter().map(|part| octets(part)).collect();
@@ -43,7 +43,7 @@ fn part_octets(parts: &'static [&'static [Field]]) -> impl Strategy<Value = Vec<
     })
 }
 
-/// Octets that a primary subfield may have more than it need have.
+/// Superfluous octets of a primary subfield.
 fn padded(octets: impl Strategy<Value = Vec<u8>>, most: usize) -> impl Strategy<Value = Vec<u8>> {
     (octets, 0..most).prop_map(move |(mut octets, padding)| {
         let last = octets.iter().position(|octet| octet & 1 == 0).expect("a primary subfield ends");
@@ -55,7 +55,7 @@ fn padded(octets: impl Strategy<Value = Vec<u8>>, most: usize) -> impl Strategy<
     })
 }
 
-/// What a primary subfield of `per_octet` bits an octet announces and the subfields; undefined ones are never announced.
+/// A primary subfield with `per_octet` bits per octet, and the subfields it announces, without undefined ones.
 fn subfield_octets(subfields: &'static [Subfield], per_octet: usize) -> impl Strategy<Value = Vec<u8>> {
     let defined: Vec<(usize, _)> = (subfields.iter().enumerate())
         .filter(|(_, subfield)| !subfield.key.is_empty())
@@ -78,7 +78,7 @@ fn subfield_octets(subfields: &'static [Subfield], per_octet: usize) -> impl Str
     })
 }
 
-/// One to so many octets of seven bits and FX.
+/// One to `most` octets of seven bits and FX.
 fn extended_octets(most: usize) -> impl Strategy<Value = Vec<u8>> {
     vec(any::<u8>(), 1..=most).prop_map(|mut octets| {
         octets.iter_mut().for_each(|octet| *octet |= 1);
@@ -132,14 +132,14 @@ pub fn item_octets(layout: Layout) -> BoxedStrategy<Vec<u8>> {
     }
 }
 
-/// Octets of a reserved expansion field of these subfields.
+/// Octets of a reserved expansion field with these subfields.
 pub fn expansion_octets(subfields: &'static [Subfield]) -> impl Strategy<Value = Vec<u8>> {
     subfield_octets(subfields, 8)
         .prop_filter("it has at most 254 octets", |contents| contents.len() <= 254)
         .prop_map(|contents| explicit(&contents))
 }
 
-/// Octets of a whole record with any items of this profile.
+/// Octets of a complete record with random items of this profile.
 pub fn record_octets(uap: &'static [UapItem]) -> impl Strategy<Value = Vec<u8>> {
     let octets = |item: &UapItem| match item.layout {
         Layout::Compound(subfields) => {

@@ -14,9 +14,9 @@ from .models import Problem, StreamMessage
 
 __all__ = ["ApiError", "Client", "Problem", "StreamMessage", "Track"]
 
-# How long is waited before a connection that was lost is tried again, at first and at most, seconds.
+# Shortest and longest time before a lost connection is tried again, seconds.
 AGAIN_S = (0.5, 15.0)
-# A stream has a heartbeat each second; one that says nothing for so long is lost, seconds.
+# A stream has a heartbeat each second. It is lost after this time without one, seconds.
 SILENT_S = 10.0
 
 

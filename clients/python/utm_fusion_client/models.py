@@ -77,7 +77,7 @@ Alert = TypedDict(
     "Alert",
     {
         "id": str,
-        "kind": Literal["sensor", "area", "area-predicted", "service", "registration", "integrity", "jamming", "silent", "uncooperative", "conflict", "emergency"],
+        "kind": Literal["sensor", "area", "area-predicted", "service", "registration", "integrity", "jamming", "silent", "height", "uncooperative", "conflict", "emergency"],
         "severity": Literal["warning", "critical"],
         "since": str,
         "text": str,
@@ -91,6 +91,7 @@ Alert = TypedDict(
         "state": NotRequired[Literal["unverified", "verified", "suspect", "failed"]],
         "reasons": NotRequired[list[Literal["radar", "jump", "frozen", "replay", "duplicate", "swapped", "velocity", "time"]]],
         "offset_m": NotRequired[float],
+        "height_offset_m": NotRequired[float],
         "tracks": NotRequired[list[str]],
         "volume": NotRequired[str],
         "identities": NotRequired[list[str]],
@@ -130,6 +131,17 @@ Alerts = TypedDict(
         "alerts": list["Alert"],
         "ended": list["Alert"],
         "more": NotRequired[bool],
+    },
+)
+
+Also = TypedDict(
+    "Also",
+    {
+        "uas_id": NotRequired["UasId"],
+        "aircraft": NotRequired["AircraftJson"],
+        "sensor": str,
+        "track_number": int,
+        "time": NotRequired[str],
     },
 )
 
@@ -1357,6 +1369,7 @@ TrackProperties = TypedDict(
         "uas_id": NotRequired["UasId"],
         "aircraft": NotRequired["AircraftJson"],
         "remote_id": NotRequired["RemoteIdDeclaration"],
+        "also": NotRequired[list["Also"]],
         "integrity": NotRequired[Literal["unverified", "verified", "suspect", "failed"]],
         "integrity_index": NotRequired[float],
         "protection_level_m": NotRequired[float],

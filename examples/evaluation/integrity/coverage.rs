@@ -1,4 +1,4 @@
-//! Where transponders are heard: everywhere that is flown.
+//! Coverage area of transponders: the whole airspace of a scenario.
 
 use std::fs;
 use std::path::PathBuf;
@@ -8,13 +8,13 @@ use utm_fusion::areas::Areas;
 use utm_fusion::config::{Area, AreaKind, Config};
 use utm_fusion::simulate::{Scenario, TRANSPONDER_ID};
 
-use crate::flights::Failure;
+use crate::flights::EvaluationFailure;
 
 /// Half of the width of the area, degrees.
 const HALF_DEG: f64 = 0.5;
 
-/// Adds an area of coverage around the scenario's origin, and reads it.
-pub fn add(config: &mut Config, scenario: &Scenario) -> Result<Areas, Failure> {
+/// Adds a coverage area around the scenario's origin, and reads it.
+pub fn add(config: &mut Config, scenario: &Scenario) -> Result<Areas, EvaluationFailure> {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let (lat, lon) = (scenario.place.latitude_deg, scenario.place.longitude_deg);
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)];

@@ -1,4 +1,4 @@
-//! Flights replayed in this process, and their flags scored.
+//! Replays flights in this process, and scores their flags.
 
 use fusion::Emission;
 use fusion::integrity::Concern;
@@ -7,37 +7,37 @@ use utm_fusion::areas::{Areas, Masks};
 use utm_fusion::capture::Reception;
 use utm_fusion::config::{Config, Profile};
 use utm_fusion::evaluate::{
-    self, Alert, Attack, AttackKind, Integrity, Labels, OutputPoint, Scoring, integrity, reports,
+    self, AlertLine, Attack, AttackKind, IntegrityScore, Labels, OutputPoint, Scoring, integrity, reports,
 };
-use utm_fusion::integrity::Lookout;
+use utm_fusion::picture::UncooperativeDetector;
 use utm_fusion::picture::{Picture, PictureMaker};
 use utm_fusion::pipeline::{Event, Output, Pipeline};
-use utm_fusion::simulate::{Attacked, Simulation, TRANSPONDER_ID, simulate};
+use utm_fusion::simulate::{SimulatedAttack, Simulation, TRANSPONDER_ID, simulate};
 
 use super::coverage;
-use super::flights::{Flight, What};
-use crate::flights::Failure;
+use super::flights::{AttackFlight, FlightKind};
+use crate::flights::EvaluationFailure;
 use crate::parallel;
 
-/// How well the flags of a flight were set.
-pub struct Outcome {
-    pub what: What,
+/// Score of the flags of a flight.
+pub struct FlightOutcome {
+    pub what: FlightKind,
     pub seed: u64,
-    pub integrity: Integrity,
+    pub integrity: IntegrityScore,
 }
 
 /// Flies these, `threads` at a time.
-pub fn all(flights: &[Flight], threads: usize) -> Result<Vec<Outcome>, Failure> {
+pub fn all(flights: &[AttackFlight], threads: usize) -> Result<Vec<FlightOutcome>, EvaluationFailure> {
     parallel::each(flights, threads, |_, flight| of(flight)).into_iter().collect()
 }
 
-fn of(flight: &Flight) -> Result<Outcome, Failure> {
-    let Flight { what, scenario, seed } = flight;
+fn of(flight: &AttackFlight) -> Result<FlightOutcome, EvaluationFailure> {
+    let AttackFlight { what, scenario, seed } = flight;
     let simulation = simulate(scenario, *seed, None)?;
     let mut config = configured(&simulation.config);
     let areas = coverage::add(&mut config, scenario)?;
     let Replayed { points, reports, alerts, .. } = Replayed::of(simulation.receptions(), &config, &areas);
-    let integrity = integrity(&evaluate::Flight {
+    let integrity = integrity(&evaluate::IntegrityFlight {
         truth: &simulation.truth(),
         labels: &labels(&simulation),
         reports: &reports,
@@ -46,10 +46,10 @@ fn of(flight: &Flight) -> Result<Outcome, Failure> {
         alerts: Some(&alerts),
         settings: &Scoring::of(&config),
     });
-    Ok(Outcome { what: *what, seed: *seed, integrity })
+    Ok(FlightOutcome { what: *what, seed: *seed, integrity })
 }
 
-/// The `operational` profile, on one core: several flights are flown at a time.
+/// Configures the `operational` profile on one core, because several flights are replayed at a time.
 pub fn configured(site: &Config) -> Config {
     let mut config = site.clone();
     config.fusion.profile = Profile::Operational;
@@ -62,23 +62,23 @@ pub fn labels(simulation: &Simulation) -> Labels {
 }
 
 pub fn attacks(simulation: &Simulation) -> Vec<Attack> {
-    let attack = |attacked: &Attacked| {
-        let Attacked { id, number, attack, from, until } = attacked;
+    let attack = |attacked: &SimulatedAttack| {
+        let SimulatedAttack { id, number, attack, from, until } = attacked;
         let kind = attack.map_or(Some(AttackKind::Jammed), |attack| AttackKind::of_name(attack.name()))?;
         Some(Attack { id: id.clone(), number: *number, kind, from: *from, until: *until })
     };
     simulation.attacks.iter().filter_map(attack).collect()
 }
 
-/// What a replay gives.
+/// Result of a replay.
 pub struct Replayed {
     /// The output.
     pub points: Vec<OutputPoint>,
-    /// The transponder reports that it was made from.
+    /// The transponder reports in the input.
     pub reports: Vec<OutputPoint>,
-    /// The alerts of jamming.
-    pub alerts: Vec<Alert>,
-    /// The bearing of the first radar's registration at the end, degrees.
+    /// Alerts of kind `jamming`.
+    pub alerts: Vec<AlertLine>,
+    /// Azimuth registration of the first radar at the end, degrees.
     pub bearing_deg: Option<f64>,
 }
 
@@ -102,11 +102,11 @@ impl Replayed {
         pipeline.finish();
         emissions.extend(pipeline.emissions());
         let reports = reports(&fixes, &emissions, pipeline.normaliser());
-        let mut lookout = Lookout::new(config, areas);
+        let mut detector = UncooperativeDetector::new(config, areas);
         let (mut points, mut alerts) = (Vec::new(), Vec::new());
         for emission in emissions {
             let mut picture = maker.picture(emission);
-            lookout.look(&mut picture, &maker);
+            detector.look(&mut picture, &maker);
             note_jamming(&picture, &mut alerts);
             let tracks = picture.within(config.output.max_accuracy_m);
             points.extend(tracks.map(|track| OutputPoint::of_track(track, &maker)));
@@ -115,12 +115,12 @@ impl Replayed {
     }
 }
 
-/// The alert of jamming, as it is raised and as it ends.
-fn note_jamming(picture: &Picture, alerts: &mut Vec<Alert>) {
+/// Notes the beginning and end of the alert `jamming`.
+fn note_jamming(picture: &Picture, alerts: &mut Vec<AlertLine>) {
     let is_jammed = picture.concerns.iter().any(|concern| matches!(concern, Concern::Jamming { .. }));
     let lasting = alerts.len().checked_sub(1).filter(|&last| alerts[last].until.is_none());
     match (lasting, is_jammed) {
-        (None, true) => alerts.push(Alert {
+        (None, true) => alerts.push(AlertLine {
             id: format!("jamming-{}", alerts.len()),
             kind: "jamming".to_owned(),
             since: picture.time,

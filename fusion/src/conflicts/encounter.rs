@@ -1,63 +1,65 @@
-//! Two aircraft that fly straight on: when they are closest, how close, and how likely within a volume.
+//! Two aircraft that fly straight on: time and distance of their closest approach, and the probability of entering a
+//! volume.
 
 use nalgebra::{Matrix2, Matrix4, Vector2};
 
 use super::normal::{at_most_in_disc, at_most_within, in_disc, within};
-use super::{Ahead, Aircraft, Steady};
+use super::{ConflictAircraft, Extrapolation, SteadyFlightRatios};
 
-/// Slower than this towards each other two aircraft stay where they are, metres a second.
+/// Relative speed below which two aircraft count as at rest relative to each other, metres a second.
 pub(super) const RESTING: f64 = 0.1;
-/// Of a probability, a part that is left out.
+/// Part of a probability that is neglected.
 const NEGLIGIBLE: f64 = 1e-5;
 
-/// An aircraft seen from another one, at one instant: b minus a.
+/// Relative state of two aircraft at one instant: b minus a.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relative {
-    /// Over ground: east and north, metres.
+    /// Position over ground: east and north, metres.
     pub position: Vector2<f64>,
-    /// Over ground, metres a second.
+    /// Velocity over ground, metres a second.
     pub velocity: Vector2<f64>,
-    /// Covariance of both: east, north, and their rates.
+    /// Covariance of position and velocity: east, north, and their rates.
     pub covariance: Matrix4<f64>,
-    /// `None`: the height of one of them is not known.
+    /// Vertical state; `None`: the height of one of them is not known.
     pub vertical: Option<Vertical>,
 }
 
-/// The part above ground.
+/// Relative height and climb.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vertical {
     /// Difference of the heights, metres.
     pub height_m: f64,
     /// Difference of the climbs, metres a second.
     pub climb: f64,
-    /// Variance of the height, its covariance with the climb, variance of the climb: m², m²/s, m²/s².
+    /// Variance of the height, covariance of height and climb, variance of the climb: m², m²/s, m²/s².
     pub covariance: [f64; 3],
 }
 
 /// The closest point of approach over ground within the horizon, and the covariance of the miss there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approach {
-    /// Time until then, seconds: 0 where they fly apart, the horizon where they are still approaching by then.
+    /// Time to the closest point, seconds: 0 if they fly apart, the horizon if they are still approaching then.
     pub t_cpa_s: f64,
-    /// From a to b then, over ground, metres.
+    /// Position of b relative to a at that time, over ground, metres.
     pub miss: Vector2<f64>,
-    /// Its covariance where both fly straight on, m².
+    /// Covariance of the miss if both fly straight on, m².
     pub straight: Matrix2<f64>,
-    /// Its covariance where one of them turns, or has begun to.
+    /// Covariance of the miss if one of them turns, or has begun to turn, m².
     pub turning: Matrix2<f64>,
-    /// Probability that both fly straight on until then.
+    /// Probability that both fly straight on until that time.
     pub share: f64,
-    /// Difference of the heights then, metres, and its variance, m².
+    /// Difference of the heights at that time, metres, and its variance, m².
     pub vertical: Option<(f64, f64)>,
-    /// Unit vector in which the miss is known as `across_m`.
+    /// Unit vector in the direction of the miss; [`Self::across_m2`] is the variance of the miss along it.
     pub across: Vector2<f64>,
-    /// Whether the miss lies across the relative velocity: the closest point is not cut off by now or by the horizon.
+    /// Whether the miss lies across the relative velocity: the closest point is limited neither by now nor by the
+    /// horizon.
     is_inside: bool,
 }
 
 impl Relative {
-    /// `b` seen from `a`.
-    pub fn of(a: &Aircraft, b: &Aircraft) -> Self {
+    /// State of `b` relative to `a`.
+    pub fn of(a: &ConflictAircraft, b: &ConflictAircraft) -> Self {
         let vertical = a.vertical.zip(b.vertical).map(|(one, other)| Vertical {
             height_m: b.position.up() - a.position.up(),
             climb: b.velocity.z - a.velocity.z,
@@ -77,14 +79,14 @@ impl Relative {
     }
 
     /// The closest point of approach within the horizon.
-    pub fn approach(&self, ahead: &Ahead) -> Approach {
+    pub fn approach(&self, ahead: &Extrapolation) -> Approach {
         let Self { position, velocity, covariance, vertical } = self;
         let speed = velocity.norm();
         let unbounded_s = if speed < RESTING { 0.0 } else { -position.dot(velocity) / (speed * speed) };
         let t = unbounded_s.clamp(0.0, ahead.horizon_s);
         let is_inside = speed >= RESTING && unbounded_s > 0.0 && unbounded_s < ahead.horizon_s;
         let miss = position + velocity * t;
-        // Of the position, of both with each other, and of the velocity.
+        // Terms of the position, of position and velocity, and of the velocity.
         let at = |row: usize, column: usize| covariance[(row, column)];
         let of = |row: usize, column: usize| {
             let both = at(row, column + 2) + at(row + 2, column);
@@ -95,21 +97,21 @@ impl Relative {
             let sum = |[p, c, v]: [f64; 3]| place * place * p + place * rate * c + rate * rate * v;
             Matrix2::new(sum(east) + grown_m2, sum(both), sum(both), sum(north) + grown_m2)
         };
-        let Steady { place, velocity: rate, height, climb: climbs } = ahead.steady;
+        let SteadyFlightRatios { place, velocity: rate, height, climb: climbs } = ahead.steady;
         let along = if is_inside { Vector2::new(-velocity.y, velocity.x) } else { miss };
         let across = along.try_normalize(0.0).unwrap_or_else(Vector2::x);
         Approach {
             t_cpa_s: t,
             miss,
             straight: flown(place, rate, 0.0),
-            // Of each of the two.
+            // Added for each of the two aircraft.
             turning: flown(1.0, 1.0, 2.0 * ahead.grown_m2(t)),
             share: (-t / ahead.straight_s).exp(),
             vertical: vertical.map(|Vertical { height_m, climb, covariance: [hh, hc, cc] }| {
                 let m2 = height * height * hh + 2.0 * t * height * climbs * hc + t * t * climbs * climbs * cc;
                 (height_m + climb * t, m2)
             }),
-            // The sign of a normal is a matter of taste: across is how far b passes.
+            // The sign of the normal is arbitrary; it is chosen so that b passes on the positive side.
             across: if across.dot(&miss) < 0.0 { -across } else { across },
             is_inside,
         }
@@ -117,24 +119,24 @@ impl Relative {
 }
 
 impl Approach {
-    /// The miss over ground, metres.
+    /// Length of the miss over ground, metres.
     pub fn horizontal_m(&self) -> f64 {
         self.miss.norm()
     }
 
-    /// Variance of the miss in the direction of `across`, m², whether they turn or not.
+    /// Variance of the miss along `across`, m², averaged over flying straight on and turning.
     pub fn across_m2(&self) -> f64 {
         let [straight, turning] = [&self.straight, &self.turning].map(|part| self.variance_across_m2(part));
         self.share * straight + (1.0 - self.share) * turning
     }
 
-    /// Probability that the miss is within `horizontal_m` over ground and, where heights are known, `vertical_m` above it;
-    /// 0 where it is less than `least`.
+    /// Probability that the miss is within `horizontal_m` over ground and, if heights are known, within `vertical_m` in
+    /// height; 0 if it is less than `least`.
     pub fn probability(&self, horizontal_m: f64, vertical_m: f64, least: f64) -> f64 {
         let parts = [(self.share, &self.straight), (1.0 - self.share, &self.turning)];
         let most = parts.map(|(weight, covariance)| weight * self.at_most(horizontal_m, covariance));
         let (height, most_over_ground) = (self.vertical, most[0] + most[1]);
-        // What cannot matter is not summed.
+        // Negligible parts are not computed.
         let most_above = height.map_or(1.0, |(height_m, m2)| at_most_within(vertical_m, height_m, m2));
         if most_above * most_over_ground < least {
             return 0.0;
@@ -163,7 +165,7 @@ impl Approach {
         }
     }
 
-    /// At least the same: the disc lies between two lines across the miss.
+    /// Upper bound of [`Self::over_ground`]: the disc lies between two parallel lines.
     fn at_most(&self, radius_m: f64, covariance: &Matrix2<f64>) -> f64 {
         let between =
             at_most_within(radius_m, self.across.dot(&self.miss), self.variance_across_m2(covariance));

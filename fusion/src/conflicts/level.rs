@@ -1,21 +1,21 @@
-//! How bad a conflict is, and for how long it stays so: a level comes by two evaluations and goes after seconds without.
+//! Level of a conflict over time: several evaluations must agree to raise it, and it ends after seconds without one.
 
 use crate::time::{SECOND, Time};
 
-/// Evaluations that are remembered, and of these how many have to agree.
+/// Number of evaluations that are remembered, and minimum number of these that must agree.
 const OF_THE_LAST: u32 = 4;
 const TO_RAISE: u32 = 2;
-/// A level lasts at least this long, nanoseconds.
+/// Minimum duration of a level, nanoseconds.
 const HELD_NS: i64 = 4 * SECOND;
-/// And is over when nothing has kept it for this long, nanoseconds.
+/// Time without an evaluation that keeps a level after which it ends, nanoseconds.
 const LOWERED_NS: i64 = 5 * SECOND;
 
-/// How bad a conflict is.
+/// Severity of a conflict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Level {
-    /// It may come to one.
+    /// A conflict is possible.
     Advisory,
-    /// It is likely to.
+    /// A conflict is likely.
     Warning,
     /// A volume is entered.
     Violation,
@@ -23,28 +23,28 @@ pub enum Level {
 
 crate::interface_names!(Level { Advisory = "advisory", Warning = "warning", Violation = "violation" });
 
-/// What an evaluation says of a level.
+/// Result of an evaluation for one level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Say {
-    /// It is reached.
+pub(super) struct LevelVote {
+    /// Whether the level is reached.
     pub(super) reached: bool,
-    /// It is not over yet.
+    /// Whether the level is kept.
     pub(super) kept: bool,
 }
 
-/// One level of one pair and volume.
+/// State of one level of one pair and volume.
 #[derive(Clone, Copy, Debug, Default)]
 struct Latch {
-    /// Whether it was reached, the last evaluation in the lowest bit.
+    /// Whether recent evaluations reached the level, the last one in the lowest bit.
     reached: u8,
-    /// Since when it holds.
+    /// Time since which the level holds.
     since: Option<Time>,
-    /// When it was kept last.
+    /// Time of the last evaluation that kept the level.
     kept: Time,
 }
 
 impl Latch {
-    fn note(&mut self, now: Time, say: Say) {
+    fn update(&mut self, now: Time, say: LevelVote) {
         self.reached = (self.reached << 1 | u8::from(say.reached)) & ((1 << OF_THE_LAST) - 1);
         if say.reached || say.kept {
             self.kept = now;
@@ -67,14 +67,14 @@ impl Latch {
 pub(super) struct Levels([Latch; Level::ALL.len()]);
 
 impl Levels {
-    /// Takes in an evaluation: what it says of each level.
-    pub(super) fn note(&mut self, now: Time, said: [Say; Level::ALL.len()]) {
+    /// Applies the results of an evaluation, one for each level.
+    pub(super) fn update(&mut self, now: Time, said: [LevelVote; Level::ALL.len()]) {
         for (latch, say) in self.0.iter_mut().zip(said) {
-            latch.note(now, say);
+            latch.update(now, say);
         }
     }
 
-    /// The worst that holds, and since when.
+    /// The highest level that holds, and since when.
     pub(super) fn worst(&self) -> Option<(Level, Time)> {
         let holds = |(level, latch): (Level, &Latch)| Some((level, latch.since?));
         Level::ALL.into_iter().zip(&self.0).rev().find_map(holds)

@@ -1,4 +1,4 @@
-//! Normal errors: how likely a variable lies within an interval and a place within a disc, and bounds that cost less.
+//! Normal errors: probabilities of an interval and of a disc, and upper bounds that cost less.
 
 use std::f64::consts::{FRAC_2_PI, SQRT_2, TAU};
 
@@ -6,7 +6,7 @@ use nalgebra::{Matrix2, Vector2};
 
 /// Standard deviations beyond which a disc's density is not summed: less than one in ten million lies there.
 const TAIL: f64 = 5.5;
-/// Gauss and Legendre's rule of 24 points on -1 to 1, its upper half: points and weights.
+/// Upper half of the Gauss-Legendre rule with 24 points on -1 to 1: points and weights.
 const RULE: [(f64, f64); 12] = [
     (0.064_056_892_862_605_63, 0.127_938_195_346_752_16),
     (0.191_118_867_473_616_3, 0.125_837_456_346_828_3),
@@ -33,7 +33,8 @@ pub(super) fn within(half: f64, mean: f64, variance: f64) -> f64 {
     (beyond(-half) - beyond(half)).max(0.0)
 }
 
-/// At least the same: what lies beyond the nearer edge, or the highest density there is between both edges times the width.
+/// Upper bound of [`within`]: the tail beyond the nearer edge, or the highest density between the edges times the
+/// width.
 pub(super) fn at_most_within(half: f64, mean: f64, variance: f64) -> f64 {
     let beyond = mean.abs() - half;
     if variance <= 0.0 {
@@ -47,8 +48,9 @@ pub(super) fn at_most_within(half: f64, mean: f64, variance: f64) -> f64 {
     }
 }
 
-/// Probability that a normal place lies in the disc of this radius around the origin: across the axis that is known better
-/// exactly, along it by a rule over the angle at which the disc's edge is seen, in which the chord has no corner.
+/// Probability that a normally distributed position lies in the disc of this radius around the origin. It is exact
+/// across the axis with the smaller variance. Along that axis it is integrated over the angle at which the disc's edge
+/// is seen, in which the chord is smooth.
 pub(super) fn in_disc(radius: f64, mean: &Vector2<f64>, covariance: &Matrix2<f64>) -> f64 {
     let eigen = covariance.symmetric_eigen();
     let (narrow, wide) = if eigen.eigenvalues.x <= eigen.eigenvalues.y { (0, 1) } else { (1, 0) };
@@ -77,19 +79,19 @@ pub(super) fn in_disc(radius: f64, mean: &Vector2<f64>, covariance: &Matrix2<f64
     half * radius * sum / (sigma * TAU.sqrt())
 }
 
-/// At least the same: the highest density there is times the disc's area.
+/// Upper bound of [`in_disc`]: the highest density in the disc times its area.
 pub(super) fn at_most_in_disc(radius: f64, mean: &Vector2<f64>, covariance: &Matrix2<f64>) -> f64 {
     let determinant = covariance.determinant();
     if determinant <= 0.0 {
         return 1.0;
     }
     let beyond = (mean.norm() - radius).max(0.0);
-    // No axis is known worse than both together.
+    // The variance along any axis is at most the trace.
     let least = at_most_exp(beyond * beyond / (2.0 * covariance.trace()));
     (radius * radius / (2.0 * determinant.sqrt()) * least).min(1.0)
 }
 
-/// At least exp(-x) for x of 0 or more: one over the first terms of the series of exp(x).
+/// Upper bound of exp(-x) for x of 0 or more: the reciprocal of the first terms of the series of exp(x).
 fn at_most_exp(x: f64) -> f64 {
     (1.0 + x * (1.0 + x / 2.0 * (1.0 + x / 3.0 * (1.0 + x / 4.0)))).recip()
 }

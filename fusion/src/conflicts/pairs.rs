@@ -1,33 +1,33 @@
-//! Which pairs can come near each other at all: found square by square, so that the cost grows with the traffic and not with
-//! its square.
+//! Search for the pairs that can come near each other, square by square, so that the cost grows with the traffic and
+//! not with its square.
 
 use nalgebra::Vector2;
 
 use super::encounter::RESTING;
-use super::{Ahead, Aircraft, Rules, Steady, Volume, WORTH_A_LINE};
-use crate::cells::Cells;
+use super::{ConflictAircraft, ConflictRules, Extrapolation, SteadyFlightRatios, Volume, WORTH_A_LINE};
+use crate::cells::GroundCells;
 
 /// Side of a square, metres.
 const SIDE_M: f64 = 1000.0;
-/// Standard deviations beyond which less than a hundredth of the errors lie, on one side.
+/// Standard deviations beyond which less than a hundredth of the errors lies, on one side.
 const FURTHEST: f64 = 2.33;
 
-/// Where an aircraft is and how far it gets: what most others of the same squares are left out by.
+/// Position and reach of an aircraft, by which most others of the same squares are excluded.
 #[derive(Clone, Copy, Debug)]
 struct Spot {
     place: Vector2<f64>,
     reach_m: f64,
 }
 
-/// How an aircraft flies, and how well that is known.
+/// Velocity, climb and uncertainty of an aircraft.
 #[derive(Clone, Copy, Debug)]
-struct Flight {
+struct FlightState {
     velocity: Vector2<f64>,
-    /// Variance of its place after t seconds, both axes together, without what random acceleration adds.
+    /// Variance of the position after t seconds, sum of both axes, without random acceleration.
     ground: Variance,
     up_m: f64,
     climb: f64,
-    /// Variance of its height after t seconds; infinite where it is not known.
+    /// Variance of the height after t seconds; infinite if the height is not known.
     above: Variance,
 }
 
@@ -47,21 +47,25 @@ impl Variance {
     }
 }
 
-/// Aircraft by square, in the order of the squares: those of a row lie one behind the other.
+/// Aircraft in the order of their squares: those of a row are contiguous.
 #[derive(Debug, Default)]
-pub(super) struct Pairs {
-    cells: Cells,
+pub(super) struct SortedAircraft {
+    cells: GroundCells,
     order: Vec<usize>,
     spots: Vec<Spot>,
-    flights: Vec<Flight>,
-    /// Those near one, in its time.
+    flights: Vec<FlightState>,
+    /// Buffer for the aircraft near one of them.
     near: Vec<usize>,
 }
 
-impl Pairs {
-    /// The pairs, the lower index first, in no order; and how many were looked at.
-    pub(super) fn find(&mut self, aircraft: &[Aircraft], rules: &Rules) -> (Vec<(usize, usize)>, usize) {
-        let search = Search::of(rules);
+impl SortedAircraft {
+    /// The pairs, the lower index first, in no order; and the number of pairs tested.
+    pub(super) fn find(
+        &mut self,
+        aircraft: &[ConflictAircraft],
+        rules: &ConflictRules,
+    ) -> (Vec<(usize, usize)>, usize) {
+        let search = PairSearch::of(rules);
         let Self { cells, order, spots, flights, near } = self;
         cells.fill(aircraft.iter().map(|one| one.position), SIDE_M);
         order.clear();
@@ -76,13 +80,13 @@ impl Pairs {
         near.resize(spots.len(), 0);
         let (mut found, mut tested) = (Vec::new(), 0);
         for (a, (spot, flight)) in spots.iter().zip(&*flights).enumerate() {
-            // The one that gets further looks for the others: a fast one makes only its own search long.
+            // The aircraft with the larger reach searches for the others, so a fast one lengthens only its own search.
             let is_near = |b: usize, other: &Spot| {
                 let reach_m = spot.reach_m + other.reach_m;
                 let is_shorter = (other.reach_m < spot.reach_m) | ((other.reach_m == spot.reach_m) & (b < a));
                 is_shorter & ((other.place - spot.place).norm_squared() <= reach_m * reach_m)
             };
-            // Noted without a branch, which would be guessed wrong as often as not.
+            // Stored without a branch, which would be mispredicted half of the time.
             let mut count = 0;
             for part in cells.parts_within(aircraft[order[a]].position, 2.0 * spot.reach_m, SIDE_M) {
                 for (b, other) in part.clone().zip(&spots[part]) {
@@ -104,34 +108,35 @@ impl Pairs {
     }
 }
 
-/// How far a pair is looked for: where a probability of [`WORTH_A_LINE`] is possible.
-struct Search {
-    ahead: Ahead,
+/// Limits of the search: pairs for which a probability of [`WORTH_A_LINE`] is possible.
+struct PairSearch {
+    ahead: Extrapolation,
     radius_m: f64,
     half_height_m: f64,
-    /// Standard deviations beyond the radius at which those may be that are still approaching at the horizon; `None`: they are
-    /// known too poorly by then to be worth a line wherever they are.
+    /// Standard deviations beyond the radius within which a pair that is still approaching at the horizon is searched;
+    /// `None`: its position is then too uncertain for a probability of [`WORTH_A_LINE`].
     at_horizon: Option<f64>,
 }
 
-impl Search {
-    fn of(rules: &Rules) -> Self {
+impl PairSearch {
+    fn of(rules: &ConflictRules) -> Self {
         let most = |of: fn(&Volume) -> f64| rules.volumes.iter().map(of).fold(0.0, f64::max);
         let (ahead, radius_m) = (rules.ahead, most(|volume| volume.horizontal_m));
-        // The density of a place at the horizon is at most this times the disc's, and falls off with the distance to it.
+        // The density of a position at the horizon is at most `highest` for the disc's area, and falls off with the
+        // distance.
         let highest = radius_m * radius_m / (4.0 * ahead.grown_m2(ahead.horizon_s));
         let at_horizon =
             (highest > WORTH_A_LINE).then(|| (2.0 * (highest / WORTH_A_LINE).ln()).sqrt().min(FURTHEST));
         Self { ahead, radius_m, half_height_m: most(|volume| volume.vertical_m), at_horizon }
     }
 
-    fn flight(&self, one: &Aircraft) -> Flight {
+    fn flight(&self, one: &ConflictAircraft) -> FlightState {
         let at = |row: usize, column: usize| one.covariance[(row, column)];
-        let Steady { height, climb, .. } = self.ahead.steady;
+        let SteadyFlightRatios { height, climb, .. } = self.ahead.steady;
         let above = one.vertical.map_or([f64::INFINITY, 0.0, 0.0], |[hh, hc, cc]| {
             [height * height * hh, 2.0 * height * climb * hc, climb * climb * cc]
         });
-        Flight {
+        FlightState {
             velocity: one.velocity.xy(),
             ground: Variance([at(0, 0) + at(1, 1), 2.0 * (at(0, 2) + at(1, 3)), at(2, 2) + at(3, 3)]),
             up_m: one.position.up(),
@@ -140,9 +145,9 @@ impl Search {
         }
     }
 
-    /// Two are to be looked at where they are within the sum of their reaches: what they fly, and across that how far a miss
-    /// may lead (the miss lies across the flight, but at the horizon).
-    fn reach_m(&self, flight: &Flight) -> f64 {
+    /// Reach of an aircraft, metres: two are tested if their distance is at most the sum of their reaches. It covers
+    /// the distance flown and, across it, the possible miss (the miss lies across the flight, except at the horizon).
+    fn reach_m(&self, flight: &FlightState) -> f64 {
         let horizon_s = self.ahead.horizon_s;
         let flown_m = horizon_s * flight.velocity.norm();
         let sigma_m = (flight.ground.at(horizon_s) + 2.0 * self.ahead.grown_m2(horizon_s)).sqrt();
@@ -151,19 +156,19 @@ impl Search {
         flown_m.hypot(half_m + FURTHEST * sigma_m).max(at_horizon_m)
     }
 
-    /// Whether two come so near each other that a probability is worth computing.
-    fn may_meet(&self, apart: Vector2<f64>, a: &Flight, b: &Flight) -> bool {
+    /// Whether two come so near each other that the probability must be computed.
+    fn may_meet(&self, apart: Vector2<f64>, a: &FlightState, b: &FlightState) -> bool {
         let velocity = b.velocity - a.velocity;
         let square = velocity.norm_squared();
         let unbounded_s = if square < RESTING * RESTING { 0.0 } else { -apart.dot(&velocity) / square };
         let t = unbounded_s.clamp(0.0, self.ahead.horizon_s);
         let may_be =
             |away_m: f64, half_m: f64, variance_m2: f64| away_m <= half_m + FURTHEST * variance_m2.sqrt();
-        // At least the variance in any direction, of both.
+        // Upper bound of the variance of both in any direction.
         let ground_m2 = a.ground.and(b.ground).at(t) + 4.0 * self.ahead.grown_m2(t);
         let above_m = b.up_m - a.up_m;
         let above_then_m = above_m + (b.climb - a.climb) * t;
-        // Who is within a volume now is so wherever both are then.
+        // A pair that is within the height of a volume now may be in conflict now, whatever the heights are later.
         may_be((apart + velocity * t).norm(), self.radius_m, ground_m2)
             & ((above_m.abs() <= self.half_height_m)
                 | may_be(above_then_m.abs(), self.half_height_m, a.above.and(b.above).at(t)))

@@ -1,4 +1,4 @@
-//! Straight flights of two aircraft, and many.
+//! Straight flights of two aircraft, and of many.
 
 mod chance;
 mod levels;
@@ -12,15 +12,15 @@ fn at(seconds: i64) -> Time {
     Time::from_nanos(seconds * SECOND)
 }
 
-/// Sigma of each axis: 3 m and 0.5 m/s over ground, 4 m and 0.3 m/s above it.
-fn aircraft(number: u32, [east, north, up]: [f64; 3], velocity: [f64; 3]) -> Aircraft {
-    Aircraft {
+/// Standard deviation of each axis: 3 m and 0.5 m/s over ground, 4 m and 0.3 m/s in height.
+fn aircraft(number: u32, [east, north, up]: [f64; 3], velocity: [f64; 3]) -> ConflictAircraft {
+    ConflictAircraft {
         key: (number, Time::default()),
         position: Enu::new(east, north, up),
         velocity: velocity.into(),
         covariance: Matrix4::from_diagonal(&[9.0, 9.0, 0.25, 0.25].into()),
         vertical: Some([16.0, 0.0, 0.09]),
-        kind: Kind::Drone,
+        kind: TrafficKind::Drone,
         disputed: Vec::new(),
     }
 }
@@ -31,21 +31,21 @@ fn drones() -> Volume {
         horizontal_m: 50.0,
         vertical_m: 15.0,
         tau_s: 0.0,
-        between: [Side::Only(Kind::Drone); 2],
+        between: [AcceptedKinds::Only(TrafficKind::Drone); 2],
     }
 }
 
-fn rules(volumes: Vec<Volume>) -> Rules {
-    Rules {
+fn rules(volumes: Vec<Volume>) -> ConflictRules {
+    ConflictRules {
         volumes,
-        ahead: Ahead { straight_s: 30.0, steady: Steady::MEASURED, ..ahead(60.0, 1.0) },
-        advisory: Threshold { probability: 0.1, time_s: 60.0 },
-        warning: Threshold { probability: 0.2, time_s: 20.0 },
+        ahead: Extrapolation { straight_s: 30.0, steady: SteadyFlightRatios::MEASURED, ..ahead(60.0, 1.0) },
+        advisory: LevelThreshold { probability: 0.1, time_s: 60.0 },
+        warning: LevelThreshold { probability: 0.2, time_s: 20.0 },
     }
 }
 
-/// As the covariances say it, which are those of aircraft that turn.
-fn ahead(horizon_s: f64, acceleration: f64) -> Ahead {
-    let steady = Steady { place: 1.0, velocity: 1.0, height: 1.0, climb: 1.0 };
-    Ahead { horizon_s, acceleration, straight_s: 1e-9, steady }
+/// Motion with the stated covariances of turning aircraft.
+fn ahead(horizon_s: f64, acceleration: f64) -> Extrapolation {
+    let steady = SteadyFlightRatios { place: 1.0, velocity: 1.0, height: 1.0, climb: 1.0 };
+    Extrapolation { horizon_s, acceleration, straight_s: 1e-9, steady }
 }

@@ -1,4 +1,4 @@
-//! The volumes that aircraft keep around themselves.
+//! Protected volumes around aircraft.
 
 use super::{Approach, Relative};
 
@@ -7,27 +7,27 @@ const FOOT_M: f64 = 0.3048;
 /// A nautical mile, metres.
 const MILE_M: f64 = 1852.0;
 
-/// What an aircraft is to a volume.
+/// Kind of an aircraft, as volumes distinguish it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Kind {
-    /// Nobody is on board.
+pub enum TrafficKind {
+    /// No person is on board.
     #[default]
     Drone,
-    /// Somebody is.
+    /// Persons are on board.
     Crewed,
 }
 
-/// Which aircraft a volume is about: one of a pair.
+/// Kinds of aircraft that a volume accepts for one of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// Of this kind.
-    Only(Kind),
-    /// Of any.
+pub enum AcceptedKinds {
+    /// Only this kind.
+    Only(TrafficKind),
+    /// Any kind.
     Any,
 }
 
-impl Side {
-    fn is(self, kind: Kind) -> bool {
+impl AcceptedKinds {
+    fn is(self, kind: TrafficKind) -> bool {
         match self {
             Self::Only(only) => only == kind,
             Self::Any => true,
@@ -35,7 +35,7 @@ impl Side {
     }
 }
 
-/// A cylinder that no other aircraft is to enter.
+/// A cylinder around an aircraft that no other aircraft should enter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Volume {
     /// Name on every interface.
@@ -44,20 +44,20 @@ pub struct Volume {
     pub horizontal_m: f64,
     /// Half of its height, metres.
     pub vertical_m: f64,
-    /// Modified tau up to which it counts as entered by aircraft that approach, seconds; 0: it does not.
+    /// Modified tau up to which an approaching pair counts as inside the volume, seconds; 0: tau is not used.
     pub tau_s: f64,
-    /// Between whom, in either order.
-    pub between: [Side; 2],
+    /// Kinds of both aircraft, in either order.
+    pub between: [AcceptedKinds; 2],
 }
 
 impl Volume {
-    /// Whether it is about such a pair.
-    pub fn is_between(&self, a: Kind, b: Kind) -> bool {
+    /// Whether the volume applies to a pair of these kinds.
+    pub fn is_between(&self, a: TrafficKind, b: TrafficKind) -> bool {
         let [one, other] = self.between;
         (one.is(a) && other.is(b)) || (one.is(b) && other.is(a))
     }
 
-    /// Whether the volume, made larger by a factor, is entered now: by where they are, or by modified tau.
+    /// Whether the volume, enlarged by a factor, is entered now: by position or by modified tau.
     pub(super) fn is_entered(&self, now: &Relative, approach: &Approach, factor: f64) -> bool {
         let (horizontal_m, vertical_m) = (factor * self.horizontal_m, factor * self.vertical_m);
         let apart_in_height = now.vertical.is_some_and(|vertical| vertical.height_m.abs() > vertical_m);
@@ -65,7 +65,7 @@ impl Volume {
         !apart_in_height && (is_near || self.is_entered_by_tau(now, approach, horizontal_m, factor))
     }
 
-    /// Modified tau, (R² - |p|²) / (p·v): time until the range would be R if it closed as it does now.
+    /// Modified tau, (R² - |p|²) / (p·v): time until the range is R at the present closing rate.
     fn is_entered_by_tau(&self, now: &Relative, approach: &Approach, horizontal_m: f64, factor: f64) -> bool {
         let closing = now.position.dot(&now.velocity);
         if self.tau_s <= 0.0 || closing >= 0.0 || approach.horizontal_m() > horizontal_m {
@@ -76,27 +76,27 @@ impl Volume {
     }
 }
 
-/// Volumes that others have defined.
+/// Volumes of published standards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
     /// Well clear in en-route airspace: NASA DAIDALUS configuration `DO_365B`.
     Do365Enroute,
-    /// Well clear in terminal areas: the same, `Phase_II`.
+    /// Well clear in terminal areas: NASA DAIDALUS configuration `DO_365B`, `Phase_II`.
     Do365Terminal,
-    /// Well clear of aircraft without transponder: the same.
+    /// Well clear of aircraft without transponder: NASA DAIDALUS configuration `DO_365B`.
     Do365Noncooperative,
-    /// Well clear of small drones: ASTM F3442. Its figures are known from reviews, not from the standard itself.
+    /// Well clear of small drones: ASTM F3442. The figures are from reviews, not from the standard itself.
     F3442,
-    /// Near mid-air collision: DAIDALUS.
+    /// Near mid-air collision: NASA DAIDALUS.
     Nmac,
 }
 
 impl Preset {
-    /// All of them.
+    /// All presets.
     pub const ALL: [Self; 5] =
         [Self::Do365Enroute, Self::Do365Terminal, Self::Do365Noncooperative, Self::F3442, Self::Nmac];
 
-    /// Name in the configuration, and of the volume where it has no other.
+    /// Name in the configuration, and default name of the volume.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Do365Enroute => "do365-enroute",
@@ -107,7 +107,7 @@ impl Preset {
         }
     }
 
-    /// The volume, between any two aircraft.
+    /// The volume, for any two aircraft.
     pub fn volume(self) -> Volume {
         let (horizontal_m, feet, tau_s) = match self {
             Self::Do365Enroute => (0.66 * MILE_M, 450.0, 35.0),
@@ -117,6 +117,6 @@ impl Preset {
             Self::Nmac => (500.0 * FOOT_M, 100.0, 0.0),
         };
         let name = self.name().to_owned();
-        Volume { name, horizontal_m, vertical_m: feet * FOOT_M, tau_s, between: [Side::Any; 2] }
+        Volume { name, horizontal_m, vertical_m: feet * FOOT_M, tau_s, between: [AcceptedKinds::Any; 2] }
     }
 }

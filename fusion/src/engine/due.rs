@@ -5,7 +5,7 @@ use crate::point::Emission;
 use crate::slots::Slot;
 use crate::time::Time;
 
-/// The slots that are due, in order. Those not taken are emitted, and lost, when it is dropped.
+/// The slots that are due, in order. Dropping it emits and discards the slots that were not taken.
 #[derive(Debug)]
 #[must_use = "the due slots are the engine's output"]
 pub struct Due<'a> {
@@ -15,7 +15,7 @@ pub struct Due<'a> {
 }
 
 impl Due<'_> {
-    /// Whether the engine starts afresh after these.
+    /// Whether the engine restarts with an empty window after these slots.
     pub fn restarts(&self) -> bool {
         self.restart.is_some()
     }

@@ -1,40 +1,40 @@
-//! Operators' decisions of a flight that is replayed, or of before a restart: carried out when their time comes.
+//! Operators' decisions of a replayed flight or from before a restart, carried out when they are due.
 
 use serde::{Deserialize, Serialize};
 
-use crate::integrity::Word;
-use crate::operational::{self, Correlation, Operational, ResumedCorrelation, SavedCorrelation};
+use crate::integrity::TrustOverride;
+use crate::operational::{self, ManualAssociation, Operational, RestoredAssociation, SavedAssociation};
 use crate::slots::Slot;
 use crate::time::Time;
 
-/// Correlations and words of then.
+/// Planned correlations and trust overrides.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Plan {
-    /// By slot, those of one slot in their order.
-    pub(super) correlations: Vec<(Slot, Correlation)>,
-    /// Operators' words on identities, by slot, those of one slot in their order.
-    pub(super) words: Vec<(Slot, Word)>,
-    /// The first slot of the replay.
+    /// Correlations by slot; those of one slot in their order.
+    pub(super) correlations: Vec<(Slot, ManualAssociation)>,
+    /// Operators' trust overrides by slot; those of one slot in their order.
+    pub(super) overrides: Vec<(Slot, TrustOverride)>,
+    /// First slot of the replay.
     pub(super) first: Option<Slot>,
-    /// Correlations on what never was there.
+    /// Number of correlations whose radar track or transponder was never present.
     pub(super) missed: u64,
-    /// Correlations of before a restart of which it is not known yet whether they hold, and what has become of the others.
-    pub(super) kept: Vec<SavedCorrelation>,
-    pub(super) resumed: Vec<ResumedCorrelation>,
+    /// Restored correlations that are still undecided. `resumed` has the outcomes of the others.
+    pub(super) kept: Vec<SavedAssociation>,
+    pub(super) resumed: Vec<RestoredAssociation>,
 }
 
 impl Plan {
-    /// What was decided for this slot, and what is still to be found.
+    /// Carries out the decisions of this slot, and earlier ones whose radar track is still missing.
     pub(super) fn carry_out(
         &mut self,
         slot: Slot,
         window_slots: i64,
         operational: &mut Operational,
-        profile: &operational::Settings,
+        profile: &operational::OperationalSettings,
     ) {
         let is_beginning = self.first.is_some_and(|first| slot < first.plus(window_slots));
-        let due = self.words.partition_point(|planned| planned.0 <= slot);
-        self.words.drain(..due).for_each(|(since, word)| operational.say(word, since));
+        let due = self.overrides.partition_point(|planned| planned.0 <= slot);
+        self.overrides.drain(..due).for_each(|(since, word)| operational.set_trust(word, since));
         let missed = &mut self.missed;
         self.correlations.retain(|&(at, correlation)| {
             if at > slot {
@@ -46,12 +46,12 @@ impl Plan {
         });
     }
 
-    /// Looks for the radar tracks of the decisions of before a restart; none counts earlier than it did then.
+    /// Looks for the radar tracks of restored correlations; none takes effect before its original slot.
     pub(super) fn resume(
         &mut self,
         (slot, time): (Slot, Time),
         operational: &mut Operational,
-        profile: &operational::Settings,
+        profile: &operational::OperationalSettings,
     ) {
         let Self { kept, resumed, missed, .. } = self;
         kept.retain(|&kept| {
@@ -59,15 +59,15 @@ impl Plan {
                 return true;
             }
             let known = operational.resume(kept, time, profile);
-            *missed += u64::from(matches!(known, Some(ResumedCorrelation::Ended(_))));
+            *missed += u64::from(matches!(known, Some(RestoredAssociation::Ended(_))));
             resumed.extend(known);
             known.is_none()
         });
     }
 
-    /// The radar tracks of before are not heard again.
+    /// Ends the restored correlations: their radar tracks do not come back.
     pub(super) fn end_kept(&mut self) {
         self.missed += self.kept.len() as u64;
-        self.resumed.extend(self.kept.drain(..).map(|kept| ResumedCorrelation::Ended(kept.held)));
+        self.resumed.extend(self.kept.drain(..).map(|kept| RestoredAssociation::Ended(kept.held)));
     }
 }

@@ -1,17 +1,17 @@
-//! The error of a radar that lasts for a while: a first-order Gauss–Markov process a radar track.
+//! The persistent part of a radar's error: a first-order Gauss–Markov process for each radar track.
 
 use serde::{Deserialize, Serialize};
 
 use super::errors::RadarErrors;
 
-/// Mean and variance of each of its parts.
+/// Mean and variance of each part of the bias.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bias {
-    /// Metres and m².
+    /// Bias of the range: metres and m².
     pub range_m: Moments,
-    /// Radians and their square.
+    /// Bias of the azimuth: radians and rad².
     pub azimuth: Moments,
-    /// Metres and m².
+    /// Bias of the height: metres and m².
     pub height_m: Moments,
 }
 
@@ -25,13 +25,13 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Of zero mean.
+    /// Moments with a mean of zero.
     const fn centred(variance: f64) -> Self {
         Self { mean: 0.0, variance }
     }
 }
 
-/// What becomes of it: x' = kept · x + added.
+/// Change of a bias over an interval: x' = kept · x + added.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SlowChange {
     pub(super) kept: f64,
@@ -39,14 +39,14 @@ pub(super) struct SlowChange {
 }
 
 impl Bias {
-    /// Where there is no radar: nothing, with a spread that keeps the arithmetic sound.
+    /// Bias without a radar: zero, with variances that keep the matrices positive definite.
     pub(super) const NONE: Self = Self {
         range_m: Moments::centred(1.0),
         azimuth: Moments::centred(1e-6),
         height_m: Moments::centred(1.0),
     };
 
-    /// Of a radar track of which nothing is known.
+    /// Prior bias of a new radar track.
     pub fn of(errors: &RadarErrors) -> Self {
         let unknown = |sigma: f64| Moments::centred(sigma * sigma);
         Self {
@@ -65,18 +65,18 @@ impl Bias {
 const NOTHING: Moments = Moments::centred(0.0);
 
 impl SlowChange {
-    /// No radar, or none for which something is estimated.
+    /// No change: no radar, or none whose bias is estimated.
     pub(super) const NONE: Self =
         Self { kept: 1.0, added: Bias { range_m: NOTHING, azimuth: NOTHING, height_m: NOTHING } };
 
-    /// `dt` seconds later of the same radar track.
+    /// Change over `dt` seconds for the same radar track.
     pub(super) fn after(errors: &RadarErrors, dt: f64) -> Self {
         let kept = (-dt / errors.correlation_s).exp();
         Self { kept, added: Bias::of(errors).scaled(1.0 - kept * kept) }
     }
 
-    /// Another radar track, of which this is known.
-    pub(super) const fn anew(known: Bias) -> Self {
+    /// Change to another radar track with this prior bias.
+    pub(super) const fn reset(known: Bias) -> Self {
         Self { kept: 0.0, added: known }
     }
 }

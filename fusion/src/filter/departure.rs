@@ -1,8 +1,9 @@
-//! A transponder's report far from where the motion led: the aircraft has turned or stopped, or its receiver has jumped.
+//! A transponder's report far from the predicted position: the aircraft has turned or stopped, or its receiver has
+//! jumped.
 //!
-//! An aircraft that turned or stopped has another velocity afterwards, and the change explains the way to the report. A receiver
-//! that jumped, because it takes a reflection for a satellite, flies on beside its path or is back on it. So the next report
-//! decides.
+//! An aircraft that turned or stopped has another velocity afterwards, and the change of velocity explains its
+//! displacement. A receiver that jumped, because it takes a reflection for a satellite, flies on beside its path or
+//! returns to it. So the next report decides.
 
 use nalgebra::SVector;
 
@@ -10,22 +11,22 @@ use nalgebra::SVector;
 const MOST_M_S2: f64 = 15.0;
 /// Largest rate of turn of an aircraft that is so fast that its turns need a larger acceleration, radians a second.
 const MOST_TURN: f64 = 0.5;
-/// Share of the way that the change of the velocity has to explain. Steady acceleration over the whole interval explains
-/// twice the way, a sudden one at its beginning just the way.
+/// Minimum share of the displacement that the change of velocity must explain. Steady acceleration over the whole
+/// interval explains twice the displacement, a sudden one at its start exactly the displacement.
 const EXPLAINED: f64 = 0.5;
-/// Bound of the uncertainty of the motion before, standard deviations.
+/// Bound on the uncertainty of the predicted position, standard deviations.
 const SIGMAS: f64 = 3.0;
 
-/// A report far from where the motion led, on some axes.
+/// A report far from the predicted position, on some axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Departure<const D: usize> {
-    /// From where the motion led to the report, metres.
+    /// Displacement from the predicted position to the report, metres.
     pub(super) away: SVector<f64, D>,
-    /// How uncertain that is along it, one standard deviation, metres.
+    /// Standard deviation of the predicted position along the displacement, metres.
     pub(super) sigma_m: f64,
-    /// The velocity before, metres a second.
+    /// Velocity before the report, metres a second.
     pub(super) velocity: SVector<f64, D>,
-    /// Time since the transponder's report before, seconds.
+    /// Time since the transponder's previous report, seconds.
     pub(super) within_s: f64,
 }
 
@@ -51,7 +52,8 @@ impl<const D: usize> Departure<D> {
         MOST_M_S2.max(MOST_TURN * self.velocity.norm())
     }
 
-    /// Its cause; `next`: the mean velocity from this report to the next one, metres a second, and the time between, seconds.
+    /// Cause of the departure; `next` is the mean velocity from this report to the next one, metres a second, and the
+    /// time between them, seconds.
     pub(super) fn cause(&self, next: Option<(SVector<f64, D>, f64)>) -> Cause {
         if !self.is_in_reach() {
             return Cause::Receiver;
@@ -71,7 +73,8 @@ mod tests {
 
     use super::*;
 
-    /// An aircraft flies eastward at 16 m/s and reports every 2 s; the places of its second and third report, from the first.
+    /// An aircraft flies eastward at 16 m/s and reports every 2 s. The arguments are the positions of its second and
+    /// third report, relative to the first.
     fn cause(second: Vector2<f64>, third: Option<Vector2<f64>>) -> Cause {
         let velocity = vector![16.0, 0.0];
         let departure = Departure { away: second - velocity * 2.0, sigma_m: 1.0, velocity, within_s: 2.0 };
@@ -80,7 +83,7 @@ mod tests {
 
     #[test]
     fn stops_and_turns_are_motion() {
-        // It brakes over the whole interval, or at its beginning; it turns to the north and flies on.
+        // Braking over the whole interval; braking at its start; a turn to the north.
         for (second, third) in [
             (vector![16.0, 0.0], vector![16.0, 0.0]),
             (vector![8.0, 0.0], vector![8.0, 0.0]),

@@ -1,12 +1,11 @@
-//! A radar's errors, and how it sees a place.
+//! A radar's errors, and its line of sight to a position.
 
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
 
 use crate::frames::Enu;
 
-/// A radar's errors, standard deviations: a bias that lasts for a while (misalignment included, where it is not known), and
-/// white noise.
+/// A radar's errors, standard deviations: a persistent bias (including unknown misalignment), and white noise.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RadarErrors {
     /// Bias of the range, metres.
@@ -26,10 +25,10 @@ pub struct RadarErrors {
 }
 
 impl RadarErrors {
-    /// From the accuracy in a radar's data sheet, standard deviations in metres, degrees, metres.
+    /// Derives the errors from the accuracy in a radar's data sheet, standard deviations in metres, degrees, metres.
     ///
-    /// A data sheet does not tell how much of an error lasts: assumed are a bias about as large as the accuracy (in azimuth 1.3
-    /// times, because turns enlarge it), and noise of a fraction of it.
+    /// A data sheet does not state which part of an error persists. Assumed are a bias about as large as the accuracy
+    /// (in azimuth 1.3 times, because turns enlarge it), and noise of a fraction of it.
     pub fn of_data_sheet(range_m: f64, azimuth_deg: f64, height_m: f64) -> Self {
         let azimuth = azimuth_deg.to_radians();
         Self {
@@ -44,19 +43,19 @@ impl RadarErrors {
     }
 }
 
-/// A position as a radar sees it over ground: distance, and the axes along and across the line of sight.
+/// A position over ground as seen from a radar: distance, and the axes along and across the line of sight.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LineOfSight {
     /// Distance over ground, metres.
     pub range_m: f64,
     /// Unit vector away from the radar.
     pub outward: Vector2<f64>,
-    /// Unit vector of growing azimuth.
+    /// Unit vector in the direction of increasing azimuth.
     pub clockwise: Vector2<f64>,
 }
 
 impl LineOfSight {
-    /// From the radar at `radar` to `place`.
+    /// The line of sight from the radar at `radar` to `place`.
     pub fn from(radar: Enu, place: Enu) -> Self {
         let away = (place.0 - radar.0).xy();
         let range_m = away.norm().max(1.0);

@@ -1,4 +1,4 @@
-//! A Gaussian state of `D` numbers: how it moves, what an observation tells of it, and the way back to it.
+//! A Gaussian state of `D` variables: prediction, update by observations, and smoothing.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,28 +13,28 @@ pub(crate) struct Gaussian<const D: usize> {
     pub(crate) covariance: Symmetric<D>,
 }
 
-/// How the first numbers of a state move over an interval: x' = F x + w, w normal with covariance Q. Those behind them are
-/// biases of radars, [`Slow`].
-pub(crate) trait Motion<const D: usize> {
-    /// How many numbers move so.
+/// Motion of the first variables of a state over an interval: x' = F x + w, w normal with covariance Q. The variables
+/// after them are biases of radars, [`BiasTransition`].
+pub(crate) trait LinearMotion<const D: usize> {
+    /// Number of variables that move.
     const MOVING: usize;
 
-    /// Makes of rows F times these.
+    /// Multiplies rows by F.
     fn carry<const N: usize>(&self, rows: &mut Rows<N, D>);
 
     /// Adds Q.
     fn add_noise(&self, covariance: &mut Symmetric<D>);
 }
 
-/// What becomes of the biases over an interval, each by itself: x' = kept · x + w, w normal. Of the other numbers nothing.
+/// Change of the biases over an interval, each on its own: x' = kept · x + w, w normal. Other variables do not change.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Slow<const D: usize> {
+pub(crate) struct BiasTransition<const D: usize> {
     kept: Vector<D>,
     added: [Moments; D],
 }
 
-impl<const D: usize> Slow<D> {
-    /// Nothing moves.
+impl<const D: usize> BiasTransition<D> {
+    /// No change.
     pub(crate) const NONE: Self = Self { kept: [1.0; D], added: [Moments { mean: 0.0, variance: 0.0 }; D] };
 
     pub(super) fn set(&mut self, index: usize, kept: f64, added: Moments) {
@@ -42,75 +42,76 @@ impl<const D: usize> Slow<D> {
     }
 }
 
-/// Times a row, a sum of few numbers of the state: each the place of a number, and its factor.
-pub(super) type Row = [(usize, f64); 3];
+/// Row of an observation matrix with few non-zero elements: index of the variable, and its factor.
+pub(super) type ObservationRow = [(usize, f64); 3];
 
-/// z = h x + v, v normal.
+/// A scalar observation: z = h x + v, v normal.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Scalar {
-    pub(super) row: Row,
+pub(super) struct ScalarObservation {
+    pub(super) row: ObservationRow,
     pub(super) value: f64,
     /// Variance of v.
     pub(super) noise: f64,
 }
 
-/// Two numbers observed at once.
+/// An observation of two values at once.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pair {
-    pub(super) rows: [Row; 2],
+pub(super) struct PairObservation {
+    pub(super) rows: [ObservationRow; 2],
     pub(super) values: [f64; 2],
-    /// Covariance of their noise: first, across, second.
+    /// Covariance of the noise: variance of the first, covariance, variance of the second.
     pub(super) noise: [f64; 3],
 }
 
-impl Pair {
-    /// With noise times a factor.
+impl PairObservation {
+    /// This observation with its noise covariance multiplied by a factor.
     pub(super) fn coarser(self, factor: f64) -> Self {
         Self { noise: self.noise.map(|noise| noise * factor), ..self }
     }
 
-    /// The same as two observations with noise of their own: of the second what the first does not tell of its noise.
-    pub(super) fn whitened(&self) -> [Scalar; 2] {
+    /// The equivalent two observations with independent noise: the second is reduced by the part that correlates with
+    /// the first.
+    pub(super) fn whitened(&self) -> [ScalarObservation; 2] {
         let ([first, across, second], [value, other]) = (self.noise, self.values);
         let share = across / first;
-        // Rows with noise in common are those of velocities, which have a place to spare.
+        // Only rows of velocities have correlated noise, and these have an unused element.
         let mut row = self.rows[1];
         if share != 0.0 {
             row[1] = (self.rows[0][0].0, -share * self.rows[0][0].1);
         }
         [
-            Scalar { row: self.rows[0], value, noise: first },
-            Scalar { row, value: other - share * value, noise: second - share * across },
+            ScalarObservation { row: self.rows[0], value, noise: first },
+            ScalarObservation { row, value: other - share * value, noise: second - share * across },
         ]
     }
 }
 
-/// What a prediction leaves for the smoother: the predicted Gaussian, and its covariance with what it was predicted from,
-/// rows of the former, columns of the latter.
+/// Result of a prediction: the predicted Gaussian, and its covariance with the state before; rows are of the predicted
+/// state, columns of the state before.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bridge<const D: usize> {
     pub(crate) predicted: Gaussian<D>,
     pub(super) across: Rows<D, D>,
 }
 
-/// The way back from a predicted state: what the smoother needs of a prediction.
+/// A prediction as the smoother needs it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Back<const D: usize> {
+pub(super) struct BackwardStep<const D: usize> {
     predicted: Gaussian<D>,
     /// The smoother's gain, transposed.
     gain: Rows<D, D>,
 }
 
 impl<const D: usize> Bridge<D> {
-    pub(super) fn back(&self) -> Back<D> {
+    pub(super) fn back(&self) -> BackwardStep<D> {
         let gain = self.predicted.covariance.solve(self.across).unwrap_or([[0.0; D]; D]);
-        Back { predicted: self.predicted, gain }
+        BackwardStep { predicted: self.predicted, gain }
     }
 }
 
 impl<const D: usize> Gaussian<D> {
-    /// Prediction, and the bridge back.
-    pub(super) fn predicted<M: Motion<D>>(&self, motion: &M, slow: &Slow<D>) -> Bridge<D> {
+    /// Predicts the state; returns it with its covariance to the state before.
+    pub(super) fn predicted<M: LinearMotion<D>>(&self, motion: &M, slow: &BiasTransition<D>) -> Bridge<D> {
         let carry = |rows: &mut Rows<D, D>| {
             motion.carry(rows);
             for index in M::MOVING..D {
@@ -139,9 +140,9 @@ impl<const D: usize> Gaussian<D> {
         Bridge { predicted: Self { mean, covariance }, across }
     }
 
-    /// The covariance times a row.
+    /// The covariance matrix times a row.
     #[inline]
-    fn times(&self, row: &Row) -> Vector<D> {
+    fn times(&self, row: &ObservationRow) -> Vector<D> {
         let mut product = [0.0; D];
         for term in 0..row.len() {
             add_scaled(&mut product, &self.covariance.rows()[row[term].0], row[term].1);
@@ -149,10 +150,11 @@ impl<const D: usize> Gaussian<D> {
         product
     }
 
-    /// Takes an observation in: the squared Mahalanobis distance to what was expected, and the variance of that.
+    /// Updates the state by an observation; returns the squared Mahalanobis distance to the predicted value, and the
+    /// variance of the innovation.
     #[inline]
-    pub(super) fn observe(&mut self, observation: &Scalar) -> (f64, f64) {
-        let Scalar { row, value, noise } = observation;
+    pub(super) fn observe(&mut self, observation: &ScalarObservation) -> (f64, f64) {
+        let ScalarObservation { row, value, noise } = observation;
         let projected = self.times(row);
         let spread = dot(row, &projected) + noise;
         let innovation = value - dot(row, &self.mean);
@@ -161,15 +163,16 @@ impl<const D: usize> Gaussian<D> {
         (innovation * innovation / spread, spread)
     }
 
-    /// Takes two in: the same, and the determinant of their covariance.
-    pub(super) fn observe_pair(&mut self, [first, second]: &[Scalar; 2]) -> (f64, f64) {
+    /// Updates the state by two observations; returns the squared Mahalanobis distance and the determinant of the
+    /// innovation's covariance.
+    pub(super) fn observe_pair(&mut self, [first, second]: &[ScalarObservation; 2]) -> (f64, f64) {
         let (distance, variance) = self.observe(first);
         let (further, determinant) = self.observe(second);
         (distance + further, variance * determinant)
     }
 
-    /// Covariance of the difference between an observation and what is expected: first, across, second.
-    fn spread(&self, observation: &Pair) -> [f64; 3] {
+    /// Covariance of the innovation: variance of the first, covariance, variance of the second.
+    fn spread(&self, observation: &PairObservation) -> [f64; 3] {
         let [first, second] = &observation.rows;
         let [projected, other] = [first, second].map(|row| self.times(row));
         let [noise, across, noise_of_other] = observation.noise;
@@ -180,12 +183,12 @@ impl<const D: usize> Gaussian<D> {
         ]
     }
 
-    /// How far an observation is from what is expected: squared Mahalanobis distance.
-    pub(super) fn distance(&self, observation: &Pair) -> f64 {
+    /// Squared Mahalanobis distance between an observation and its predicted value.
+    pub(super) fn distance(&self, observation: &PairObservation) -> f64 {
         self.distance_by(observation, self.spread(observation))
     }
 
-    fn distance_by(&self, observation: &Pair, [first, across, second]: [f64; 3]) -> f64 {
+    fn distance_by(&self, observation: &PairObservation, [first, across, second]: [f64; 3]) -> f64 {
         let [a, b]: [f64; 2] = std::array::from_fn(|index| {
             observation.values[index] - dot(&observation.rows[index], &self.mean)
         });
@@ -193,9 +196,10 @@ impl<const D: usize> Gaussian<D> {
         (a * a * second - 2.0 * a * b * across + b * b * first) / determinant
     }
 
-    /// An observation with so much more noise that it is no further off than `far` (squared Mahalanobis distance): what is
-    /// expected may be known so badly that its own noise, several times over, would change little.
-    pub(super) fn bounded(&self, mut observation: Pair, far: f64) -> Pair {
+    /// The observation with its noise enlarged so that its squared Mahalanobis distance is at most `far`. The noise
+    /// grows by a multiple of the innovation's covariance: where the prediction is uncertain, a multiple of the
+    /// observation's own noise would change little.
+    pub(super) fn bounded(&self, mut observation: PairObservation, far: f64) -> PairObservation {
         let spread = self.spread(&observation);
         let distance = self.distance_by(&observation, spread);
         if distance > far {
@@ -206,8 +210,8 @@ impl<const D: usize> Gaussian<D> {
         observation
     }
 
-    /// The same of one number.
-    pub(super) fn bounded_scalar(&self, mut observation: Scalar, far: f64) -> Scalar {
+    /// Like [`Self::bounded`], for a scalar observation.
+    pub(super) fn bounded_scalar(&self, mut observation: ScalarObservation, far: f64) -> ScalarObservation {
         let spread = dot(&observation.row, &self.times(&observation.row)) + observation.noise;
         let distance = (observation.value - dot(&observation.row, &self.mean)).powi(2) / spread;
         if distance > far {
@@ -216,10 +220,10 @@ impl<const D: usize> Gaussian<D> {
         observation
     }
 
-    /// One step of the smoother: what is known of this state once the next one is known as `next` (Rauch, Tung,
-    /// Striebel; Bar-Shalom (2001), eq. 8.6.2-9 to 8.6.2-11).
-    pub(super) fn smoothed(&self, back: &Back<D>, next: &Self) -> Self {
-        let Back { predicted, gain } = back;
+    /// One step of the smoother: this state given the smoothed next state `next` (Rauch, Tung, Striebel; Bar-Shalom
+    /// (2001), eq. 8.6.2-9 to 8.6.2-11).
+    pub(super) fn smoothed(&self, back: &BackwardStep<D>, next: &Self) -> Self {
+        let BackwardStep { predicted, gain } = back;
         let mut smoothed = *self;
         let apart = difference(&next.mean, &predicted.mean);
         for index in 0..D {
@@ -233,6 +237,6 @@ impl<const D: usize> Gaussian<D> {
 }
 
 #[inline]
-fn dot<const D: usize>(row: &Row, vector: &Vector<D>) -> f64 {
+fn dot<const D: usize>(row: &ObservationRow, vector: &Vector<D>) -> f64 {
     row[0].1 * vector[row[0].0] + row[1].1 * vector[row[1].0] + row[2].1 * vector[row[2].0]
 }

@@ -1,56 +1,57 @@
-//! The state above ground: height, climb, where the model has one the acceleration, and the bias of each radar's height.
+//! The vertical state: height, climb, the acceleration if the model has one, and the height bias of each radar.
 
 use super::bias::{Bias, SlowChange};
-use super::gaussian::{Gaussian, Motion, Scalar, Slow};
+use super::gaussian::{BiasTransition, Gaussian, LinearMotion, ScalarObservation};
 use super::motion::{Models, white_acceleration};
 use super::singer::{HeightAxis, Singer};
 use super::symmetric::{Rows, Symmetric};
 
-/// Height (metres), climb (metres a second); behind them, of each radar, its bias (metres).
+/// The state is height (metres) and climb (metres a second), followed by the bias of each radar (metres).
 const CLIMB: usize = 1;
-/// With the acceleration before the biases, metres a second squared.
+/// Index of the acceleration, metres a second squared, if the model has one. It precedes the biases.
 const ACCELERATION: usize = 2;
 
-/// How many numbers a state has with the biases of so many radars.
+/// Number of variables of a state with the biases of `radars` radars.
 pub(super) const fn states(radars: usize) -> usize {
     2 + radars
 }
 
-/// The same with the acceleration.
+/// Number of variables of a state with the acceleration and the biases of `radars` radars.
 pub(super) const fn states_singer(radars: usize) -> usize {
     3 + radars
 }
 
-/// Rates of climb that a target may have when it is first seen, one standard deviation, metres a second.
+/// Standard deviation of the climb of a new target, metres a second.
 const FIRST_CLIMB: f64 = 2.0;
-/// Before its height is measured it is anywhere: one standard deviation, metres.
+/// Standard deviation of a height that is not measured yet, metres.
 const ANYWHERE_M: f64 = 10_000.0;
-/// A target whose height was never measured may be at any that drones fly at: one standard deviation, metres.
+/// Standard deviation of a height that is never measured, metres: any height at which drones fly.
 const UNKNOWN_M: f64 = 60.0;
-/// Power spectral density of the vertical acceleration beside the interacting models over ground, m²/s³.
+/// Power spectral density of the vertical acceleration, used with the interacting models over ground, m²/s³.
 const NOISE: f64 = 1.0;
 
-/// How a target climbs and sinks: a model of a state of `D` numbers.
+/// Vertical motion of a target, for a state of `D` variables.
 pub(super) trait AboveGround<const D: usize> {
-    /// The motion.
-    type Motion: Motion<D>;
+    /// Motion over an interval.
+    type Motion: LinearMotion<D>;
 
-    /// A target at about this height, before that is measured; `is_measured`: it will be. Of the biases nothing is known.
+    /// Initial state of a target at about this height; `is_measured`: its height will be measured. The biases are not
+    /// set.
     fn first(&self, height_m: f64, is_measured: bool) -> Gaussian<D>;
 
     /// The motion over `dt` seconds.
     fn motion(&self, dt: f64) -> Self::Motion;
 }
 
-/// A climb that goes on, disturbed by white acceleration.
+/// A constant climb, disturbed by white acceleration.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Climb {
     dt: f64,
-    /// Covariance of height, height and climb, climb.
+    /// Variance of the height, covariance of height and climb, variance of the climb.
     noise: [f64; 3],
 }
 
-impl<const D: usize> Motion<D> for Climb {
+impl<const D: usize> LinearMotion<D> for Climb {
     const MOVING: usize = 2;
 
     #[inline]
@@ -95,7 +96,7 @@ impl<const D: usize> AboveGround<D> for Singer {
     }
 }
 
-/// What is known first of height and climb.
+/// Prior of height and climb.
 fn level<const D: usize>(height_m: f64, is_measured: bool) -> Gaussian<D> {
     let deviation = if is_measured { ANYWHERE_M } else { UNKNOWN_M };
     let mut first = Gaussian { mean: [0.0; D], covariance: Symmetric::ZERO };
@@ -105,7 +106,7 @@ fn level<const D: usize>(height_m: f64, is_measured: bool) -> Gaussian<D> {
     first
 }
 
-/// What is known first of the biases.
+/// Sets the prior of the biases.
 pub(super) fn begin<const D: usize, const S: usize>(state: &mut Gaussian<D>, biases: &[Bias; S]) {
     for (radar, bias) in biases.iter().enumerate() {
         let place = D - S + radar;
@@ -114,26 +115,27 @@ pub(super) fn begin<const D: usize, const S: usize>(state: &mut Gaussian<D>, bia
     }
 }
 
-/// What becomes of the biases.
-pub(super) fn slow<const D: usize, const S: usize>(changes: &[SlowChange; S]) -> Slow<D> {
-    let mut slow = Slow::NONE;
+/// Change of the biases over an interval.
+pub(super) fn slow<const D: usize, const S: usize>(changes: &[SlowChange; S]) -> BiasTransition<D> {
+    let mut slow = BiasTransition::NONE;
     for (radar, SlowChange { kept, added }) in changes.iter().enumerate() {
         slow.set(D - S + radar, *kept, added.height_m);
     }
     slow
 }
 
-/// A height with that deviation; `radar`: whose bias, of `S`, is in it.
+/// Observation of a height with standard deviation `sigma_m`; `radar`: index, of `S`, of the radar whose bias it
+/// contains.
 pub(super) fn height<const D: usize, const S: usize>(
     height_m: f64,
     sigma_m: f64,
     radar: Option<usize>,
-) -> Scalar {
+) -> ScalarObservation {
     let bias = radar.map_or((0, 0.0), |radar| (D - S + radar, 1.0));
-    Scalar { row: [(0, 1.0), bias, (0, 0.0)], value: height_m, noise: sigma_m * sigma_m }
+    ScalarObservation { row: [(0, 1.0), bias, (0, 0.0)], value: height_m, noise: sigma_m * sigma_m }
 }
 
-/// A rate of climb with that deviation.
-pub(super) fn climb(climb: f64, deviation: f64) -> Scalar {
-    Scalar { row: [(CLIMB, 1.0), (0, 0.0), (0, 0.0)], value: climb, noise: deviation * deviation }
+/// Observation of a climb with standard deviation `deviation`.
+pub(super) fn climb(climb: f64, deviation: f64) -> ScalarObservation {
+    ScalarObservation { row: [(CLIMB, 1.0), (0, 0.0), (0, 0.0)], value: climb, noise: deviation * deviation }
 }

@@ -1,14 +1,14 @@
-//! Interacting multiple models over a state of `D` numbers, and the one Gaussian that stands for their mixture.
+//! Interacting multiple models for a state of `D` variables, and the Gaussian that approximates their mixture.
 
 use serde::{Deserialize, Serialize};
 
-use super::gaussian::{Bridge, Gaussian, Motion, Pair, Slow};
+use super::gaussian::{BiasTransition, Bridge, Gaussian, LinearMotion, PairObservation};
 use super::symmetric::{Symmetric, add_scaled, difference, scale};
 
-/// No model dies out for good: least probability after a plot, relative to the likeliest.
+/// Minimum weight of a model after an observation, relative to the likeliest, so that no model vanishes.
 const WEIGHT_MIN: f64 = 1e-6;
 
-/// A Gaussian for each of `M` models, with its probability. Of a single model it is that Gaussian.
+/// A Gaussian for each of `M` models, with its probability. With a single model it is that Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Mixture<const D: usize, const M: usize> {
     #[serde(with = "crate::checkpoint::array")]
@@ -33,21 +33,21 @@ impl<const D: usize, const M: usize> Mixture<D, M> {
         Gaussian { mean, covariance }
     }
 
-    /// Prediction with each model's motion; `switch`: the probability of each to have become another one meanwhile. Also
-    /// the bridge of the combined Gaussian, which is `before` now.
+    /// Predicts each model with its motion; `switch` has the probabilities of a change from one model to another. Also
+    /// returns the bridge of the combined Gaussian, whose present value is `before`.
     #[inline]
     pub(crate) fn predicted(
         &self,
         before: &Gaussian<D>,
-        motions: &[impl Motion<D>; M],
-        slow: &Slow<D>,
+        motions: &[impl LinearMotion<D>; M],
+        slow: &BiasTransition<D>,
         switch: &[[f64; M]; M],
     ) -> (Self, Bridge<D>) {
         let mut weights = [0.0; M];
         for from in 0..M {
             add_scaled(&mut weights, &switch[from], self.weights[from]);
         }
-        // Second moments about the common mean: what is mixed of them needs only its own mean taken off.
+        // Second moments about the common mean: of a mixture of them only its own mean must be subtracted.
         let mut apart = [[0.0; D]; M];
         let mut moments = [Symmetric::ZERO; M];
         for from in 0..M {
@@ -74,7 +74,7 @@ impl<const D: usize, const M: usize> Mixture<D, M> {
             after.parts[to] = bridge.predicted;
         }
         let predicted = after.combined();
-        // What the models' means have in common before and after belongs to the covariance across as well.
+        // The spread of the models' means contributes to the covariance of the states before and after.
         for to in 0..M {
             let part = difference(&after.parts[to].mean, &predicted.mean);
             for row in 0..D {
@@ -84,8 +84,8 @@ impl<const D: usize, const M: usize> Mixture<D, M> {
         (after, Bridge { predicted, across })
     }
 
-    /// Takes an observation in.
-    pub(super) fn observe(&mut self, observation: &Pair) {
+    /// Updates the models by an observation.
+    pub(super) fn observe(&mut self, observation: &PairObservation) {
         let whitened = observation.whitened();
         let mut distances = [0.0; M];
         let mut likelihoods = [0.0; M];
@@ -93,13 +93,12 @@ impl<const D: usize, const M: usize> Mixture<D, M> {
             let (distance, determinant) = self.parts[model].observe_pair(&whitened);
             (distances[model], likelihoods[model]) = (distance, determinant.sqrt().recip());
         }
-        self.weigh(&distances, likelihoods);
+        self.update_weights(&distances, likelihoods);
     }
 
-    /// Weighs each model by how well it expected what was observed: squared Mahalanobis distances, and the densities at
-    /// distance zero, in whichever unit.
-    pub(crate) fn weigh(&mut self, distances: &[f64; M], mut likelihoods: [f64; M]) {
-        // Relative to the least distance, so that nothing underflows but what is negligible.
+    /// Updates the models' weights from squared Mahalanobis distances and the densities at distance zero, in any unit.
+    pub(crate) fn update_weights(&mut self, distances: &[f64; M], mut likelihoods: [f64; M]) {
+        // Relative to the least distance, so that only negligible values underflow.
         let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
         for model in 0..M {
             likelihoods[model] *= (-0.5 * (distances[model] - least)).exp();

@@ -1,4 +1,4 @@
-//! What is measured of one target, and its state by that.
+//! Measurements of one target, and its estimated state.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -12,17 +12,18 @@ use crate::time::Time;
 /// One measurement of a target.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measurement {
-    /// When.
+    /// Time of the measurement.
     pub time: Time,
-    /// Where.
+    /// Measured position.
     pub position: Enu,
     /// Whether the height was measured.
     pub height_measured: bool,
-    /// Velocity over ground, east and north, and the standard deviation of each, m/s. Not finite: not used.
+    /// Velocity over ground, east and north, and the standard deviation of each, m/s. Values that are not finite are
+    /// ignored.
     pub velocity: Option<(Vector2<f64>, f64)>,
-    /// Rate of climb and its standard deviation, m/s. Not finite: not used.
+    /// Rate of climb and its standard deviation, m/s. Values that are not finite are ignored.
     pub climb: Option<(f64, f64)>,
-    /// By what.
+    /// Sensor of the measurement.
     pub by: By,
 }
 
@@ -36,34 +37,34 @@ impl Measurement {
         }
     }
 
-    /// Whether it does not say where over ground the target is: no more than on which line, or how high.
+    /// Whether the measurement has no full position over ground, but only a line or a height.
     pub fn is_partial(&self) -> bool {
         matches!(self.by, By::Camera { .. } | By::Height { .. })
     }
 }
 
-/// What measured.
+/// Sensor of a measurement, with its errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum By {
     /// A transponder, with the standard deviations of its reports, metres.
     Transponder {
-        /// Over ground, each axis.
+        /// Standard deviation of each axis over ground, metres.
         horizontal_m: f64,
-        /// In height.
+        /// Standard deviation in height, metres.
         vertical_m: f64,
     },
     /// A track of a radar.
     Radar {
-        /// Whose bias it carries.
+        /// Radar track whose bias the measurement contains.
         owner: Owner,
         /// Prior of that bias.
         known: Bias,
         /// The radar's line of sight.
         seen: LineOfSight,
-        /// Its errors.
+        /// The radar's errors.
         errors: RadarErrors,
     },
-    /// A camera: the target is on a line.
+    /// A camera, which measures a line through the target.
     Camera {
         /// The camera.
         sensor: SensorIndex,
@@ -71,10 +72,10 @@ pub enum By {
         clockwise: Vector2<f64>,
         /// Standard deviation across the line, metres.
         across_m: f64,
-        /// In height.
+        /// Standard deviation in height, metres.
         height_m: f64,
     },
-    /// A radar's height of what a transponder locates that does not say its own.
+    /// Only the height, measured by a radar, of a target whose transponder reports no height.
     Height {
         /// The radar.
         sensor: SensorIndex,
@@ -83,18 +84,18 @@ pub enum By {
     },
 }
 
-/// Whose bias: a radar track, and since when it has been the source of the position.
+/// Identifies a bias: a radar track, and since when it has been the source of the position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Owner {
     /// The radar.
     pub radar: SensorIndex,
-    /// Tells its radar tracks apart: when one began, and its number.
+    /// Identifies the radar's tracklet: the time of its start, and its number.
     pub tracklet: (Time, u16),
-    /// The last report of a transponder before; `None`: there was none.
+    /// Time of the last transponder report before the tracklet became the source; `None`: there was none.
     pub since: Option<Time>,
 }
 
-/// State of a target: position, velocity, covariance.
+/// Estimated state of a target: position, velocity, covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateEstimate {
     /// Position.
@@ -113,14 +114,14 @@ pub struct StateEstimate {
     pub height_climb: f64,
     /// Variance of the climb, m²/s².
     pub climb: f64,
-    /// Time since the last measurement, seconds; `None`: there was none, it is extrapolated backward.
+    /// Time since the last measurement, seconds; `None`: there was none, and the state is extrapolated backward.
     pub since_s: Option<f64>,
-    /// Time to the next measurement, seconds; `None`: there is none, it is extrapolated.
+    /// Time to the next measurement, seconds; `None`: there is none, and the state is extrapolated forward.
     pub until_s: Option<f64>,
 }
 
 impl StateEstimate {
-    /// Standard deviation over ground, metres: of each axis in the mean.
+    /// Standard deviation over ground, mean of the axes, metres.
     pub fn sigma_m(&self) -> f64 {
         (self.horizontal.trace() / 2.0).max(0.0).sqrt()
     }

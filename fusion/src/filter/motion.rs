@@ -1,36 +1,36 @@
-//! How drones move: constant velocity, disturbed little or much, and turns at a constant rate.
+//! Motion models of drones: constant velocity with little or much noise, and turns at a constant rate.
 
 use serde::{Deserialize, Serialize};
 
-use super::gaussian::Motion;
+use super::gaussian::LinearMotion;
 use super::symmetric::{Rows, Symmetric};
 
-/// How many models interact.
+/// Number of interacting models.
 pub(crate) const MODELS: usize = 4;
 
 /// A model of the motion over ground; the state is east, north (metres), and their rates (metres a second).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Model {
-    /// Straight on; the acceleration is white noise of this density, m²/s³.
+    /// Constant velocity; the acceleration is white noise.
     ConstantVelocity {
         /// Power spectral density of the acceleration on each axis, m²/s³.
         noise: f64,
     },
-    /// A turn at this rate, clockwise positive as a heading is.
+    /// A turn at a constant rate, clockwise positive like a heading.
     Turn {
-        /// Radians a second; not zero.
+        /// Rate of turn, radians a second; not zero.
         rate: f64,
         /// Power spectral density of the acceleration on each axis, m²/s³.
         noise: f64,
     },
 }
 
-/// The motion models and how long each lasts.
+/// The interacting motion models and their mean durations.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Models {
     /// The models.
     pub each: [Model; MODELS],
-    /// How long each lasts in the mean, seconds.
+    /// Mean duration of each model, seconds.
     pub lasts_s: [f64; MODELS],
 }
 
@@ -49,7 +49,7 @@ impl Default for Models {
 }
 
 impl Models {
-    /// Probabilities to change from one model to another within `dt` seconds.
+    /// Probabilities of a change from one model to another within `dt` seconds.
     pub(crate) fn switch(&self, dt: f64) -> [[f64; MODELS]; MODELS] {
         const TOWARDS: [[f64; MODELS]; MODELS] =
             [[0.0, 0.7, 0.15, 0.15], [0.6, 0.0, 0.2, 0.2], [0.5, 0.5, 0.0, 0.0], [0.5, 0.5, 0.0, 0.0]];
@@ -62,24 +62,25 @@ impl Models {
 
 /// The motion over an interval: x' = F x + w, w normal with covariance Q.
 ///
-/// On both axes at once F is made of two turns with a stretch: of the velocity, and of what the velocity adds to the place.
+/// F combines two rotations with scaling, for both axes at once: of the velocity, and of its contribution to the
+/// position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Course {
-    /// Seconds along the velocity, and to its right, that add to the place.
+    /// Seconds along the velocity, and to its right, by which it contributes to the position.
     along: [f64; 2],
     /// Cosine and sine of the turn to the right.
     turned: [f64; 2],
-    /// Covariance of place, place and velocity, velocity: on each axis by itself.
+    /// Variance of the position, covariance of position and velocity, variance of the velocity, on each axis.
     noise: [f64; 3],
 }
 
-/// A model with less noise than this is straight flight, m²/s³.
+/// Noise below which a constant-velocity model counts as straight flight, m²/s³.
 const STRAIGHT: f64 = 1.0;
-/// The models are those of drones up to this speed over ground, m/s.
+/// Speed over ground up to which the models are used unchanged, m/s.
 const USUAL_M_S: f64 = 25.0;
 
-/// Factor on the accelerations of drones for a target of that speed over ground. A faster target has the same rate of turn, so
-/// its acceleration rises in proportion to its speed.
+/// Factor on the accelerations for a target of that speed over ground, m/s. A faster target has the same rate of turn,
+/// so its acceleration rises in proportion to its speed.
 pub(crate) fn speed_factor(speed_m_s: f64) -> f64 {
     (speed_m_s / USUAL_M_S).max(1.0)
 }
@@ -96,7 +97,7 @@ impl Model {
         }
     }
 
-    /// Over `dt` seconds, not negative.
+    /// The motion over `dt` seconds, not negative.
     pub(crate) fn over(&self, dt: f64) -> Course {
         match *self {
             Self::ConstantVelocity { noise } => {
@@ -116,8 +117,8 @@ impl Model {
     }
 }
 
-/// Of a state that begins with east, north, and their rates.
-impl<const D: usize> Motion<D> for Course {
+/// Motion of a state that begins with east, north, and their rates.
+impl<const D: usize> LinearMotion<D> for Course {
     const MOVING: usize = 4;
 
     #[inline]
@@ -132,7 +133,7 @@ impl<const D: usize> Motion<D> for Course {
 }
 
 impl Course {
-    /// Makes of the rows of east and north, and of those of their rates, what becomes of them.
+    /// Applies the motion to the rows of east and north, and of their rates.
     #[inline]
     pub(crate) fn carry_at<const N: usize, const D: usize>(
         &self,
@@ -151,7 +152,7 @@ impl Course {
         }
     }
 
-    /// Adds the noise on one axis: the states of its place and of its rate.
+    /// Adds the noise of one axis, given the indices of its position and rate.
     #[inline]
     pub(crate) fn add_noise_at<const D: usize>(
         &self,
@@ -165,7 +166,8 @@ impl Course {
     }
 }
 
-/// Discretised continuous white acceleration (Bar-Shalom (2001), eq. 6.2.2-12): of place, place and velocity, velocity.
+/// Discretised continuous white acceleration (Bar-Shalom (2001), eq. 6.2.2-12): variance of the position, covariance of
+/// position and velocity, variance of the velocity.
 pub(crate) fn white_acceleration(density: f64, dt: f64) -> [f64; 3] {
     [density * dt * dt * dt / 3.0, density * dt * dt / 2.0, density * dt]
 }

@@ -1,55 +1,55 @@
-//! The state over ground: position, velocity, where the model has one the acceleration, and the bias of each radar that
-//! sees it.
+//! The state over ground: position, velocity, the acceleration if the model has one, and the bias of each radar that
+//! detects the target.
 
 use nalgebra::Vector2;
 
 use super::bias::{Bias, SlowChange};
 use super::errors::{LineOfSight, RadarErrors};
-use super::gaussian::{Gaussian, Motion, Pair, Slow};
+use super::gaussian::{BiasTransition, Gaussian, LinearMotion, PairObservation};
 use super::imm::Mixture;
 use super::motion::{Course, MODELS, Models, speed_factor};
 use super::singer::{OverGroundAxes, Singer};
 use super::symmetric::Symmetric;
 
-/// East, north (metres), their rates (metres a second); behind them, of each radar, its bias in range (metres) and azimuth
-/// (radians).
+/// The state is east, north (metres), and their rates (metres a second), followed by the bias of each radar in range
+/// (metres) and azimuth (radians).
 const EAST_RATE: usize = 2;
 const NORTH_RATE: usize = 3;
-/// With the acceleration before the biases, east and north, metres a second squared.
+/// Indices of the acceleration, east and north, metres a second squared, if the model has one. It precedes the biases.
 const EAST_ACCELERATION: usize = 4;
 const NORTH_ACCELERATION: usize = 5;
 
-/// How many numbers a state has with the biases of so many radars.
+/// Number of variables of a state with the biases of `radars` radars.
 pub(super) const fn states(radars: usize) -> usize {
     4 + 2 * radars
 }
 
-/// The same with the acceleration.
+/// Number of variables of a state with the acceleration and the biases of `radars` radars.
 pub(super) const fn states_singer(radars: usize) -> usize {
     6 + 2 * radars
 }
 
-/// Before anything is measured it is anywhere: one standard deviation of each axis, metres.
+/// Standard deviation of each axis of a position that is not measured yet, metres.
 const ANYWHERE_M: f64 = 10_000.0;
-/// Speeds that a target may have when it is first seen, one standard deviation of each axis, metres a second.
+/// Standard deviation of each axis of the velocity of a new target, metres a second.
 const FIRST_SPEED: f64 = 12.0;
-/// As good as not known, metres.
+/// Standard deviation along a camera's line, metres: practically unknown.
 const ALONG_M: f64 = 1e6;
-/// How likely each of the interacting models is then.
+/// Initial probabilities of the interacting models.
 const FIRST_WEIGHTS: [f64; MODELS] = [0.6, 0.3, 0.05, 0.05];
 
-/// How a target moves over ground: `M` models of a state of `D` numbers.
+/// Motion of a target over ground: `M` models of a state of `D` variables.
 pub(super) trait OverGround<const D: usize, const M: usize> {
-    /// The motion by one of the models.
-    type Motion: Motion<D>;
+    /// Motion of one model over an interval.
+    type Motion: LinearMotion<D>;
 
-    /// A target somewhere about there, before anything is measured; of the biases nothing is known.
+    /// Initial state of a target near this position, before any measurement. The biases are not set.
     fn first(&self, place: Vector2<f64>) -> Mixture<D, M>;
 
-    /// Each model's motion over `dt` seconds, of a target of that speed over ground, m/s.
+    /// Each model's motion over `dt` seconds, for a target of that speed over ground, m/s.
     fn motions(&self, dt: f64, speed_m_s: f64) -> [Self::Motion; M];
 
-    /// Probabilities to change from one model to another within `dt` seconds.
+    /// Probabilities of a change from one model to another within `dt` seconds.
     fn switch(&self, dt: f64) -> [[f64; M]; M];
 }
 
@@ -89,7 +89,7 @@ impl<const D: usize> OverGround<D, 1> for Singer {
     }
 }
 
-/// What is known first of place and velocity.
+/// Prior of position and velocity.
 fn resting<const D: usize>(place: Vector2<f64>) -> Gaussian<D> {
     let mut first = Gaussian { mean: [0.0; D], covariance: Symmetric::ZERO };
     for axis in [0, 1] {
@@ -100,13 +100,13 @@ fn resting<const D: usize>(place: Vector2<f64>) -> Gaussian<D> {
     first
 }
 
-/// Where the biases of a radar stand in a state of `D` numbers that has those of `radars`: range and azimuth.
+/// Indices of a radar's biases, range and azimuth, in a state of `D` variables with the biases of `radars` radars.
 const fn places<const D: usize>(radars: usize, radar: usize) -> [usize; 2] {
     let range = D - 2 * radars + 2 * radar;
     [range, range + 1]
 }
 
-/// What is known first of the biases.
+/// Sets the prior of the biases.
 pub(super) fn begin<const D: usize, const S: usize>(state: &mut Gaussian<D>, biases: &[Bias; S]) {
     for (radar, bias) in biases.iter().enumerate() {
         for (place, moments) in places::<D>(S, radar).into_iter().zip([bias.range_m, bias.azimuth]) {
@@ -116,9 +116,9 @@ pub(super) fn begin<const D: usize, const S: usize>(state: &mut Gaussian<D>, bia
     }
 }
 
-/// What becomes of the biases.
-pub(super) fn slow<const D: usize, const S: usize>(changes: &[SlowChange; S]) -> Slow<D> {
-    let mut slow = Slow::NONE;
+/// Change of the biases over an interval.
+pub(super) fn slow<const D: usize, const S: usize>(changes: &[SlowChange; S]) -> BiasTransition<D> {
+    let mut slow = BiasTransition::NONE;
     for (radar, SlowChange { kept, added }) in changes.iter().enumerate() {
         for (place, moments) in places::<D>(S, radar).into_iter().zip([added.range_m, added.azimuth]) {
             slow.set(place, *kept, moments);
@@ -127,54 +127,54 @@ pub(super) fn slow<const D: usize, const S: usize>(changes: &[SlowChange; S]) ->
     slow
 }
 
-/// Its place is known less well: by the square of that distance.
+/// Enlarges the covariance of the position by the square of a displacement.
 pub(super) fn spread<const D: usize>(state: &mut Gaussian<D>, away: Vector2<f64>) {
     state.covariance.add_at(0, 0, away.x * away.x);
     state.covariance.add_at(0, 1, away.x * away.y);
     state.covariance.add_at(1, 1, away.y * away.y);
 }
 
-/// A transponder's position.
-pub(super) fn fix(place: Vector2<f64>, sigma_m: f64) -> Pair {
+/// Observation of a transponder's position.
+pub(super) fn fix(place: Vector2<f64>, sigma_m: f64) -> PairObservation {
     on_both_axes([0, 1], place, sigma_m)
 }
 
-/// A camera's line through a place: across it the place is known with that deviation, along it not.
-pub(super) fn line(place: Vector2<f64>, clockwise: Vector2<f64>, across_m: f64) -> Pair {
+/// Observation of a camera's line through a position, with standard deviation `across_m` across it; unknown along it.
+pub(super) fn line(place: Vector2<f64>, clockwise: Vector2<f64>, across_m: f64) -> PairObservation {
     let outward = Vector2::new(-clockwise.y, clockwise.x);
     let row = |axis: Vector2<f64>| [(0, axis.x), (1, axis.y), (0, 0.0)];
-    Pair {
+    PairObservation {
         rows: [row(clockwise), row(outward)],
         values: [clockwise.dot(&place), outward.dot(&place)],
         noise: [across_m * across_m, 0.0, ALONG_M * ALONG_M],
     }
 }
 
-/// A velocity over ground, whoever tells it.
-pub(super) fn velocity(velocity: Vector2<f64>, deviation: f64) -> Pair {
+/// Observation of a velocity over ground, by any sensor.
+pub(super) fn velocity(velocity: Vector2<f64>, deviation: f64) -> PairObservation {
     on_both_axes([EAST_RATE, NORTH_RATE], velocity, deviation)
 }
 
-fn on_both_axes(places: [usize; 2], values: Vector2<f64>, deviation: f64) -> Pair {
+fn on_both_axes(places: [usize; 2], values: Vector2<f64>, deviation: f64) -> PairObservation {
     let variance = deviation * deviation;
-    Pair {
+    PairObservation {
         rows: places.map(|place| [(place, 1.0), (place, 0.0), (place, 0.0)]),
         values: [values.x, values.y],
         noise: [variance, 0.0, variance],
     }
 }
 
-/// A plot of the radar whose bias has that place among `S`: what it shows is the position and its bias, along and across
-/// the line of sight, where its noise is independent.
+/// Observation of a plot by the radar with index `radar` of `S`: the sum of position and bias, along and across the
+/// line of sight, on which its noise is independent.
 pub(super) fn plot<const D: usize, const S: usize>(
     place: Vector2<f64>,
     seen: &LineOfSight,
     errors: &RadarErrors,
     radar: usize,
-) -> Pair {
+) -> PairObservation {
     let [range, azimuth] = places::<D>(S, radar);
     let row = |axis: &Vector2<f64>, bias| [(0, axis.x), (1, axis.y), bias];
-    Pair {
+    PairObservation {
         rows: [row(&seen.outward, (range, 1.0)), row(&seen.clockwise, (azimuth, seen.range_m))],
         values: [seen.outward.dot(&place), seen.clockwise.dot(&place)],
         noise: [errors.noise_range_m.powi(2), 0.0, (seen.range_m * errors.noise_azimuth).powi(2)],

@@ -1,35 +1,37 @@
-//! The Singer model: a target accelerates, and its acceleration lasts for a while.
+//! The Singer model: a target with an acceleration that is correlated in time.
 //!
-//! On each axis by itself the acceleration is a first-order Gauss–Markov process: its mean is zero, and its correlation over
-//! t seconds is σ² exp(-t/τ). R. A. Singer, *Estimating optimal tracking filter performance for manned maneuvering targets*,
-//! IEEE Transactions on Aerospace and Electronic Systems 6 (1970); Bar-Shalom (2001), section 8.2; with the acceleration
-//! in discrete time, G. Fasano et al., *Radar/electro-optical data fusion for non-cooperative UAS sense and avoid*, eq. 1.
+//! On each axis the acceleration is a first-order Gauss–Markov process: its mean is zero, and its correlation over t
+//! seconds is σ² exp(-t/τ). R. A. Singer, *Estimating optimal tracking filter performance for manned maneuvering
+//! targets*, IEEE Transactions on Aerospace and Electronic Systems 6 (1970); Bar-Shalom (2001), section 8.2; with the
+//! acceleration in discrete time, G. Fasano et al., *Radar/electro-optical data fusion for non-cooperative UAS sense
+//! and avoid*, eq. 1.
 
 use nalgebra::{Matrix3, matrix};
 use serde::{Deserialize, Serialize};
 
-use super::gaussian::Motion;
+use super::gaussian::LinearMotion;
 use super::symmetric::{Rows, Symmetric};
 
-/// How a target accelerates.
+/// Parameters of the Singer model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Singer {
-    /// The correlation of the acceleration is forgotten to 1/e in this time τ, seconds; above zero.
+    /// Correlation time τ of the acceleration (to 1/e), seconds; above zero.
     pub lasts_s: f64,
     /// Standard deviation σ of the acceleration on each axis over ground, metres a second squared.
     pub horizontal: f64,
-    /// The same of the vertical acceleration.
+    /// Standard deviation σ of the vertical acceleration, metres a second squared.
     pub vertical: f64,
 }
 
-/// Of multirotors and small fixed wings.
+/// Parameters for multirotors and small fixed wings.
 impl Default for Singer {
     fn default() -> Self {
-        /// What the autopilot PX4 allows by default over ground and upward (`MPC_ACC_HOR_MAX`, `MPC_ACC_UP_MAX`), metres a
+        /// Default limits of the PX4 autopilot over ground and upward (`MPC_ACC_HOR_MAX`, `MPC_ACC_UP_MAX`), metres a
         /// second squared.
         const MOST: (f64, f64) = (5.0, 4.0);
-        // Assumed, as is the time: no source tells them of drones. On simulated flights it matters little: from 2 to 5 s and
-        // from 1.6 to 2 m/s² the error where a transponder covers changes by at most 5 %.
+        // Both probabilities are assumed, as is the correlation time: no source states them for drones. In simulated
+        // flights they matter little: from 2 to 5 s and from 1.6 to 2 m/s² the error of tracks with a transponder
+        // changes by at most 5 %.
         const AT_MOST: f64 = 0.05;
         const NOT_AT_ALL: f64 = 0.8;
         Self {
@@ -40,25 +42,27 @@ impl Default for Singer {
     }
 }
 
-/// Standard deviation of an acceleration that is `most` in one of two directions with a probability of `at_most` each, zero
-/// with that of `not_at_all`, and else equally likely anything between: σ² = A²/3 (1 + 4 P_max - P_0) (Singer (1970)).
+/// Standard deviation of an acceleration that is `most` in one of two directions with probability `at_most` each, zero
+/// with probability `not_at_all`, and otherwise uniformly distributed between: σ² = A²/3 (1 + 4 P_max - P_0) (Singer
+/// (1970)).
 fn deviation(most: f64, at_most: f64, not_at_all: f64) -> f64 {
     most * ((1.0 + 4.0 * at_most - not_at_all) / 3.0).sqrt()
 }
 
-/// The motion along one axis over an interval, x' = F x + w, w normal with covariance Q; the state is position (metres),
-/// velocity (metres a second) and acceleration (metres a second squared).
+/// The motion along one axis over an interval, x' = F x + w, w normal with covariance Q; the state is position
+/// (metres), velocity (metres a second) and acceleration (metres a second squared).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Axis {
+pub(crate) struct SingerTransition {
     pub(super) transition: Matrix3<f64>,
     pub(super) noise: Matrix3<f64>,
 }
 
 impl Singer {
-    /// Along an axis over `dt` seconds, not negative; `deviation` is that of the acceleration on it.
+    /// The motion along an axis over `dt` seconds, not negative; `deviation` is the standard deviation of its
+    /// acceleration.
     ///
-    /// Singer's closed form (Bar-Shalom (2001), section 8.2), in which for a small x = dt/τ nearly everything cancels. So it
-    /// is written in the functions [`phi`]: with T = dt,
+    /// In Singer's closed form (Bar-Shalom (2001), section 8.2) nearly all terms cancel for a small x = dt/τ. So it is
+    /// written with the functions [`phi`], where T = dt:
     ///
     /// ```text
     ///     1  T φ1  T² φ2          T⁴ (32 φ5' - 4 φ4)   T³ (16 φ4' - 2 φ4 - 2 φ3)   T² (8 φ3' - 2 φ2)
@@ -66,8 +70,8 @@ impl Singer {
     ///     0  0        φ0              .                .                           2 φ1'
     /// ```
     ///
-    /// where φn = φn(-x), φn' = φn(-2x). Where x is large they lose about as many digits as x has.
-    pub(crate) fn over(&self, dt: f64, deviation: f64) -> Axis {
+    /// where φn = φn(-x), φn' = φn(-2x). For a large x they lose about as many digits as x has.
+    pub(crate) fn over(&self, dt: f64, deviation: f64) -> SingerTransition {
         let x = dt / self.lasts_s;
         let [f0, f1, f2, f3, f4] = std::array::from_fn(|n| phi(n as u32, x));
         let [g1, g3, g4, g5] = [1, 3, 4, 5].map(|n| phi(n, 2.0 * x));
@@ -87,14 +91,14 @@ impl Singer {
             place_velocity, velocity, velocity_acceleration;
             place_acceleration, velocity_acceleration, acceleration;
         ] * (deviation * deviation * x);
-        Axis { transition, noise }
+        SingerTransition { transition, noise }
     }
 }
 
-/// φn(-x), x not negative: φ0 is the exponential function, and φ(n+1)(z) = (φn(z) - 1/n!) / z, which is the series of
-/// z^k / (k + n)!; 1/n! at zero.
+/// φn(-x) for x not negative: φ0 is the exponential function, and φ(n+1)(z) = (φn(z) - 1/n!) / z, which is the series
+/// of z^k / (k + n)!; its value at zero is 1/n!.
 fn phi(n: u32, x: f64) -> f64 {
-    /// So many terms of the series, up to `SMALL`, leave nothing that a double would hold.
+    /// Number of terms of the series that are sufficient for an `f64` up to `SMALL`.
     const TERMS: u32 = 24;
     const SMALL: f64 = 2.0;
     if x < SMALL {
@@ -109,8 +113,8 @@ fn phi(n: u32, x: f64) -> f64 {
     value
 }
 
-impl Axis {
-    /// Makes of the rows of place, velocity and acceleration what becomes of them.
+impl SingerTransition {
+    /// Applies the motion to the rows of position, velocity and acceleration.
     #[inline]
     pub(crate) fn carry<const N: usize, const D: usize>(
         &self,
@@ -138,13 +142,13 @@ impl Axis {
 
 /// Both axes over ground: east, north, their rates, their accelerations.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct OverGroundAxes(pub(super) Axis);
+pub(super) struct OverGroundAxes(pub(super) SingerTransition);
 
 impl OverGroundAxes {
     const STATES: [[usize; 3]; 2] = [[0, 2, 4], [1, 3, 5]];
 }
 
-impl<const D: usize> Motion<D> for OverGroundAxes {
+impl<const D: usize> LinearMotion<D> for OverGroundAxes {
     const MOVING: usize = 6;
 
     #[inline]
@@ -160,9 +164,9 @@ impl<const D: usize> Motion<D> for OverGroundAxes {
 
 /// Height, climb and acceleration.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct HeightAxis(pub(super) Axis);
+pub(super) struct HeightAxis(pub(super) SingerTransition);
 
-impl<const D: usize> Motion<D> for HeightAxis {
+impl<const D: usize> LinearMotion<D> for HeightAxis {
     const MOVING: usize = 3;
 
     #[inline]
@@ -184,7 +188,7 @@ mod tests {
         Singer { lasts_s, ..Singer::default() }
     }
 
-    /// Element by element, relative to what the diagonal allows there.
+    /// Largest difference of two matrices, each element relative to the diagonal elements of its row and column.
     fn differ(a: &Matrix3<f64>, b: &Matrix3<f64>) -> f64 {
         let differs = |row: usize, column: usize| {
             let scale = (b[(row, row)] * b[(column, column)]).sqrt();
@@ -193,8 +197,8 @@ mod tests {
         (0..9).map(|place| differs(place / 3, place % 3)).fold(0.0, f64::max)
     }
 
-    /// The differential equations F' = A F and Q' = A Q + Q Aᵀ + B in so many steps of Runge and Kutta.
-    fn integrated(lasts_s: f64, deviation: f64, dt: f64, steps: u32) -> Axis {
+    /// Integrates the differential equations F' = A F and Q' = A Q + Q Aᵀ + B in `steps` Runge-Kutta steps.
+    fn integrated(lasts_s: f64, deviation: f64, dt: f64, steps: u32) -> SingerTransition {
         let a = matrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; 0.0, 0.0, -1.0 / lasts_s];
         let b = Matrix3::from_partial_diagonal(&[0.0, 0.0, 2.0 * deviation * deviation / lasts_s]);
         let slope = |f: Matrix3<f64>, q: Matrix3<f64>| (a * f, a * q + q * a.transpose() + b);
@@ -208,12 +212,12 @@ mod tests {
             f += (f1 + (f2 + f3) * 2.0 + f4) * (h / 6.0);
             q += (q1 + (q2 + q3) * 2.0 + q4) * (h / 6.0);
         }
-        Axis { transition: f, noise: q }
+        SingerTransition { transition: f, noise: q }
     }
 
     #[test]
-    fn it_solves_its_differential_equation() {
-        // Around both borders between the series and the recursion: x = 1 and 2.
+    fn singer_transition_solves_its_differential_equation() {
+        // Around the borders between series and recursion: x = 1 and 2.
         for (lasts_s, dt) in [
             (3.0, 0.01),
             (3.0, 0.25),
@@ -236,8 +240,8 @@ mod tests {
     }
 
     #[test]
-    fn it_is_what_others_compute() {
-        // What MathWorks shows of its `singerProcessNoise`: steps of 1 and 2 s, τ = 20 and 10 s, σ = 1 m/s².
+    fn singer_transition_matches_other_implementations() {
+        // Published output of MathWorks' `singerProcessNoise`: steps of 1 and 2 s, τ = 20 and 10 s, σ = 1 m/s².
         for (dt, lasts_s, shown) in [
             (1.0, 20.0, [0.0049, 0.0121, 0.0159, 0.0321, 0.0476, 0.0952]),
             (2.0, 10.0, [0.2868, 0.3508, 0.2188, 0.4603, 0.3286, 0.3297]),
@@ -263,24 +267,24 @@ mod tests {
         }
     }
 
-    /// The acceleration's own variance stays what it is.
+    /// The variance of the acceleration stays constant.
     #[test]
-    fn it_is_stationary() {
+    fn singer_acceleration_is_stationary() {
         for dt in [0.0, 1e-3, 1.0, 100.0] {
-            let Axis { transition, noise } = lasting(3.0).over(dt, 2.0);
+            let SingerTransition { transition, noise } = lasting(3.0).over(dt, 2.0);
             assert!((transition[(2, 2)].powi(2) * 4.0 + noise[(2, 2)] - 4.0).abs() < 1e-13, "{dt} s");
         }
         let now = lasting(3.0).over(0.0, 2.0);
         assert_eq!((now.transition, now.noise), (Matrix3::identity(), Matrix3::zeros()));
     }
 
-    /// Bar-Shalom (2001), eq. 6.2.2-12: what is soon over is white acceleration of the density 2σ²τ.
+    /// Bar-Shalom (2001), eq. 6.2.2-12: with a short correlation time it is white acceleration of the density 2σ²τ.
     #[test]
     fn a_short_one_is_constant_velocity() {
         for lasts_s in [1e-3, 1e-6] {
             let (dt, density) = (4.0_f64, 6.0);
             let deviation = f64::sqrt(density / (2.0 * lasts_s));
-            let Axis { transition, noise } = lasting(lasts_s).over(dt, deviation);
+            let SingerTransition { transition, noise } = lasting(lasts_s).over(dt, deviation);
             let of_order = lasts_s / dt;
             assert!((transition[(0, 2)].abs() + transition[(1, 2)].abs()) < 2.0 * dt * lasts_s);
             for (place, white) in [
@@ -293,13 +297,14 @@ mod tests {
         }
     }
 
-    /// Bar-Shalom (2001), section 6.2.3: one that lasts is constant, but for white noise of the density 2σ²/τ in its rate.
+    /// Bar-Shalom (2001), section 6.2.3: with a long correlation time it is constant acceleration, with white noise of
+    /// the density 2σ²/τ in its rate.
     #[test]
     fn a_long_one_is_constant_acceleration() {
         for lasts_s in [1e6, 1e12] {
             let (t, density) = (2.0_f64, 0.7);
             let deviation = f64::sqrt(density * lasts_s / 2.0);
-            let Axis { transition, noise } = lasting(lasts_s).over(t, deviation);
+            let SingerTransition { transition, noise } = lasting(lasts_s).over(t, deviation);
             let constant = matrix![1.0, t, t * t / 2.0; 0.0, 1.0, t; 0.0, 0.0, 1.0];
             assert!((transition - constant).norm() < 10.0 / lasts_s);
             let white = matrix![
@@ -311,7 +316,7 @@ mod tests {
         }
     }
 
-    /// Whatever the interval, the noise is a covariance: not to be one would let the filter run away.
+    /// The noise is a covariance for any interval; otherwise the filter would diverge.
     #[test]
     fn the_noise_is_a_covariance() {
         for exponent in -12..=12 {

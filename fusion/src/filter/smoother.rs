@@ -1,49 +1,50 @@
-//! One target's measurements in the order of their time: a filter forward, a smoother backward.
+//! The measurements of one target in order of time: forward filter and backward smoother.
 //!
-//! What came late is put in its place and everything behind it is filtered anew, so that the order of arrival plays no part.
+//! A late measurement is inserted at its time, and all later ones are filtered again, so the order of arrival does not
+//! matter.
 
 use std::collections::VecDeque;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::gaussian::{Back, Gaussian};
+use super::gaussian::{BackwardStep, Gaussian};
 use super::measurement::{By, Measurement, StateEstimate};
-use super::state::{Jumps, Moves, State};
+use super::state::{FilterState, Jumps, StateMotion};
 use crate::time::Time;
 
-/// A measurement and what is known with it.
+/// A measurement, and the state after it.
 #[derive(Debug)]
-struct Node<const P: usize, const M: usize, const H: usize, const S: usize> {
+struct SmootherNode<const P: usize, const M: usize, const H: usize, const S: usize> {
     measurement: Measurement,
-    /// The last one up to it that says where the target is.
+    /// The last measurement up to this one with a position over ground.
     placed: Option<Measurement>,
-    state: State<P, M, H, S>,
-    /// To the node before; `None` for the first.
-    back: Option<(Back<P>, Back<H>)>,
-    /// The same with everything that was measured later.
+    state: FilterState<P, M, H, S>,
+    /// Smoother's way back to the previous node; `None` for the first.
+    back: Option<(BackwardStep<P>, BackwardStep<H>)>,
+    /// The state given all measurements, including later ones.
     smoothed: (Gaussian<P>, Gaussian<H>),
 }
 
-/// The filter of one target: `M` models of a state of `P` numbers over ground, one of `H` numbers above it, with the biases
-/// of `S` radars in both.
+/// The filter of one target: `M` models of a state of `P` variables over ground, one of `H` variables in height, with
+/// the biases of `S` radars in both.
 #[derive(Debug)]
-pub(super) struct Filter<K, const P: usize, const M: usize, const H: usize, const S: usize> {
+pub(super) struct SmoothedFilter<K, const P: usize, const M: usize, const H: usize, const S: usize> {
     models: K,
-    /// Each by itself: it has some 3.5 kB, and few are kept for long of those that there are for a moment, for which the room
-    /// would stay.
-    nodes: VecDeque<Box<Node<P, M, H, S>>>,
+    /// Each node is boxed, because it has about 3.5 kB: the queue would keep its peak capacity, and long-lived filters
+    /// have few nodes.
+    nodes: VecDeque<Box<SmootherNode<P, M, H, S>>>,
 }
 
-impl<K, const P: usize, const M: usize, const H: usize, const S: usize> Filter<K, P, M, H, S>
+impl<K, const P: usize, const M: usize, const H: usize, const S: usize> SmoothedFilter<K, P, M, H, S>
 where
-    K: Moves<P, M, H>,
+    K: StateMotion<P, M, H>,
 {
     pub(super) const fn new(models: K) -> Self {
         Self { models, nodes: VecDeque::new() }
     }
 
-    /// What the rest follows from, for a checkpoint: the first node, and what was measured after it.
+    /// The minimal state for a checkpoint: the first node, and the measurements after it.
     pub(super) fn write_down(&self) -> Vec<u8>
     where
         K: Serialize,
@@ -53,26 +54,32 @@ where
         postcard::to_stdvec(&(&self.models, first, later)).expect("numbers can be written down")
     }
 
-    /// The filter again; `None`: the octets are not one of this size.
+    /// Restores the filter; `None`: the octets are not of a filter of this size.
     pub(super) fn read_back(octets: &[u8]) -> Option<Self>
     where
         K: DeserializeOwned,
     {
-        type First<const P: usize, const M: usize, const H: usize, const S: usize> =
-            (Measurement, Option<Measurement>, State<P, M, H, S>);
-        let (models, first, later): (K, Option<First<P, M, H, S>>, Vec<Measurement>) =
+        type FirstState<const P: usize, const M: usize, const H: usize, const S: usize> =
+            (Measurement, Option<Measurement>, FilterState<P, M, H, S>);
+        let (models, first, later): (K, Option<FirstState<P, M, H, S>>, Vec<Measurement>) =
             postcard::from_bytes(octets).ok()?;
         let mut filter = Self::new(models);
         if let Some((measurement, placed, state)) = first {
-            let smoothed = (state.told, state.height);
-            filter.nodes.push_back(Box::new(Node { measurement, placed, state, back: None, smoothed }));
+            let smoothed = (state.combined, state.height);
+            filter.nodes.push_back(Box::new(SmootherNode {
+                measurement,
+                placed,
+                state,
+                back: None,
+                smoothed,
+            }));
             filter.measure(measurement.time, &later);
         }
         Some(filter)
     }
 
-    /// Brings the measurements after `since` to these, which are in order of time; those before stay. What did not change
-    /// is not filtered again.
+    /// Replaces the measurements after `since` by these, which are in order of time; earlier ones stay. Unchanged
+    /// measurements are not filtered again.
     pub(super) fn measure(&mut self, since: Time, measurements: &[Measurement]) {
         let old = self.up_to(since);
         let same = self
@@ -90,7 +97,7 @@ where
         let measurements = [&anew[..again], &measurements[same..]].concat();
         for (index, measurement) in measurements.iter().enumerate() {
             let (state, back) = match self.nodes.back() {
-                None => (State::first(measurement, &self.models), None),
+                None => (FilterState::first(measurement, &self.models), None),
                 Some(last) => {
                     let dt = measurement.time.seconds_since(last.measurement.time);
                     let (state, (plane, height)) =
@@ -98,71 +105,79 @@ where
                     (state, Some((plane.back(), height.back())))
                 }
             };
-            let smoothed = (state.told, state.height);
+            let smoothed = (state.combined, state.height);
             let placed = match measurement.is_partial() {
                 true => self.nodes.back().and_then(|last| last.placed),
                 false => Some(*measurement),
             };
-            self.nodes.push_back(Box::new(Node { measurement: *measurement, placed, state, back, smoothed }));
+            self.nodes.push_back(Box::new(SmootherNode {
+                measurement: *measurement,
+                placed,
+                state,
+                back,
+                smoothed,
+            }));
         }
         self.smooth();
     }
 
-    /// Number of nodes, of the first `count`, that do not change with the measurements behind them. A report that may have been a
-    /// jump is judged by the next one, so it is filtered again; the first node stays, since the state before it is forgotten.
+    /// Number of nodes, of the first `count`, that do not depend on later measurements. A report that may have been a
+    /// jump is decided by the next one, so it is filtered again. The first node stays, because the state before it is
+    /// discarded.
     fn settled(&self, count: usize) -> usize {
-        let is_report = |node: &Node<P, M, H, S>| matches!(node.measurement.by, By::Transponder { .. });
+        let is_report =
+            |node: &SmootherNode<P, M, H, S>| matches!(node.measurement.by, By::Transponder { .. });
         let last = self.nodes.iter().take(count).rposition(|node| is_report(node));
         last.filter(|&last| last > 0 && self.nodes[last].state.jumps.rests_on_next).unwrap_or(count)
     }
 
-    /// How many nodes there are up to a time. Counted from the oldest on: few are kept that are settled.
+    /// Number of nodes up to a time. Counted from the oldest node, because few old nodes are kept.
     fn up_to(&self, time: Time) -> usize {
         self.nodes.iter().take_while(|node| node.measurement.time <= time).count()
     }
 
-    /// Back from the newest.
+    /// Smooths backward from the newest node.
     fn smooth(&mut self) {
         let mut nodes = self.nodes.iter_mut().rev();
         let Some(last) = nodes.next() else { return };
-        last.smoothed = (last.state.told, last.state.height);
+        last.smoothed = (last.state.combined, last.state.height);
         let (mut next, mut back) = (&last.smoothed, &last.back);
         for node in nodes {
-            let (told, height) = (&node.state.told, &node.state.height);
+            let (combined, height) = (&node.state.combined, &node.state.height);
             node.smoothed = match back {
                 Some((plane_back, height_back)) => {
-                    (told.smoothed(plane_back, &next.0), height.smoothed(height_back, &next.1))
+                    (combined.smoothed(plane_back, &next.0), height.smoothed(height_back, &next.1))
                 }
-                None => (*told, *height),
+                None => (*combined, *height),
             };
             (next, back) = (&node.smoothed, &node.back);
         }
     }
 
-    /// Forgets what lies before the last measurement up to `time`.
+    /// Removes the nodes before the last measurement up to `time`.
     pub(super) fn forget_before(&mut self, time: Time) {
         let keep = self.up_to(time).saturating_sub(1);
         self.nodes.drain(..keep);
     }
 
-    /// The newest that says where it is.
+    /// The newest measurement with a position over ground.
     pub(super) fn newest(&self) -> Option<&Measurement> {
         self.nodes.back().and_then(|node| node.placed.as_ref())
     }
 
-    /// Whether a report from `from` to `until` is known to have been a jump of its transponder.
+    /// Whether a transponder report from `from` to `until` was recognised as a jump.
     pub(super) fn has_jumped(&self, from: Time, until: Time) -> bool {
-        // Those before the first node are forgotten, and each state knows the last jump before it.
+        // Nodes before the first are discarded, and each state stores the last jump before it.
         let nodes = self.nodes.iter().take_while(|node| node.measurement.time <= until);
         nodes.filter_map(|node| node.state.jumps.last).any(|last| last >= from)
     }
 
-    /// Where the target is at `time`, from everything measured before and after; `None` if nothing was measured.
+    /// State of the target at `time`, from all measurements before and after; `None` if there are none.
     pub(super) fn at(&self, time: Time) -> Option<StateEstimate> {
         let behind = self.up_to(time);
         let before = behind.checked_sub(1).map(|before| &self.nodes[before]);
         let next = self.nodes.get(behind);
-        // What it rests on are measurements of its place.
+        // The times count measurements with a position over ground.
         let since_s = before.and_then(|before| Some(time.seconds_since(before.placed.as_ref()?.time)));
         let placed = self.nodes.range(behind..).find(|node| !node.measurement.is_partial());
         let until_s = placed.map(|next| next.measurement.time.seconds_since(time));
@@ -170,16 +185,16 @@ where
             (Some(before), _) => {
                 before.state.moved_to(time.seconds_since(before.measurement.time), &self.models)
             }
-            // Before the first it is anywhere; what came after tells where.
-            (None, Some(next)) => State::unmeasured(&next.measurement, &self.models),
+            // Before the first measurement the position is unknown; the smoother derives it from later ones.
+            (None, Some(next)) => FilterState::unmeasured(&next.measurement, &self.models),
             (None, None) => return None,
         };
         let Some(next) = next else {
-            return Some(StateEstimate::of(&here.told, &here.height, &here.jumps, since_s, None));
+            return Some(StateEstimate::of(&here.combined, &here.height, &here.jumps, since_s, None));
         };
         let ahead_s = next.measurement.time.seconds_since(time);
         let (plane, height) = here.bridges(&next.measurement, ahead_s, &self.models);
-        let plane = here.told.smoothed(&plane.back(), &next.smoothed.0);
+        let plane = here.combined.smoothed(&plane.back(), &next.smoothed.0);
         let height = here.height.smoothed(&height.back(), &next.smoothed.1);
         let jumps = Jumps::between(&here.jumps, &next.state.jumps);
         Some(StateEstimate::of(&plane, &height, &jumps, since_s, until_s))

@@ -1,4 +1,4 @@
-//! What is known of a target at one instant, and what a measurement adds to that.
+//! The state of a target at one instant, and its update by a measurement.
 
 use nalgebra::{Matrix2, SVector, Vector1, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -14,77 +14,77 @@ use super::plane::{self, OverGround};
 use crate::frames::Enu;
 use crate::time::Time;
 
-/// A transponder further from where the motion led (squared Mahalanobis distance) has turned or stopped hard, or its receiver has
-/// jumped: usual turns and stops stay below half of it.
+/// Squared Mahalanobis distance from the prediction above which a transponder report is a departure: the aircraft has
+/// turned or stopped hard, or its receiver has jumped. Usual turns and stops stay below half of it.
 const LEAP: f64 = 100.0;
-/// A receiver's false place is forgotten to 1/e in this time, seconds.
+/// Time constant with which the doubt of a receiver's jump fades (to 1/e), seconds.
 const JUMP_LASTS_S: f64 = 30.0;
-/// Less than this of it is forgotten, metres.
+/// Doubt below which a jump is forgotten, metres.
 const JUMP_SHOWS_M: f64 = 1.0;
-/// A position, velocity or climb further off than this is given less weight (squared Mahalanobis distance).
+/// Squared Mahalanobis distance above which a position, velocity or climb gets less weight.
 const FAR: f64 = 16.0;
 
 /// A radar track whose bias is estimated.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct Held {
+pub(super) struct BiasSlot {
     owner: Owner,
     errors: RadarErrors,
-    /// Its last plot.
+    /// Time of its last plot.
     last: Time,
 }
 
-/// How a target moves: `M` models of a state of `P` numbers over ground, one of `H` numbers above it.
-pub(super) trait Moves<const P: usize, const M: usize, const H: usize>:
+/// Motion of a target: `M` models of a state of `P` variables over ground, one of `H` variables in height.
+pub(super) trait StateMotion<const P: usize, const M: usize, const H: usize>:
     OverGround<P, M> + AboveGround<H>
 {
 }
 
-impl<K, const P: usize, const M: usize, const H: usize> Moves<P, M, H> for K where
+impl<K, const P: usize, const M: usize, const H: usize> StateMotion<P, M, H> for K where
     K: OverGround<P, M> + AboveGround<H>
 {
 }
 
-/// What is known at one instant, with the biases of up to `S` radars.
+/// State at one instant, with the biases of up to `S` radars.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct State<const P: usize, const M: usize, const H: usize, const S: usize> {
+pub(super) struct FilterState<const P: usize, const M: usize, const H: usize, const S: usize> {
     #[serde(with = "crate::checkpoint::array")]
-    held: [Option<Held>; S],
+    held: [Option<BiasSlot>; S],
     plane: Mixture<P, M>,
-    /// The one Gaussian that stands for that mixture.
-    pub(super) told: Gaussian<P>,
+    /// The Gaussian that approximates `plane`.
+    pub(super) combined: Gaussian<P>,
     pub(super) height: Gaussian<H>,
     pub(super) jumps: Jumps,
 }
 
-/// How far the transponder has jumped from where the motion led: it is wrong now, or was before.
+/// Jumps of the transponder from the predicted position: its receiver is wrong now, or was before.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Jumps {
-    over_ground: Jumped<2>,
-    in_height: Jumped<1>,
-    /// When the last report came that was one.
+    over_ground: JumpedAxes<2>,
+    in_height: JumpedAxes<1>,
+    /// Time of the last report that was a jump.
     pub(super) last: Option<Time>,
-    /// When the transponder was heard last.
+    /// Time of the transponder's last report.
     heard: Option<Time>,
     /// Whether the cause of the last report's departure depends on the next report.
     pub(super) rests_on_next: bool,
 }
 
-/// On some axes, metres.
+/// Jumps on some axes, metres.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Jumped<const D: usize> {
-    /// All jumps: nothing once it is back where it was, however far it had been and however long.
+struct JumpedAxes<const D: usize> {
+    /// Sum of all jumps: zero once the receiver is back at its true position.
     all: SVector<f64, D>,
-    /// How far off it may be by them; fades.
+    /// Possible error of the receiver due to the jumps; it fades with time.
     doubt: SVector<f64, D>,
 }
 
 impl Jumps {
-    fn fade(&mut self, dt: f64) {
-        self.over_ground.fade(dt);
-        self.in_height.fade(dt);
+    fn decay(&mut self, dt: f64) {
+        self.over_ground.decay(dt);
+        self.in_height.decay(dt);
     }
 
-    /// Notes a departure at `time`, and returns its cause; `next` as in [`Departure::cause`].
+    /// Records a departure at `time`, and returns its cause; `next` as in [`Departure::cause`].
     fn cause<const D: usize>(
         &mut self,
         time: Time,
@@ -99,29 +99,29 @@ impl Jumps {
         cause
     }
 
-    /// Of two states between which a time lies: what may be wrong there.
+    /// Doubt at a time between two states: the larger of theirs.
     pub(super) fn between(before: &Self, after: &Self) -> Self {
-        let over_ground = Jumped::larger(&before.over_ground, &after.over_ground);
-        Self { over_ground, in_height: Jumped::larger(&before.in_height, &after.in_height), ..*after }
+        let over_ground = JumpedAxes::larger(&before.over_ground, &after.over_ground);
+        Self { over_ground, in_height: JumpedAxes::larger(&before.in_height, &after.in_height), ..*after }
     }
 }
 
-impl<const D: usize> Default for Jumped<D> {
+impl<const D: usize> Default for JumpedAxes<D> {
     fn default() -> Self {
         Self { all: SVector::zeros(), doubt: SVector::zeros() }
     }
 }
 
-impl<const D: usize> Jumped<D> {
-    fn fade(&mut self, dt: f64) {
+impl<const D: usize> JumpedAxes<D> {
+    fn decay(&mut self, dt: f64) {
         self.doubt *= (-dt / JUMP_LASTS_S).exp();
         if self.doubt.norm() < JUMP_SHOWS_M {
             self.all = self.doubt;
         }
     }
 
-    /// Another one. Of what it may mean, that it is off by all of them or by what is left of the doubt, the lesser counts: a
-    /// receiver that comes back from a false place is right again.
+    /// Adds a jump. The doubt is the sum of all jumps or the fading doubt with this jump, whichever is smaller: a
+    /// receiver that returns from a false position is right again.
     fn add(&mut self, away: SVector<f64, D>) {
         self.all += away;
         self.doubt += away;
@@ -130,7 +130,7 @@ impl<const D: usize> Jumped<D> {
         }
     }
 
-    /// It is off by no more than this: what is left of the jumps is what may be left of the doubt.
+    /// Limits the doubt to `most_m`, in metres, and the sum of the jumps with it.
     fn bound(&mut self, most_m: f64) {
         let doubt_m = self.doubt.norm();
         if doubt_m > most_m {
@@ -147,13 +147,13 @@ impl<const D: usize> Jumped<D> {
 /// The bridges back from a later state.
 pub(super) type Bridges<const P: usize, const H: usize> = (Bridge<P>, Bridge<H>);
 
-impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M, H, S> {
-    /// Of a target of which nothing is known but that it will be measured so.
-    pub(super) fn unmeasured(measurement: &Measurement, models: &impl Moves<P, M, H>) -> Self {
+impl<const P: usize, const M: usize, const H: usize, const S: usize> FilterState<P, M, H, S> {
+    /// Prior state of a target, before its first measurement, which is the given one.
+    pub(super) fn unmeasured(measurement: &Measurement, models: &impl StateMotion<P, M, H>) -> Self {
         let mut held = [None; S];
         let mut biases = [Bias::NONE; S];
         if let By::Radar { owner, errors, .. } = measurement.by {
-            held[0] = Some(Held { owner, errors, last: measurement.time });
+            held[0] = Some(BiasSlot { owner, errors, last: measurement.time });
             biases[0] = Bias::of(&errors);
         }
         let Measurement { position, height_measured, .. } = *measurement;
@@ -161,74 +161,85 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         plane.parts.iter_mut().for_each(|part| plane::begin(part, &biases));
         let mut height = AboveGround::first(models, position.0.z, height_measured);
         height::begin(&mut height, &biases);
-        Self { held, told: plane.combined(), plane, height, jumps: Jumps::default() }
+        Self { held, combined: plane.combined(), plane, height, jumps: Jumps::default() }
     }
 
-    /// The first state.
-    pub(super) fn first(measurement: &Measurement, models: &impl Moves<P, M, H>) -> Self {
+    /// The first state, after the first measurement.
+    pub(super) fn first(measurement: &Measurement, models: &impl StateMotion<P, M, H>) -> Self {
         let mut state = Self::unmeasured(measurement, models);
-        let before = state.told;
+        let before = state.combined;
         state.observe(measurement, &before);
         let (plane, height) = (state.plane.combined(), state.height);
         state.observe_motion(measurement, &plane, &height);
-        state.told = state.plane.combined();
+        state.combined = state.plane.combined();
         state
     }
 
-    /// The same `dt` seconds later, without a measurement.
+    /// The state `dt` seconds later, without a measurement.
     #[inline]
-    pub(super) fn moved_to(&self, dt: f64, models: &impl Moves<P, M, H>) -> Self {
+    pub(super) fn moved_to(&self, dt: f64, models: &impl StateMotion<P, M, H>) -> Self {
         self.moved(dt, &self.changes(dt), models).0
     }
 
-    /// The bridges to here from where the next measurement is.
+    /// The bridges to this state from that at the next measurement.
     #[inline]
-    pub(super) fn bridges(&self, next: &Measurement, dt: f64, models: &impl Moves<P, M, H>) -> Bridges<P, H> {
+    pub(super) fn bridges(
+        &self,
+        next: &Measurement,
+        dt: f64,
+        models: &impl StateMotion<P, M, H>,
+    ) -> Bridges<P, H> {
         self.ahead_to(next, dt, models).1
     }
 
-    /// The state with the next measurement, and the bridges back. `later`: what is measured after that, in order of time.
+    /// The state after the next measurement, and the bridges back. `later` are the measurements after that, in order of
+    /// time.
     pub(super) fn next(
         &self,
         measurement: &Measurement,
         later: &[Measurement],
         dt: f64,
-        models: &impl Moves<P, M, H>,
+        models: &impl StateMotion<P, M, H>,
     ) -> (Self, Bridges<P, H>) {
         let (mut state, mut bridges) = self.ahead_to(measurement, dt, models);
-        state.jumps.fade(dt);
+        state.jumps.decay(dt);
         state.check_for_jump(measurement, later, &mut bridges);
-        state.settle(measurement, &bridges.0.predicted, &bridges.1.predicted);
+        state.limit_jump_doubt(measurement, &bridges.0.predicted, &bridges.1.predicted);
         let height = state.height;
         state.observe(measurement, &bridges.0.predicted);
         state.observe_motion(measurement, &bridges.0.predicted, &height);
-        state.told = state.plane.combined();
+        state.combined = state.plane.combined();
         (state, bridges)
     }
 
-    /// The place of a radar track's bias among those that are estimated: its radar's, a free one, or that of the radar that
-    /// has not seen the target for longest.
+    /// Index of a radar track's bias among the estimated ones: that of its radar, a free one, or that of the radar
+    /// whose last plot is oldest.
     fn place(&self, owner: &Owner) -> usize {
-        let of_radar = |held: &Option<Held>| held.is_some_and(|held| held.owner.radar == owner.radar);
+        let of_radar = |held: &Option<BiasSlot>| held.is_some_and(|held| held.owner.radar == owner.radar);
         let least = || (0..S).min_by_key(|&place| self.held[place].map(|held| held.last)).unwrap_or(0);
         self.held.iter().position(of_radar).unwrap_or_else(least)
     }
 
-    /// What becomes of the biases in `dt` seconds.
+    /// Change of the biases in `dt` seconds.
     fn changes(&self, dt: f64) -> [SlowChange; S] {
         self.held.map(|held| held.map_or(SlowChange::NONE, |held| SlowChange::after(&held.errors, dt)))
     }
 
-    /// The state where the next measurement is; of its radar track, if it is another one, the bias begins there.
+    /// The state at the next measurement. If that is of another radar track, its bias starts there.
     #[inline]
-    fn ahead_to(&self, next: &Measurement, dt: f64, models: &impl Moves<P, M, H>) -> (Self, Bridges<P, H>) {
+    fn ahead_to(
+        &self,
+        next: &Measurement,
+        dt: f64,
+        models: &impl StateMotion<P, M, H>,
+    ) -> (Self, Bridges<P, H>) {
         let mut changes = self.changes(dt);
         let mut held = self.held;
         if let By::Radar { owner, errors, known, .. } = next.by {
             let place = self.place(&owner);
             let is_same = held[place].is_some_and(|held| held.owner == owner);
-            changes[place] = if is_same { SlowChange::after(&errors, dt) } else { SlowChange::anew(known) };
-            held[place] = Some(Held { owner, errors, last: next.time });
+            changes[place] = if is_same { SlowChange::after(&errors, dt) } else { SlowChange::reset(known) };
+            held[place] = Some(BiasSlot { owner, errors, last: next.time });
         }
         let (state, bridges) = self.moved(dt, &changes, models);
         (Self { held, ..state }, bridges)
@@ -239,18 +250,18 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         &self,
         dt: f64,
         changes: &[SlowChange; S],
-        models: &impl Moves<P, M, H>,
+        models: &impl StateMotion<P, M, H>,
     ) -> (Self, Bridges<P, H>) {
         let (plane, over_ground) = self.plane.predicted(
-            &self.told,
-            &models.motions(dt, self.told.mean[2].hypot(self.told.mean[3])),
+            &self.combined,
+            &models.motions(dt, self.combined.mean[2].hypot(self.combined.mean[3])),
             &plane::slow(changes),
             &OverGround::switch(models, dt),
         );
         let above = self.height.predicted(&models.motion(dt), &height::slow(changes));
         let state = Self {
             plane,
-            told: over_ground.predicted,
+            combined: over_ground.predicted,
             height: above.predicted,
             held: self.held,
             jumps: self.jumps,
@@ -258,8 +269,8 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         (state, (over_ground, above))
     }
 
-    /// Checks a transponder's report for a jump of its receiver, over ground or in height. A jump spreads the place, and leaves the
-    /// velocity as it is.
+    /// Checks a transponder's report for a jump of its receiver, over ground or in height. A jump enlarges the
+    /// covariance of the position, and leaves the velocity unchanged.
     fn check_for_jump(
         &mut self,
         measurement: &Measurement,
@@ -281,7 +292,8 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         }
     }
 
-    /// Distance of a jump over ground; `None` without one. An undecided departure is in doubt, and followed as motion.
+    /// Displacement of a jump over ground; `None` without one. An undecided departure adds doubt, but is followed as
+    /// motion.
     fn jumped(
         &mut self,
         measurement: &Measurement,
@@ -308,7 +320,7 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         (cause == Cause::Receiver).then_some(away)
     }
 
-    /// The same in height, which is in no doubt where only the place over ground is, nor the other way about.
+    /// Displacement of a jump in height; `None` without one. Jumps over ground and in height are independent.
     fn jumped_in_height(
         &mut self,
         measurement: &Measurement,
@@ -334,9 +346,9 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         (cause == Cause::Receiver).then_some(away_m)
     }
 
-    /// A plot of the aircraft shows how far off a transponder that has jumped can be: as far as the plot is from where the motion
-    /// led, give or take the radar's errors.
-    fn settle(&mut self, measurement: &Measurement, predicted: &Gaussian<P>, above: &Gaussian<H>) {
+    /// Limits the doubt of a jumped transponder by a radar's plot: to the plot's distance from the predicted position,
+    /// combined with the radar's errors.
+    fn limit_jump_doubt(&mut self, measurement: &Measurement, predicted: &Gaussian<P>, above: &Gaussian<H>) {
         let By::Radar { seen, errors, .. } = &measurement.by else { return };
         if measurement.height_measured {
             let away_m = measurement.position.0.z - above.mean[0];
@@ -379,8 +391,8 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
         }
     }
 
-    /// Takes in what is told of the motion. How far off it is goes by what was known without this measurement's position,
-    /// which may be the one that is wrong.
+    /// Updates the state by a measured velocity and climb. Their distance is that to the state before this
+    /// measurement's position, which may be the one that is wrong.
     fn observe_motion(&mut self, measurement: &Measurement, plane: &Gaussian<P>, height: &Gaussian<H>) {
         let Measurement { velocity, climb, .. } = measurement;
         if let Some((velocity, deviation)) = velocity.filter(|(v, _)| v.iter().all(|rate| rate.is_finite())) {
@@ -393,7 +405,7 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> State<P, M,
 }
 
 impl StateEstimate {
-    /// Of a state over ground and one above it.
+    /// Combines a state over ground and a vertical state.
     pub(super) fn of<const P: usize, const H: usize>(
         plane: &Gaussian<P>,
         height: &Gaussian<H>,

@@ -1,16 +1,17 @@
-//! Small symmetric matrices as plain arrays, worked on in place.
+//! Small symmetric matrices as plain arrays, modified in place.
 //!
-//! Loops count from 0 to a length that the compiler knows, so that it unrolls them; iterators over arrays would leave calls.
+//! Loops run from 0 to a length known to the compiler, so that it unrolls them; iterators over arrays would leave
+//! calls.
 
 use serde::{Deserialize, Serialize};
 
-/// A vector of `D` numbers.
+/// A vector of `D` elements.
 pub(crate) type Vector<const D: usize> = [f64; D];
 
-/// `D` rows of `N` numbers.
+/// `D` rows of `N` elements.
 pub(crate) type Rows<const N: usize, const D: usize> = [[f64; N]; D];
 
-/// a + b · factor, element by element.
+/// Adds b · factor to a, element by element.
 #[inline]
 pub(super) fn add_scaled<const N: usize>(a: &mut [f64; N], b: &[f64; N], factor: f64) {
     for index in 0..N {
@@ -18,7 +19,7 @@ pub(super) fn add_scaled<const N: usize>(a: &mut [f64; N], b: &[f64; N], factor:
     }
 }
 
-/// a · factor.
+/// Multiplies a by a factor.
 #[inline]
 pub(super) fn scale<const N: usize>(a: &mut [f64; N], factor: f64) {
     for index in 0..N {
@@ -26,7 +27,7 @@ pub(super) fn scale<const N: usize>(a: &mut [f64; N], factor: f64) {
     }
 }
 
-/// a - b.
+/// Returns a - b.
 #[inline]
 pub(super) fn difference<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
     let mut difference = *a;
@@ -34,7 +35,7 @@ pub(super) fn difference<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N]
     difference
 }
 
-/// Columns become rows.
+/// The transposed matrix.
 #[inline]
 pub(super) fn transposed<const D: usize>(rows: &Rows<D, D>) -> Rows<D, D> {
     let mut transposed = [[0.0; D]; D];
@@ -46,14 +47,15 @@ pub(super) fn transposed<const D: usize>(rows: &Rows<D, D>) -> Rows<D, D> {
     transposed
 }
 
-/// A symmetric matrix: a covariance. Both halves are stored, so that a row is a column; they are the same but for rounding.
+/// A symmetric matrix: a covariance. Both halves are stored, so that a row is also a column; they agree except for
+/// rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Symmetric<const D: usize>(#[serde(with = "crate::checkpoint::rows")] Rows<D, D>);
 
 impl<const D: usize> Symmetric<D> {
     pub(crate) const ZERO: Self = Self([[0.0; D]; D]);
 
-    /// What has come out symmetric but for rounding: the lower half of it, twice.
+    /// Makes a matrix symmetric by copying its lower half. The halves must already agree except for rounding.
     #[inline]
     pub(crate) fn of_lower(mut rows: Rows<D, D>) -> Self {
         for row in 1..D {
@@ -88,7 +90,7 @@ impl<const D: usize> Symmetric<D> {
         self.0[index][index] = value;
     }
 
-    /// Adds another one, times a factor.
+    /// Adds another matrix times a factor.
     #[inline]
     pub(super) fn add(&mut self, other: &Self, factor: f64) {
         for row in 0..D {
@@ -96,7 +98,7 @@ impl<const D: usize> Symmetric<D> {
         }
     }
 
-    /// Adds v vᵀ, times a factor.
+    /// Adds v vᵀ times a factor.
     #[inline]
     pub(super) fn add_square(&mut self, v: &Vector<D>, factor: f64) {
         for row in 0..D {
@@ -104,7 +106,7 @@ impl<const D: usize> Symmetric<D> {
         }
     }
 
-    /// Adds Aᵀ S A of a symmetric S.
+    /// Adds Aᵀ S A for a symmetric S.
     #[inline]
     pub(super) fn add_between(&mut self, a: &Rows<D, D>, s: &Self) {
         let mut product = [[0.0; D]; D];
@@ -122,7 +124,7 @@ impl<const D: usize> Symmetric<D> {
         *self = Self::of_lower(sum);
     }
 
-    /// Solves S X = B by Cholesky's decomposition, X in the place of B; `None` where it is not positive definite.
+    /// Solves S X = B by Cholesky decomposition; returns X, or `None` if S is not positive definite.
     pub(super) fn solve(&self, mut b: Rows<D, D>) -> Option<Rows<D, D>> {
         let mut lower = self.0;
         let mut inverse = [0.0; D];
@@ -165,7 +167,7 @@ impl<const D: usize> Symmetric<D> {
 
 #[cfg(test)]
 mod tests {
-    //! Against nalgebra.
+    //! Compares with nalgebra.
 
     use nalgebra::{SMatrix, SVector};
     use proptest::prelude::*;
@@ -183,7 +185,7 @@ mod tests {
         prop::array::uniform(prop::array::uniform(-2.0..2.0_f64))
     }
 
-    /// A covariance: Aᵀ A and something on the diagonal.
+    /// A covariance: Aᵀ A plus a diagonal matrix.
     fn covariance(a: &Rows<D, D>) -> Symmetric<D> {
         let diagonal = |value: f64| {
             let mut diagonal = Symmetric::ZERO;
@@ -197,7 +199,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_is_what_nalgebra_makes_of_it(a in rows(), b in rows(), v in prop::array::uniform(-3.0..3.0_f64)) {
+        fn symmetric_solution_matches_nalgebra(a in rows(), b in rows(), v in prop::array::uniform(-3.0..3.0_f64)) {
             let mut s = covariance(&a);
             let expected = dense(&a).transpose() * dense(&a) + Dense::identity() * 0.1;
             prop_assert!((dense(s.rows()) - expected).norm() < 1e-12);
@@ -214,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_covariance_is_not_solved() {
+    fn invalid_covariance_is_not_solved() {
         let mut s = Symmetric::<D>::ZERO;
         assert_eq!(s.solve([[1.0; D]; D]), None);
         (0..D).for_each(|index| s.set_diagonal(index, 1.0));

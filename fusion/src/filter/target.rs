@@ -1,4 +1,4 @@
-//! The filter of one target, whichever the model.
+//! The filter of one target, with any motion model.
 
 use std::fmt::Debug;
 
@@ -8,41 +8,41 @@ use serde::{Deserialize, Serialize, Serializer};
 use super::measurement::{Measurement, StateEstimate};
 use super::motion::{MODELS, Models};
 use super::singer::Singer;
-use super::smoother::Filter;
-use super::state::Moves;
+use super::smoother::SmoothedFilter;
+use super::state::StateMotion;
 use super::{height, plane};
 use crate::time::Time;
 
-/// How targets are taken to move.
+/// Motion models of targets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Dynamics {
-    /// Interacting multiple models: straight on, disturbed little or much, and turns.
+    /// Interacting multiple models: constant velocity with little or much noise, and turns.
     Imm(Models),
-    /// One model, with an acceleration that lasts for a while.
+    /// One model, with an acceleration that is correlated in time.
     Singer(Singer),
 }
 
 /// The filter of one target.
 #[derive(Debug, Deserialize)]
-#[serde(try_from = "WrittenDown")]
+#[serde(try_from = "SavedFilter")]
 pub struct TargetFilter {
-    size: Size,
+    size: FilterSize,
     filter: Box<dyn Filtering>,
 }
 
-/// How many numbers a filter has.
+/// Size of a filter's state.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Size {
+struct FilterSize {
     is_singer: bool,
-    /// Whose biases are estimated at a time, 1 to 3.
+    /// Number of radars whose biases are estimated at a time, 1 to 3.
     radars: u8,
 }
 
 /// A filter in a checkpoint.
 #[derive(Debug, Serialize, Deserialize)]
-struct WrittenDown(Size, Vec<u8>);
+struct SavedFilter(FilterSize, Vec<u8>);
 
-/// A filter of whichever size.
+/// A filter of any size.
 trait Filtering: Debug + Send + Sync {
     fn write_down(&self) -> Vec<u8>;
     fn measure(&mut self, since: Time, measurements: &[Measurement]);
@@ -52,9 +52,10 @@ trait Filtering: Debug + Send + Sync {
     fn at(&self, time: Time) -> Option<StateEstimate>;
 }
 
-impl<K, const P: usize, const M: usize, const H: usize, const S: usize> Filtering for Filter<K, P, M, H, S>
+impl<K, const P: usize, const M: usize, const H: usize, const S: usize> Filtering
+    for SmoothedFilter<K, P, M, H, S>
 where
-    K: Moves<P, M, H> + Debug + Send + Sync + Serialize + DeserializeOwned,
+    K: StateMotion<P, M, H> + Debug + Send + Sync + Serialize + DeserializeOwned,
 {
     fn write_down(&self) -> Vec<u8> {
         Self::write_down(self)
@@ -81,10 +82,10 @@ where
     }
 }
 
-/// The filter of these models with the biases of so many radars.
+/// The filter of these models with the biases of `$radars` radars.
 macro_rules! sized {
     ($models:ty, $count:expr, $radars:literal, $states:ident) => {
-        Filter<$models, { plane::$states($radars) }, { $count }, { height::$states($radars) }, $radars>
+        SmoothedFilter<$models, { plane::$states($radars) }, { $count }, { height::$states($radars) }, $radars>
     };
 }
 
@@ -95,21 +96,21 @@ type Singer1 = sized!(Singer, 1, 1, states_singer);
 type Singer2 = sized!(Singer, 1, 2, states_singer);
 type Singer3 = sized!(Singer, 1, 3, states_singer);
 
-/// The filter in what a checkpoint has of it.
+/// Boxes a filter that was restored from a checkpoint.
 fn read_back<F: Filtering + 'static>(read: Option<F>) -> Option<Box<dyn Filtering>> {
     read.map(|filter| Box::new(filter) as Box<dyn Filtering>)
 }
 
 impl Serialize for TargetFilter {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        WrittenDown(self.size, self.filter.write_down()).serialize(serializer)
+        SavedFilter(self.size, self.filter.write_down()).serialize(serializer)
     }
 }
 
-impl TryFrom<WrittenDown> for TargetFilter {
+impl TryFrom<SavedFilter> for TargetFilter {
     type Error = &'static str;
 
-    fn try_from(WrittenDown(size, octets): WrittenDown) -> Result<Self, Self::Error> {
+    fn try_from(SavedFilter(size, octets): SavedFilter) -> Result<Self, Self::Error> {
         let filter = match (size.is_singer, size.radars) {
             (false, 1) => read_back(Imm1::read_back(&octets)),
             (false, 2) => read_back(Imm2::read_back(&octets)),
@@ -124,11 +125,13 @@ impl TryFrom<WrittenDown> for TargetFilter {
 }
 
 impl TargetFilter {
-    /// Of a target of which nothing was measured, on a site with so many radars: the biases of three of them at most are
-    /// estimated at a time.
+    /// Creates the filter of a target without measurements, at a site with `radars` radars: the biases of at most three
+    /// of them are estimated at a time.
     pub fn new(dynamics: &Dynamics, radars: usize) -> Self {
-        let size =
-            Size { is_singer: matches!(dynamics, Dynamics::Singer(_)), radars: radars.clamp(1, 3) as u8 };
+        let size = FilterSize {
+            is_singer: matches!(dynamics, Dynamics::Singer(_)),
+            radars: radars.clamp(1, 3) as u8,
+        };
         let filter: Box<dyn Filtering> = match (*dynamics, size.radars) {
             (Dynamics::Imm(models), ..=1) => Box::new(Imm1::new(models)),
             (Dynamics::Imm(models), 2) => Box::new(Imm2::new(models)),
@@ -140,28 +143,28 @@ impl TargetFilter {
         Self { size, filter }
     }
 
-    /// Brings the measurements after `since` to these, which are in order of time; those before stay. What did not change
-    /// is not filtered again.
+    /// Replaces the measurements after `since` by these, which are in order of time; earlier ones stay. Unchanged
+    /// measurements are not filtered again.
     pub fn measure(&mut self, since: Time, measurements: &[Measurement]) {
         self.filter.measure(since, measurements);
     }
 
-    /// Forgets what lies before the last measurement up to `time`.
+    /// Removes the measurements before the last one up to `time`.
     pub fn forget_before(&mut self, time: Time) {
         self.filter.forget_before(time);
     }
 
-    /// The newest.
+    /// The newest measurement with a position over ground.
     pub fn newest(&self) -> Option<&Measurement> {
         self.filter.newest()
     }
 
-    /// Whether a report of its transponder from `from` to `until` is known to have been far from where the motion led.
+    /// Whether a report of its transponder from `from` to `until` was recognised as a jump.
     pub fn has_jumped(&self, from: Time, until: Time) -> bool {
         self.filter.has_jumped(from, until)
     }
 
-    /// Where the target is at `time`, from everything measured before and after; `None` if nothing was measured.
+    /// State of the target at `time`, from all measurements before and after; `None` if there are none.
     pub fn at(&self, time: Time) -> Option<StateEstimate> {
         self.filter.at(time)
     }

@@ -1,12 +1,12 @@
-//! The recursive filter and smoother against the one-step solution of the same problem: all states at once, conditioned on
-//! all measurements, with dense matrices.
+//! Compares the recursive filter and smoother with the one-step solution of the same problem: all states at once,
+//! conditioned on all measurements, with dense matrices.
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector2};
 use proptest::prelude::*;
 
 use super::bias::{Bias, SlowChange};
 use super::errors::{LineOfSight, RadarErrors};
-use super::gaussian::{Gaussian, Motion, Pair, Slow};
+use super::gaussian::{BiasTransition, Gaussian, LinearMotion, PairObservation};
 use super::measurement::{By, Measurement, Owner};
 use super::motion::{MODELS, Model, Models};
 use super::plane::{self, OverGround};
@@ -30,18 +30,18 @@ const ERRORS: RadarErrors = RadarErrors {
     correlation_s: 20.0,
 };
 
-/// With one model four times over there is nothing to mix: the filter is Kalman's.
+/// Identical models: there is nothing to mix, and the filter is a Kalman filter.
 fn alike(model: Model) -> Models {
     Models { each: [model; MODELS], ..Models::default() }
 }
 
-/// Both ways to move.
+/// Both kinds of motion models.
 fn dynamics() -> [Dynamics; 2] {
     [Dynamics::Imm(Models::default()), Dynamics::Singer(Singer::default())]
 }
 
 /// F of a motion.
-pub(crate) fn transition_of<const D: usize>(motion: &impl Motion<D>) -> SMatrix<f64, D, D> {
+pub(crate) fn transition_of<const D: usize>(motion: &impl LinearMotion<D>) -> SMatrix<f64, D, D> {
     let mut rows =
         std::array::from_fn(|row| std::array::from_fn(|column| f64::from(u8::from(row == column))));
     motion.carry::<D>(&mut rows);
@@ -49,7 +49,7 @@ pub(crate) fn transition_of<const D: usize>(motion: &impl Motion<D>) -> SMatrix<
 }
 
 /// Q of a motion.
-pub(crate) fn noise_of<const D: usize>(motion: &impl Motion<D>) -> SMatrix<f64, D, D> {
+pub(crate) fn noise_of<const D: usize>(motion: &impl LinearMotion<D>) -> SMatrix<f64, D, D> {
     let mut noise = Symmetric::ZERO;
     motion.add_noise(&mut noise);
     dense(&noise)
@@ -59,7 +59,7 @@ fn dense<const D: usize>(matrix: &Symmetric<D>) -> SMatrix<f64, D, D> {
     SMatrix::from_fn(|row, column| matrix.at(row, column))
 }
 
-/// What is known when these have been measured.
+/// A filter with these measurements.
 fn tracked(measurements: &[Measurement], dynamics: &Dynamics) -> TargetFilter {
     let mut track = TargetFilter::new(dynamics, 2);
     track.measure(Time::from_nanos(i64::MIN), measurements);
@@ -70,10 +70,10 @@ fn seconds(at: f64) -> Time {
     Time::from_nanos((at * 1e9).round() as i64)
 }
 
-/// Where the radars are that measure.
+/// Positions of the radars.
 const RADARS: [Enu; 2] = [Enu::new(0.0, 0.0, 0.0), Enu::new(2000.0, -300.0, 10.0)];
 
-/// Measurements at rising times: of a transponder (0) or of a track of one of the radars.
+/// Measurements at increasing times: of a transponder (0) or of a track of one of the radars.
 fn measurements(rows: &[(f64, f64, f64, usize)]) -> Vec<Measurement> {
     let mut at = 0.0;
     let measured = |&(later, east, north, by): &(f64, f64, f64, usize)| {
@@ -93,7 +93,7 @@ fn measurements(rows: &[(f64, f64, f64, usize)]) -> Vec<Measurement> {
             },
             None => By::Transponder { horizontal_m: 1.0, vertical_m: 2.0 },
         };
-        // Of those of a transponder, some tell the velocity.
+        // Some of the transponder's reports have a velocity.
         let velocity =
             (is_transponder && east > 0.0).then(|| (Vector2::new(10.0 + 0.5 * north, 0.2 * east), 0.4));
         Measurement { time: seconds(at), position, height_measured: true, by, velocity, climb: None }
@@ -101,10 +101,10 @@ fn measurements(rows: &[(f64, f64, f64, usize)]) -> Vec<Measurement> {
     rows.iter().map(measured).collect()
 }
 
-/// F, the shift and Q of a whole state: what moves, and the biases behind it.
+/// F, the shift and Q of a whole state: the moving variables, and the biases after them.
 fn linear<const D: usize>(
-    motion: &impl Motion<D>,
-    slow: &Slow<D>,
+    motion: &impl LinearMotion<D>,
+    slow: &BiasTransition<D>,
 ) -> (SMatrix<f64, D, D>, SVector<f64, D>, SMatrix<f64, D, D>) {
     let predicted = |mean: [f64; D]| {
         SVector::from(Gaussian { mean, covariance: Symmetric::ZERO }.predicted(motion, slow).predicted.mean)
@@ -116,7 +116,7 @@ fn linear<const D: usize>(
     (SMatrix::from_columns(&columns), shift, dense(&still.predicted(motion, slow).predicted.covariance))
 }
 
-/// Position at `time` by conditioning the joint Gaussian of all states, the first of them before anything was measured; with
+/// Position at `time` by conditioning the joint Gaussian of all states, the first of them before any measurement; with
 /// the biases of `S` radars, in the order in which they begin.
 fn at_once<const STATES: usize, const M: usize, const S: usize>(
     measurements: &[Measurement],
@@ -148,7 +148,7 @@ fn at_once<const STATES: usize, const M: usize, const S: usize>(
         biases[0] = Bias::of(&ERRORS);
         plane::begin(&mut begin, &biases);
     }
-    // Joint mean and covariance of the states, one after another.
+    // Joint mean and covariance of the states, in order.
     let size = STATES * times.len();
     let (mut mean, mut covariance) = (DVector::zeros(size), DMatrix::zeros(size, size));
     mean.rows_mut(0, STATES).copy_from(&SVector::from(begin.mean));
@@ -156,9 +156,9 @@ fn at_once<const STATES: usize, const M: usize, const S: usize>(
     for index in 1..times.len() {
         let dt = times[index].seconds_since(times[index - 1]);
         let change = |place: usize| match radars.get(place) {
-            Some((_, begins)) if *begins == times[index] => SlowChange::anew(Bias::of(&ERRORS)),
+            Some((_, begins)) if *begins == times[index] => SlowChange::reset(Bias::of(&ERRORS)),
             Some((_, begins)) if *begins < times[index] => SlowChange::after(&ERRORS, dt),
-            // A radar that measures first is expected before.
+            // The bias of a radar that measures first exists before its measurement.
             Some(_) if place == 0 && radar_of(first).is_some() => SlowChange::after(&ERRORS, dt),
             _ => SlowChange::NONE,
         };
@@ -173,7 +173,7 @@ fn at_once<const STATES: usize, const M: usize, const S: usize>(
         let own = across.columns(before, STATES) * transition.transpose() + noise;
         covariance.view_mut((here, here), (STATES, STATES)).copy_from(&own);
     }
-    let mut observe = |time: Time, observation: &Pair| {
+    let mut observe = |time: Time, observation: &PairObservation| {
         let place = STATES * times.iter().position(|&known| known == time).unwrap();
         let mut matrix = DMatrix::zeros(2, size);
         for (index, row) in observation.rows.iter().enumerate() {
@@ -233,7 +233,7 @@ proptest! {
         ] {
             let estimate = tracked(&measurements, &dynamics).at(time).unwrap();
             let (place, covariance) = expected;
-            // What is assumed of the first speed the filter assumes with the first measurement, and not before.
+            // The filter assumes the prior speed at the first measurement, and not before it.
             let before = time < measurements[0].time;
             let near_m = if before { 0.2 * covariance.norm().sqrt() } else { 1e-6 };
             let off_m = (estimate.position.0.xy() - place).norm();
@@ -244,7 +244,7 @@ proptest! {
         }
     }
 
-    /// What comes late is as if it had come in time, to the bit.
+    /// A late measurement gives the same result, bit for bit, as one in time.
     #[test]
     fn the_order_of_arrival_plays_no_part(rows in rows(2), late in 1..3usize, at in 0.0..1.5_f64) {
         let all = measurements(&rows);
@@ -259,7 +259,7 @@ proptest! {
         }
     }
 
-    /// Nor does it where reports are far from where the motion led, and the next ones say why.
+    /// Reports far from the prediction, whose cause only the next reports show.
     #[test]
     fn order_of_arrival_is_irrelevant_to_stops_and_jumps(
         moves in prop::collection::vec((0.5..2.0, prop::sample::select(vec![0.0, 0.0, 0.0, 25.0, -40.0]), 0..=1_usize), 6..20),
@@ -319,7 +319,7 @@ fn round(told: impl Fn(f64) -> Option<Vector2<f64>>) -> Vec<Measurement> {
     (0..12).map(measured).collect()
 }
 
-/// Mean error over ground from one time to another, metres.
+/// Mean error over ground between two times, metres.
 fn error(measurements: &[Measurement], dynamics: &Dynamics, from: f64, to: f64) -> f64 {
     let track = tracked(measurements, dynamics);
     let count = ((to - from) / 0.25) as u32;
@@ -332,7 +332,7 @@ fn error(measurements: &[Measurement], dynamics: &Dynamics, from: f64, to: f64) 
     sum / f64::from(count)
 }
 
-/// A drone that turns is followed better by models of which some turn, or accelerate, than by a straight one alone.
+/// A turning drone is followed better by models with turns or acceleration than by straight ones alone.
 #[test]
 fn a_turn_is_followed() {
     let measurements = round(|_| None);
@@ -344,7 +344,7 @@ fn a_turn_is_followed() {
     }
 }
 
-/// Between the reports, and beyond the last.
+/// Between the reports, and after the last.
 #[test]
 fn a_velocity_sharpens_a_turn() {
     let (without, with) = (round(|_| None), round(|at| Some(rate_on_the_circle(at))));
@@ -356,7 +356,8 @@ fn a_velocity_sharpens_a_turn() {
     }
 }
 
-/// The velocity is also known from the positions: one that is wrong by 107 m/s does little, and one that is no number nothing.
+/// The velocity also follows from the positions: one that is wrong by 107 m/s has little effect, and one that is not
+/// finite has none.
 #[test]
 fn a_velocity_that_cannot_be_is_given_little_weight() {
     let once = |wrong| round(move |at| (at == 15.0).then_some(wrong));
@@ -370,9 +371,9 @@ fn a_velocity_that_cannot_be_is_given_little_weight() {
     }
 }
 
-/// One that is seen first: its first velocity is known, and its climb is.
+/// A new target: its velocity and climb are known from its first report.
 #[test]
-fn a_target_that_tells_how_it_moves_is_known_from_its_first_report() {
+fn target_with_reported_velocity_is_known_from_first_report() {
     let first = round(|at| Some(rate_on_the_circle(at)))[0];
     for dynamics in dynamics() {
         let estimate =

@@ -1,39 +1,40 @@
-//! One axis of one radar: what its tracks' offsets from the transponders' curves tell of bias and white noise.
+//! Errors of one axis of a radar: estimates bias and white noise from the offsets of its tracks from the transponders'
+//! curves.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::model::{AxisErrors, change_variance, mean_variance};
-use super::pyramid::{Change, LEVELS};
-use super::sizes::Sizes;
+use super::pyramid::{LEVELS, MeanChange};
+use super::sizes::SizeHistogram;
 
-/// So many plots make the mean that is one sample of the bias itself.
+/// Number of plots whose mean is one sample of the bias.
 pub(super) const MEAN_OF: usize = 4;
 /// Correlation time of a transponder's bias, seconds: that of a satellite receiver lasts for a minute.
 const TRANSPONDER_S: f64 = 60.0;
 /// Correlation time of the error of the curve through its reports, seconds: about half the time between two of them.
 const CURVE_S: f64 = 1.5;
-/// What is assumed of a transponder's errors is itself known to so much of their variance.
+/// Relative uncertainty of the variance assumed for a transponder's errors.
 const TRANSPONDER_UNSURE: f64 = 1.0;
-/// So much of a logarithm of a variance is the model's own error, not the samples': real errors are no such process.
+/// Model error of the logarithm of a variance: real errors are no Gauss–Markov process.
 const MODEL_UNSURE: f64 = 0.1;
 
-/// Changes or means of one kind: their sizes, and sums of what the transponder contributes to their variance.
+/// Changes or means of one kind: their sizes, and sums of the transponder's contributions to their variance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Gathered {
-    pub(super) sizes: Sizes,
+pub(super) struct GatheredChanges {
+    pub(super) sizes: SizeHistogram,
     pub(super) count: f64,
-    /// Time between plots, seconds.
+    /// Sum of the times between plots, seconds.
     pub(super) spacing_s: f64,
-    /// Variances: of a transponder's bias, of the curve, of what is constant over a track.
+    /// Sums of variances: of the transponder's bias, of the curve, and of constant errors of a track.
     pub(super) slow: f64,
     pub(super) curve: f64,
     pub(super) constant: f64,
 }
 
-/// The mean of the first plots of a stretch of a track.
+/// Mean of the first plots of a track segment.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct Mean {
+pub(super) struct SegmentMean {
     pub(super) size: f64,
     pub(super) spacing_s: f64,
     pub(super) slow: f64,
@@ -41,12 +42,12 @@ pub(super) struct Mean {
     pub(super) constant: f64,
 }
 
-impl Gathered {
+impl GatheredChanges {
     pub(super) const NONE: Self =
-        Self { sizes: Sizes::NONE, count: 0.0, spacing_s: 0.0, slow: 0.0, curve: 0.0, constant: 0.0 };
+        Self { sizes: SizeHistogram::NONE, count: 0.0, spacing_s: 0.0, slow: 0.0, curve: 0.0, constant: 0.0 };
 
-    fn add(&mut self, mean: &Mean) {
-        let Mean { size, spacing_s, slow, curve, constant } = mean;
+    fn add(&mut self, mean: &SegmentMean) {
+        let SegmentMean { size, spacing_s, slow, curve, constant } = mean;
         self.sizes.add(*size);
         self.count += 1.0;
         self.spacing_s += spacing_s;
@@ -55,8 +56,8 @@ impl Gathered {
         self.constant += constant;
     }
 
-    fn fade(&mut self, kept: f64) {
-        self.sizes.fade(kept);
+    fn decay(&mut self, kept: f64) {
+        self.sizes.decay(kept);
         let Self { sizes: _, count, spacing_s, slow, curve, constant } = self;
         for sum in [count, spacing_s, slow, curve, constant] {
             *sum *= kept;
@@ -64,43 +65,43 @@ impl Gathered {
     }
 }
 
-/// What is known beforehand: the data sheet, and how far it may be off.
+/// Prior: the errors of the data sheet, and their uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Prior {
+pub(super) struct ErrorPrior {
     pub(super) errors: AxisErrors,
-    /// Sigmas of the logarithms of bias, correlation time and noise.
+    /// Standard deviations of the logarithms of bias, correlation time and noise.
     pub(super) unsure: [f64; 3],
-    /// How many times as large the bias is in turns, and sigma of the logarithm of that.
+    /// Ratio of the bias in turns to that in straight flight, and standard deviation of its logarithm.
     pub(super) turn_factor: f64,
     pub(super) turn_unsure: f64,
 }
 
-/// What is known of one axis: errors in its unit, with sigmas of their logarithms.
+/// Estimated errors of one axis, with standard deviations of their logarithms.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Fitted {
+pub(super) struct FittedErrors {
     pub(super) errors: AxisErrors,
     pub(super) unsure: [f64; 3],
     pub(super) turn_factor: f64,
     pub(super) turn_unsure: f64,
-    /// Independent samples of the bias that it rests upon.
+    /// Number of independent samples of the bias.
     pub(super) tracks: f64,
 }
 
-/// What the radar tracks told.
+/// Accumulated evidence of the radar's tracks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct AxisSums {
-    pub(super) changes: [Gathered; LEVELS],
-    pub(super) straight: Gathered,
-    pub(super) turning: Gathered,
+    pub(super) changes: [GatheredChanges; LEVELS],
+    pub(super) straight: GatheredChanges,
+    pub(super) turning: GatheredChanges,
 }
 
-/// A variance as it was measured, how it depends on the errors, and how sure that is.
-struct Measured {
+/// A measured variance, its model and its uncertainty.
+struct MeasuredVariance {
     /// Logarithm of the variance.
     log: f64,
-    /// Numbers that it is the mean square of.
+    /// Effective number of samples.
     count: f64,
-    /// Variance of a bias of unit variance, for a correlation time; share of the white noise.
+    /// Model: variance for a bias of unit variance and a correlation time; share of the white noise.
     shape: fn(f64, f64, f64) -> f64,
     plots: f64,
     spacing_s: f64,
@@ -108,22 +109,27 @@ struct Measured {
     transponder: f64,
 }
 
-impl Measured {
-    fn of(gathered: &Gathered, shape: fn(f64, f64, f64) -> f64, plots: usize, white: f64) -> Option<Self> {
+impl MeasuredVariance {
+    fn of(
+        gathered: &GatheredChanges,
+        shape: fn(f64, f64, f64) -> f64,
+        plots: usize,
+        white: f64,
+    ) -> Option<Self> {
         let (variance, plots, count) = (gathered.sizes.variance()?, plots as f64, gathered.count);
         let spacing_s = gathered.spacing_s / count;
-        let Gathered { slow, curve, constant, .. } = gathered;
+        let GatheredChanges { slow, curve, constant, .. } = gathered;
         let transponder = slow * shape(plots, spacing_s, TRANSPONDER_S)
             + curve * shape(plots, spacing_s, CURVE_S)
             + constant;
         let effective = gathered.sizes.effective();
-        // The logarithm of a mean of few squares is smaller than that of their variance.
+        // The expected logarithm of a mean of few squares is less than the logarithm of their variance.
         let log = variance.ln() + 1.0 / (effective + 1.0);
         Some(Self { log, count: effective, shape, plots, spacing_s, white, transponder: transponder / count })
     }
 
-    /// What these errors let expect: the variance, and the parts of it that are the bias, as it is and by how much it grows with
-    /// the logarithm of the correlation time, and the white noise.
+    /// Expected variance for these errors, and its derivatives: the contribution of the bias, its change with the
+    /// logarithm of the correlation time, and the contribution of the white noise.
     fn expected(&self, errors: &AxisErrors) -> (f64, [f64; 3]) {
         const STEP: f64 = 0.05;
         let of = |correlation_s| {
@@ -137,35 +143,38 @@ impl Measured {
     }
 
     /// Variance of the logarithm.
-    fn unsure(&self, expected: f64) -> f64 {
+    fn log_variance(&self, expected: f64) -> f64 {
         let transponder = TRANSPONDER_UNSURE * self.transponder / expected;
         2.0 / self.count * (1.0 + 1.0 / self.count) + transponder * transponder + MODEL_UNSURE * MODEL_UNSURE
     }
 }
 
 impl AxisSums {
-    pub(super) const NONE: Self =
-        Self { changes: [Gathered::NONE; LEVELS], straight: Gathered::NONE, turning: Gathered::NONE };
+    pub(super) const NONE: Self = Self {
+        changes: [GatheredChanges::NONE; LEVELS],
+        straight: GatheredChanges::NONE,
+        turning: GatheredChanges::NONE,
+    };
 
-    pub(super) fn change(&mut self, change: &Change) {
-        let Change { level, size, spacing_s, slow, curve } = *change;
-        self.changes[level].add(&Mean { size, spacing_s, slow, curve, constant: 0.0 });
+    pub(super) fn change(&mut self, change: &MeanChange) {
+        let MeanChange { level, size, spacing_s, slow, curve } = *change;
+        self.changes[level].add(&SegmentMean { size, spacing_s, slow, curve, constant: 0.0 });
     }
 
-    pub(super) fn mean(&mut self, mean: &Mean, turning: bool) {
+    pub(super) fn mean(&mut self, mean: &SegmentMean, turning: bool) {
         if turning { self.turning.add(mean) } else { self.straight.add(mean) }
     }
 
-    pub(super) fn fade(&mut self, kept: f64) {
-        self.changes.iter_mut().for_each(|change| change.fade(kept));
-        self.straight.fade(kept);
-        self.turning.fade(kept);
+    pub(super) fn decay(&mut self, kept: f64) {
+        self.changes.iter_mut().for_each(|change| change.decay(kept));
+        self.straight.decay(kept);
+        self.turning.decay(kept);
     }
 
-    /// The errors that explain the sums best, from what is known beforehand on.
+    /// Errors that best explain the sums, given the prior.
     ///
     /// Least squares of the logarithms of variances (Gauss–Newton), in the logarithms of the errors.
-    pub(super) fn fit(&self, prior: &Prior) -> Fitted {
+    pub(super) fn fit(&self, prior: &ErrorPrior) -> FittedErrors {
         let measured = self.measured();
         let logs = |errors: &AxisErrors| {
             Vector3::new(errors.bias.ln(), errors.correlation_s.ln(), errors.noise.ln())
@@ -183,7 +192,7 @@ impl AxisSums {
                 let (variance, parts) = measured.expected(&errors(at));
                 let [bias, slope, noise] = parts.map(|part| part / variance);
                 let row = Vector3::new(2.0 * bias, slope, 2.0 * noise);
-                let weight = 1.0 / measured.unsure(variance);
+                let weight = 1.0 / measured.log_variance(variance);
                 matrix += row * row.transpose() * weight;
                 vector += row * (weight * (measured.log - variance.ln()));
             }
@@ -203,13 +212,14 @@ impl AxisSums {
         let unsure = std::array::from_fn(|index| covariance[(index, index)].sqrt());
         let errors = errors(&at);
         let (turn_factor, turn_unsure) = self.turn_factor(prior, &errors, unsure[0]);
-        Fitted { errors, unsure, turn_factor, turn_unsure, tracks: self.straight.count }
+        FittedErrors { errors, unsure, turn_factor, turn_unsure, tracks: self.straight.count }
     }
 
-    /// How many times as large the bias is in turns, and sigma of its logarithm.
-    fn turn_factor(&self, prior: &Prior, errors: &AxisErrors, bias_unsure: f64) -> (f64, f64) {
+    /// Ratio of the bias in turns to that in straight flight, and standard deviation of its logarithm.
+    fn turn_factor(&self, prior: &ErrorPrior, errors: &AxisErrors, bias_unsure: f64) -> (f64, f64) {
         let beforehand = (prior.turn_factor, prior.turn_unsure);
-        let Some(turning) = Measured::of(&self.turning, mean_variance, MEAN_OF, 1.0 / MEAN_OF as f64) else {
+        let Some(turning) = MeasuredVariance::of(&self.turning, mean_variance, MEAN_OF, 1.0 / MEAN_OF as f64)
+        else {
             return beforehand;
         };
         let (mut log, mut unsure) = (beforehand.0.ln(), beforehand.1);
@@ -217,7 +227,7 @@ impl AxisSums {
             let turned = AxisErrors { bias: errors.bias * log.exp(), ..*errors };
             let (variance, [bias, ..]) = turning.expected(&turned);
             let slope = 2.0 * bias / variance;
-            let weight = 1.0 / (turning.unsure(variance) + (slope * bias_unsure).powi(2));
+            let weight = 1.0 / (turning.log_variance(variance) + (slope * bias_unsure).powi(2));
             let certainty = beforehand.1.powi(-2) + slope * slope * weight;
             let pull = (beforehand.0.ln() - log) * beforehand.1.powi(-2)
                 + slope * weight * (turning.log - variance.ln());
@@ -231,17 +241,17 @@ impl AxisSums {
         (log.exp(), unsure)
     }
 
-    fn measured(&self) -> Vec<Measured> {
+    fn measured(&self) -> Vec<MeasuredVariance> {
         let changes = self.changes.iter().enumerate().filter_map(|(level, gathered)| {
             let plots = 1 << level;
-            Measured::of(gathered, change_variance, plots, 2.0 / plots as f64)
+            MeasuredVariance::of(gathered, change_variance, plots, 2.0 / plots as f64)
         });
-        let straight = Measured::of(&self.straight, mean_variance, MEAN_OF, 1.0 / MEAN_OF as f64);
+        let straight = MeasuredVariance::of(&self.straight, mean_variance, MEAN_OF, 1.0 / MEAN_OF as f64);
         changes.chain(straight).collect()
     }
 }
 
-/// The longest step of the fit, a logarithm, and how many it takes at most.
+/// Longest step of the fit, a logarithm; maximum number of steps; step at which the fit has converged.
 const LONGEST_STEP: f64 = 0.7;
 const FIT_STEPS: usize = 50;
 const FIT_SETTLED: f64 = 1e-9;

@@ -1,21 +1,21 @@
-//! What a radar's errors make of the sums of its plots' offsets: a bias, white noise, and what the transponder adds.
+//! Variances that a radar's bias and white noise produce in its plots' offsets.
 
-/// Of one axis, in its unit.
+/// Errors of one axis, in its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AxisErrors {
-    /// Sigma of the bias on straight flight.
+    /// Standard deviation of the bias in straight flight.
     pub(super) bias: f64,
-    /// Its correlation time (to 1/e), seconds.
+    /// Correlation time of the bias (to 1/e), seconds.
     pub(super) correlation_s: f64,
-    /// Sigma of the white noise.
+    /// Standard deviation of the white noise.
     pub(super) noise: f64,
 }
 
-/// A shorter step, in correlation times, would be lost in rounding.
+/// Minimum step, in correlation times; a shorter one would be lost in rounding.
 const SHORTEST: f64 = 1e-6;
 
-/// Of a first-order Gauss–Markov process of unit variance, sampled every `spacing_s`: variance of the mean of `count`
-/// successive values, and covariance of that with the mean of the next `count`.
+/// Moments of a first-order Gauss–Markov process of unit variance, sampled every `spacing_s`: variance of the mean of
+/// `count` successive values, and its covariance with the mean of the next `count`.
 fn blocks(count: f64, spacing_s: f64, correlation_s: f64) -> (f64, f64) {
     let step = (spacing_s / correlation_s).max(SHORTEST);
     let (kept, lost) = ((-step).exp(), -(-step).exp_m1());

@@ -1,31 +1,31 @@
-//! Means of 1, 2, 4, … successive plots, and how they change from one to the next.
+//! Means of 1, 2, 4, … successive plots, and their changes from one to the next.
 //!
-//! Changes of means over successive spans are the Haar wavelet's coefficients; their mean squares are twice the Allan variance, by
-//! which the noise of clocks and gyroscopes is taken apart (D. W. Allan, *Statistics of atomic frequency standards*, Proc. IEEE
-//! 54 (1966); IEEE Std 952). Of white noise and a Gauss–Markov process they are nearly independent of one another, so each counts as
-//! one sample.
+//! Changes of means over successive spans are Haar wavelet coefficients; their mean squares are twice the Allan
+//! variance, which is used to analyse the noise of clocks and gyroscopes (D. W. Allan, *Statistics of atomic frequency
+//! standards*, Proc. IEEE 54 (1966); IEEE Std 952). For white noise and a Gauss–Markov process they are nearly
+//! independent, so each counts as one sample.
 
 use serde::{Deserialize, Serialize};
 
 use crate::time::Time;
 
-/// Changes between single plots up to those between means of 256.
+/// Number of levels: changes between single plots up to those between means of 256.
 pub(super) const LEVELS: usize = 9;
 
-/// The offset of one plot along one axis, and the variances of what the transponder adds to it.
+/// Offset of one plot along one axis, and the variances of the transponder's contributions.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sample {
+pub(super) struct OffsetSample {
     pub(super) time: Time,
     pub(super) offset: f64,
-    /// Of the transponder's bias.
+    /// Variance of the transponder's bias.
     pub(super) slow: f64,
-    /// Of the curve through its reports.
+    /// Variance of the curve through its reports.
     pub(super) curve: f64,
 }
 
-/// The mean of successive plots.
+/// Mean of successive plots.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct Block {
+pub(super) struct PlotBlock {
     first: Time,
     last: Time,
     mean: f64,
@@ -33,9 +33,9 @@ pub(super) struct Block {
     curve: f64,
 }
 
-/// A change from one mean to the next.
+/// Change from one mean to the next.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct Change {
+pub(super) struct MeanChange {
     pub(super) level: usize,
     pub(super) size: f64,
     /// Time between two plots, seconds.
@@ -44,32 +44,32 @@ pub(super) struct Change {
     pub(super) curve: f64,
 }
 
-/// One stretch of a radar track.
+/// Means of one track segment.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Pyramid {
-    /// By level: the first of two.
-    waiting: [Option<Block>; LEVELS],
+    /// First mean of each pair, by level.
+    waiting: [Option<PlotBlock>; LEVELS],
 }
 
 impl Pyramid {
-    /// One plot more, and the changes that it completes.
-    pub(super) fn add(&mut self, sample: &Sample, mut found: impl FnMut(Change)) {
-        let Sample { time, offset, slow, curve } = *sample;
-        let mut block = Block { first: time, last: time, mean: offset, slow, curve };
+    /// Adds a plot; reports the changes that it completes.
+    pub(super) fn add(&mut self, sample: &OffsetSample, mut found: impl FnMut(MeanChange)) {
+        let OffsetSample { time, offset, slow, curve } = *sample;
+        let mut block = PlotBlock { first: time, last: time, mean: offset, slow, curve };
         for (level, waiting) in self.waiting.iter_mut().enumerate() {
             let Some(before) = waiting.take() else {
                 *waiting = Some(block);
                 return;
             };
             let plots = (2_u32 << level) as f64;
-            let both = Block {
+            let both = PlotBlock {
                 first: before.first,
                 last: block.last,
                 mean: (before.mean + block.mean) / 2.0,
                 slow: (before.slow + block.slow) / 2.0,
                 curve: (before.curve + block.curve) / 2.0,
             };
-            found(Change {
+            found(MeanChange {
                 level,
                 size: block.mean - before.mean,
                 spacing_s: both.last.seconds_since(both.first) / (plots - 1.0),

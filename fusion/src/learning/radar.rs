@@ -1,33 +1,34 @@
-//! What one radar's tracks told of its errors.
+//! Learning of one radar's errors from its tracks.
 
 use serde::{Deserialize, Serialize};
 
 use super::AXES;
-use super::axis::{AxisSums, Fitted, Prior};
+use super::axis::{AxisSums, ErrorPrior, FittedErrors};
 use super::model::AxisErrors;
-use super::range_rate::RateOff;
-use super::track::{Flight, Told, TrackLearning};
+use super::range_rate::RangeRateError;
+use super::track::{FlightPhase, TrackEvidence, TrackLearning};
 use super::velocity::{VelocitySums, VelocityVerdict};
 use crate::filter::RadarErrors;
 use crate::time::Time;
 
-/// What was told counts 1/e after so much time in which something was told, seconds: an hour.
+/// Time constant with which evidence is forgotten (to 1/e), seconds: one hour with evidence.
 const MEMORY_S: f64 = 3600.0;
-/// A longer silence passes as so much of that time, seconds: it says nothing of how a radar errs.
+/// Maximum elapsed time counted between two pieces of evidence, seconds: pauses do not make evidence obsolete.
 const SILENCE_S: f64 = 60.0;
-/// The errors are worked out anew after this long, seconds.
+/// Interval between two fits, seconds.
 const FIT_EVERY_S: f64 = 5.0;
 
-/// How far a data sheet may be off: sigmas of the logarithms of bias, correlation time, noise.
+/// Uncertainty of a data sheet: standard deviations of the logarithms of bias, correlation time, noise.
 const SHEET_UNSURE: [f64; 3] = [1.0, 0.7, 1.0];
-/// Turns enlarge the bias by this factor: by axis, with the sigma of its logarithm. Tracks of drones on test ranges: 1.7 in azimuth.
+/// Prior factor of the bias in turns, by axis, and the standard deviation of its logarithm. Drones on test ranges: 1.7
+/// in azimuth.
 const TURN_FACTORS: [(f64, f64); AXES] = [(1.0, 0.2), (1.7, 0.2), (1.0, 0.2)];
-/// Share of turns in flight beforehand, and how many plots it is worth.
+/// Prior share of turns in flight, and its weight in plots.
 const TURNS: f64 = 0.3;
 const TURNS_PLOTS: f64 = 400.0;
 const MILLI: f64 = 1e-3;
 
-/// A value that is learnt.
+/// A learnt value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LearntValue {
     /// The value.
@@ -39,21 +40,21 @@ pub struct LearntValue {
 /// The errors of one axis; range and height in metres, azimuth in radians.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LearntAxis {
-    /// Sigma of the bias, turns included as often as they are flown.
+    /// Standard deviation of the bias, averaged over straight flight and turns as flown.
     pub bias: LearntValue,
-    /// Its correlation time (to 1/e), seconds.
+    /// Correlation time of the bias (to 1/e), seconds.
     pub correlation_s: LearntValue,
-    /// Sigma of the white noise.
+    /// Standard deviation of the white noise.
     pub noise: LearntValue,
-    /// How many times as large the bias is in turns.
+    /// Ratio of the bias in turns to that in straight flight.
     pub turn_factor: LearntValue,
-    /// Both together, bias and noise, over what the data sheet lets expect of them.
+    /// Ratio of bias and noise together to those of the data sheet.
     pub of_data_sheet: LearntValue,
-    /// Independent samples of the bias that it rests upon, the older ones in part.
+    /// Effective number of independent samples of the bias; older samples count in part.
     pub tracks: f64,
 }
 
-/// The errors of a radar as they have shown themselves.
+/// Learnt errors of a radar.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LearntRadar {
     /// Slant range, metres.
@@ -62,20 +63,20 @@ pub struct LearntRadar {
     pub azimuth: LearntAxis,
     /// Height, metres.
     pub height_m: LearntAxis,
-    /// Whether its velocities are of use.
+    /// Whether its velocities are usable.
     pub velocity: VelocityVerdict,
-    /// What takes the place of the data sheet's.
+    /// Errors used instead of the data sheet's.
     pub errors: RadarErrors,
-    /// Relative standard deviation of the size of the biases over ground.
+    /// Relative standard deviation of the biases over ground.
     pub unsure: f64,
 }
 
-/// What a radar's tracks told.
+/// Accumulated evidence of a radar's tracks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RadarLearning {
     pub(super) now: Time,
     pub(super) axes: [AxisSums; AXES],
-    /// Plots on straight flight and in turns.
+    /// Number of plots in straight flight and in turns.
     pub(super) plots: [f64; 2],
     pub(super) velocity: VelocitySums,
     pub(super) fitted: Option<(Time, LearntRadar)>,
@@ -94,46 +95,48 @@ impl Default for RadarLearning {
 }
 
 impl RadarLearning {
-    /// Takes in what a track told up to `time`.
-    pub(crate) fn take(&mut self, track: &mut TrackLearning, time: Time) {
-        self.turn(time);
-        for told in track.take() {
-            match told {
-                Told::Change(axis, change) => self.axes[axis].change(&change),
-                Told::Mean(axis, mean, flight) => self.axes[axis].mean(&mean, flight == Flight::Turning),
-                Told::Plot(flight) => self.plots[flight as usize] += 1.0,
-                Told::Velocity(off) => self.velocity.add(&off),
+    /// Adds the evidence of a track up to `time`.
+    pub(crate) fn add_evidence(&mut self, track: &mut TrackLearning, time: Time) {
+        self.advance(time);
+        for evidence in track.take_evidence() {
+            match evidence {
+                TrackEvidence::Change(axis, change) => self.axes[axis].change(&change),
+                TrackEvidence::Mean(axis, mean, flight) => {
+                    self.axes[axis].mean(&mean, flight == FlightPhase::Turning);
+                }
+                TrackEvidence::Plot(flight) => self.plots[flight as usize] += 1.0,
+                TrackEvidence::Velocity(off) => self.velocity.add(&off),
             }
         }
     }
 
-    /// Takes in how far the told rate of a range was off.
-    pub(crate) fn take_rate(&mut self, off: &RateOff) {
-        self.turn(off.time);
+    /// Adds an error of the reported range rate.
+    pub(crate) fn take_rate(&mut self, off: &RangeRateError) {
+        self.advance(off.time);
         self.velocity.add_rate(off);
     }
 
-    /// Whether transponders do not tell enough of its velocities.
+    /// Whether transponders give too little evidence on the radar's velocities.
     pub(crate) fn asks_for_rates(&self) -> bool {
-        !self.velocity.is_told_by_transponders()
+        !self.velocity.is_learnt_from_transponders()
     }
 
-    /// It is later.
-    fn turn(&mut self, time: Time) {
+    /// Advances the time and forgets old evidence accordingly.
+    fn advance(&mut self, time: Time) {
         if time <= self.now {
             return;
         }
         if self.now > Time::from_nanos(i64::MIN) {
             let passed_s = time.seconds_since(self.now).min(SILENCE_S);
             let kept = (-passed_s / MEMORY_S).exp();
-            self.axes.iter_mut().for_each(|axis| axis.fade(kept));
+            self.axes.iter_mut().for_each(|axis| axis.decay(kept));
             self.plots.iter_mut().for_each(|count| *count *= kept);
-            self.velocity.fade(kept);
+            self.velocity.decay(kept);
         }
         self.now = time;
     }
 
-    /// The errors, from those of the data sheet on; worked out anew where that is due.
+    /// The learnt errors with the data sheet as prior; fitted again when due.
     pub(crate) fn learnt(&mut self, sheet: &RadarErrors) -> LearntRadar {
         match self.fitted {
             Some((at, learnt)) if self.now.nanos().abs_diff(at.nanos()) < (FIT_EVERY_S * 1e9) as u64 => {
@@ -151,7 +154,7 @@ impl RadarLearning {
         let axes = [0, 1, 2].map(|axis| {
             let (turn_factor, turn_unsure) = TURN_FACTORS[axis];
             let straight = biases[axis] / enlarged(TURNS, turn_factor);
-            let prior = Prior {
+            let prior = ErrorPrior {
                 errors: AxisErrors {
                     bias: straight / units[axis],
                     correlation_s: sheet.correlation_s,
@@ -165,7 +168,7 @@ impl RadarLearning {
             (LearntAxis::of(&fitted, turning, units[axis], biases[axis].hypot(noises[axis])), fitted)
         });
         let [range_m, azimuth, height_m] = axes.map(|axis| axis.0);
-        // One correlation time for all: what each tells of it beyond the data sheet's.
+        // One correlation time for all axes: combines the information of each beyond the data sheet's.
         let (mut information, mut vector) = (SHEET_UNSURE[1].powi(-2), 0.0);
         for (_, fitted) in &axes {
             let own = fitted.unsure[1].powi(-2);
@@ -186,14 +189,14 @@ impl RadarLearning {
     }
 }
 
-/// How many times as large a bias is in the mean of straight flight and turns.
+/// Ratio of the mean bias over straight flight and turns to that of straight flight.
 fn enlarged(turning: f64, factor: f64) -> f64 {
     (1.0 + turning * (factor * factor - 1.0)).sqrt()
 }
 
 impl LearntAxis {
-    fn of(fitted: &Fitted, turning: f64, unit: f64, sheet: f64) -> Self {
-        let Fitted { errors, unsure, turn_factor, turn_unsure, tracks } = *fitted;
+    fn of(fitted: &FittedErrors, turning: f64, unit: f64, sheet: f64) -> Self {
+        let FittedErrors { errors, unsure, turn_factor, turn_unsure, tracks } = *fitted;
         let value = |value: f64, unsure: f64| LearntValue { value, deviation: value * unsure };
         let larger = enlarged(turning, turn_factor);
         let share = turning * turn_factor * turn_factor / (larger * larger);

@@ -1,28 +1,29 @@
-//! How large numbers of zero mean are, whatever a few of them are: counted in classes of equal ratio, and forgotten slowly.
+//! Robust variance of numbers with a mean of zero: a histogram of their sizes with logarithmic classes, slowly
+//! forgotten.
 
 use serde::{Deserialize, Serialize};
 
 /// Width of a class, logarithm of the size.
 const WIDTH: f64 = 0.25;
-/// The smallest class ends here: far below what any radar tells apart, in the units of the axes.
+/// Upper end of the smallest class: far below the resolution of any radar, in the units of the axes.
 const SMALLEST: f64 = 1e-3;
-/// So many classes reach to 1000 of those units.
+/// Number of classes, which reach to 1000 of those units.
 pub(super) const CLASSES: usize = 56;
-/// A number beyond so many deviations counts as one of so many (Huber).
+/// Number of standard deviations at which numbers are clipped (Huber).
 const CLIPPED: f64 = 2.0;
-/// Mean square of standard normal numbers that are clipped there.
+/// Mean square of standard normal numbers after clipping.
 const CLIPPED_SQUARE: f64 = 0.920_54;
-/// What the clipping costs: so many numbers tell as much as one without it.
+/// Loss of efficiency by clipping: number of clipped samples that are worth one without clipping.
 const COST: f64 = 1.15;
-/// The fixed point is found to a millionth in fewer steps.
+/// Maximum number of fixed-point steps, which is sufficient for a relative change of `SETTLED`.
 const STEPS: usize = 40;
 const SETTLED: f64 = 1e-6;
 
-/// The sizes of numbers, each with a weight.
+/// Weighted histogram of sizes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Sizes(#[serde(with = "crate::checkpoint::array")] pub(super) [f64; CLASSES]);
+pub(super) struct SizeHistogram(#[serde(with = "crate::checkpoint::array")] pub(super) [f64; CLASSES]);
 
-impl Sizes {
+impl SizeHistogram {
     pub(super) const NONE: Self = Self([0.0; CLASSES]);
 
     pub(super) fn add(&mut self, number: f64) {
@@ -30,21 +31,21 @@ impl Sizes {
         self.0[class.min(CLASSES - 1)] += 1.0;
     }
 
-    pub(super) fn fade(&mut self, kept: f64) {
+    pub(super) fn decay(&mut self, kept: f64) {
         self.0.iter_mut().for_each(|count| *count *= kept);
     }
 
-    /// Their number.
+    /// Number of samples.
     fn count(&self) -> f64 {
         self.0.iter().sum()
     }
 
-    /// How many numbers that are not clipped would tell the variance as well.
+    /// Equivalent number of samples without clipping.
     pub(super) fn effective(&self) -> f64 {
         self.count() / COST
     }
 
-    /// Their variance (P. J. Huber, *Robust Statistics* (1981), section 5.2, proposal 2); `None` where there are none.
+    /// Variance (P. J. Huber, *Robust Statistics* (1981), section 5.2, proposal 2); `None` without samples.
     pub(super) fn variance(&self) -> Option<f64> {
         let count = self.count();
         if count <= 0.0 {
@@ -67,7 +68,7 @@ impl Sizes {
     }
 }
 
-/// Mean square of a class, of numbers whose logarithms are even over it.
+/// Mean square of a class whose logarithms are uniformly distributed.
 fn square(class: usize) -> f64 {
     let middle = SMALLEST * ((class as f64 + 0.5) * WIDTH).exp();
     middle * middle * WIDTH.sinh() / WIDTH

@@ -1,40 +1,40 @@
-//! What outlives a restart.
+//! Saved state of a radar's learning, for a restart.
 
 use serde::{Deserialize, Serialize};
 
 use super::AXES;
-use super::axis::{AxisSums, Gathered};
+use super::axis::{AxisSums, GatheredChanges};
 use super::pyramid::LEVELS;
 use super::radar::RadarLearning;
-use super::sizes::{CLASSES, Sizes};
+use super::sizes::{CLASSES, SizeHistogram};
 use super::velocity::VelocitySums;
 use crate::decimals::{Decimals, WrongNumbers};
 use crate::time::Time;
 
-/// All that was learnt of a radar, to be written down by serde in any format.
+/// State of a radar's learning, serialisable with serde in any format.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LearningState {
     version: u32,
-    /// Nanoseconds since the Unix epoch.
+    /// Time of the last evidence, nanoseconds since the Unix epoch.
     now: i64,
     plots: Decimals,
     axes: [SavedAxis; AXES],
-    /// Count, sum of variances, then the sizes.
+    /// Count, sum of variances (range rate only), then the histogram of sizes.
     velocity: Decimals,
     range_rate: Decimals,
 }
 
-/// A [`LearningState`] that cannot be used.
+/// Error in a [`LearningState`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LearningStateError {
     /// Written by another version of the service.
     #[error("learning state of version {0}, not {VERSION}")]
     Version(u32),
-    /// Not what is written.
+    /// A list of numbers has the wrong length, or values that are not finite.
     #[error("learning state: {0} numbers where {1} finite ones belong")]
     Numbers(usize, usize),
-    /// Not what can be learnt.
+    /// The numbers contradict each other or are out of range.
     #[error("learning state: nothing follows from its numbers")]
     Senseless,
 }
@@ -45,11 +45,11 @@ impl From<WrongNumbers> for LearningStateError {
     }
 }
 
-/// The only version so far.
+/// Version of the state.
 const VERSION: u32 = 1;
-/// More is never gathered, and no mean is larger.
+/// Maximum of every sum and mean.
 const LARGEST: f64 = 1e12;
-/// Sizes and their number are counted apart, and faded alike.
+/// Relative tolerance between the count and the sum of the histogram, which are accumulated separately.
 const SAME: f64 = 1e-6;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,18 +60,19 @@ struct SavedAxis {
     turning: Decimals,
 }
 
-/// These sums, and behind them the sizes: the first class that is not empty, and those from it to the last such.
-fn saved(sums: &[f64], sizes: &Sizes) -> Decimals {
+/// The sums, followed by the histogram: index of the first class that is not empty, and the counts from it to the last
+/// such class.
+fn saved(sums: &[f64], sizes: &SizeHistogram) -> Decimals {
     let first = sizes.0.iter().position(|&count| count > 0.0).unwrap_or(CLASSES);
     let last = sizes.0.iter().rposition(|&count| count > 0.0).map_or(first, |last| last + 1);
     Decimals::of([sums, &[first as f64], &sizes.0[first..last]])
 }
 
-/// Sums, the first of which is how many `each` sizes there are of, and the sizes.
+/// Restores sums and histogram. The first sum is a count, for which the histogram has `each` entries.
 fn restored<const SUMS: usize>(
     saved: &Decimals,
     each: f64,
-) -> Result<([f64; SUMS], Sizes), LearningStateError> {
+) -> Result<([f64; SUMS], SizeHistogram), LearningStateError> {
     let numbers = &saved.0;
     let is_sound = |number: &f64| (0.0..=LARGEST).contains(number);
     let Some((sums, [first, counts @ ..])) = numbers.split_first_chunk::<SUMS>() else {
@@ -80,7 +81,7 @@ fn restored<const SUMS: usize>(
     if !numbers.iter().all(is_sound) || *first as usize + counts.len() > CLASSES {
         return Err(LearningStateError::Senseless);
     }
-    let mut sizes = Sizes::NONE;
+    let mut sizes = SizeHistogram::NONE;
     sizes.0[*first as usize..][..counts.len()].copy_from_slice(counts);
     let (count, found) = (sums[0], counts.iter().sum::<f64>());
     let is_one = (found - each * count).abs() <= SAME * found
@@ -88,18 +89,18 @@ fn restored<const SUMS: usize>(
     if is_one { Ok((*sums, sizes)) } else { Err(LearningStateError::Senseless) }
 }
 
-fn saved_gathered(gathered: &Gathered) -> Decimals {
-    let Gathered { sizes, count, spacing_s, slow, curve, constant } = gathered;
+fn saved_gathered(gathered: &GatheredChanges) -> Decimals {
+    let GatheredChanges { sizes, count, spacing_s, slow, curve, constant } = gathered;
     saved(&[*count, *spacing_s, *slow, *curve, *constant], sizes)
 }
 
-fn gathered(saved: &Decimals) -> Result<Gathered, LearningStateError> {
+fn gathered(saved: &Decimals) -> Result<GatheredChanges, LearningStateError> {
     let ([count, spacing_s, slow, curve, constant], sizes) = restored(saved, 1.0)?;
-    Ok(Gathered { sizes, count, spacing_s, slow, curve, constant })
+    Ok(GatheredChanges { sizes, count, spacing_s, slow, curve, constant })
 }
 
 impl RadarLearning {
-    /// All that is known.
+    /// The state of the learning.
     pub(crate) fn to_state(&self) -> LearningState {
         let axis = |axis: &AxisSums| SavedAxis {
             changes: axis.changes.each_ref().map(saved_gathered),
@@ -117,10 +118,10 @@ impl RadarLearning {
         }
     }
 
-    /// Goes on where that was written.
+    /// Restores the learning.
     ///
     /// # Errors
-    /// The state is of another version, or its numbers are not what is written.
+    /// The state is of another version, or its numbers are not valid.
     pub(crate) fn from_state(state: &LearningState) -> Result<Self, LearningStateError> {
         if state.version != VERSION {
             return Err(LearningStateError::Version(state.version));
@@ -151,15 +152,15 @@ impl RadarLearning {
 }
 
 impl LearningState {
-    /// When something was learnt last; `None`: never.
+    /// Time of the last evidence; `None` without any.
     pub fn time(&self) -> Option<Time> {
         (self.now > i64::MIN).then(|| Time::from_nanos(self.now))
     }
 
-    /// Whether an engine could go on with it.
+    /// Checks whether an engine can restore this state.
     ///
     /// # Errors
-    /// The state is of another version, or its numbers are not what is written.
+    /// The state is of another version, or its numbers are not valid.
     pub fn check(&self) -> Result<(), LearningStateError> {
         RadarLearning::from_state(self).map(drop)
     }

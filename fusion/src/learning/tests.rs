@@ -1,4 +1,4 @@
-//! A radar whose errors are known, and what is learnt of it.
+//! Learning of a simulated radar with known errors.
 
 use nalgebra::Vector2;
 use rand::SeedableRng;
@@ -6,9 +6,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::model::{change_variance, mean_variance};
-use super::pyramid::{Pyramid, Sample};
-use super::range_rate::{RangeRate, Seen};
-use super::sizes::Sizes;
+use super::pyramid::{OffsetSample, Pyramid};
+use super::range_rate::{RangeRate, RatePlot};
+use super::sizes::SizeHistogram;
 use super::*;
 use crate::filter::RadarErrors;
 use crate::time::Time;
@@ -21,20 +21,22 @@ fn sheet() -> RadarErrors {
     RadarErrors::of_data_sheet(5.0, 1.0, 10.0)
 }
 
-/// Drones that fly straight on, one after another, each for 30 s, seen four times a second; transponders without errors.
+/// Drones that fly straight on, one after another, for 30 s each, with four plots a second and transponders without
+/// errors.
 struct World {
     random: ChaCha8Rng,
     now_s: f64,
-    /// Sigmas of bias and noise in range (metres), azimuth (milliradians), height (metres); correlation time, seconds.
+    /// Standard deviations of bias and noise in range (metres), azimuth (milliradians), height (metres); correlation
+    /// time, seconds.
     bias: [f64; AXES],
     noise: [f64; AXES],
     correlation_s: f64,
-    /// The radar's velocities are so wrong, one sigma; `None`: it tells none.
+    /// Standard deviation of the radar's velocities, m/s; `None`: it reports none.
     velocity_m_s: Option<f64>,
 }
 
 impl World {
-    /// A radar so many times as wrong as is usual.
+    /// A radar with `scale` times the usual errors.
     fn new(scale: f64, correlation_s: f64, seed: u64) -> Self {
         let [bias, noise] = [[4.0, 22.0, 8.0], [2.5, 3.1, 3.3]].map(|axes| axes.map(|sigma| scale * sigma));
         let random = ChaCha8Rng::seed_from_u64(seed);
@@ -56,15 +58,15 @@ impl World {
                 bias[axis] = kept * bias[axis] + (1.0 - kept * kept).sqrt() * self.bias[axis] * self.normal();
                 Some(bias[axis] + self.noise[axis] * self.normal())
             });
-            let told_velocity = self
+            let reported_velocity = self
                 .velocity_m_s
                 .map(|sigma| velocity + Vector2::new(sigma * self.normal(), sigma * self.normal()));
             let nothing = [0.0; AXES];
             let (slow, curve, constant) = (nothing, nothing, nothing);
-            track.add(&Compared { time, offsets, slow, curve, constant, velocity, told_velocity });
+            track.add(&ComparedPlot { time, offsets, slow, curve, constant, velocity, reported_velocity });
         }
         self.now_s += 40.0;
-        learning.take(&mut track, at(self.now_s - 10.0));
+        learning.add_evidence(&mut track, at(self.now_s - 10.0));
     }
 
     fn learning(&mut self, tracks: usize) -> RadarLearning {
@@ -93,7 +95,7 @@ fn without_evidence_a_radar_is_as_its_data_sheet_says() {
     assert_eq!((learnt.velocity, learnt.azimuth.tracks), (VelocityVerdict::Unknown, 0.0));
 }
 
-/// Mean squared error of what was learnt in its own deviations, as logarithms: of bias, correlation time, noise.
+/// Mean squared errors of the learnt values in their stated deviations, as logarithms: bias, correlation time, noise.
 fn squares(scale: f64, correlation_s: f64, tracks: usize) -> [f64; 3] {
     const RUNS: u64 = 30;
     let mut sums = [0.0; 3];
@@ -115,7 +117,7 @@ fn squares(scale: f64, correlation_s: f64, tracks: usize) -> [f64; 3] {
 }
 
 #[test]
-fn what_is_learnt_lies_within_its_deviations() {
+fn learnt_values_are_within_their_deviations() {
     for scale in [0.1, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0] {
         for square in squares(scale, 20.0, 40) {
             assert!(square < 1.6, "{scale}: {square}");
@@ -129,7 +131,7 @@ fn what_is_learnt_lies_within_its_deviations() {
 }
 
 #[test]
-fn more_tracks_tell_more() {
+fn more_tracks_reduce_the_variance() {
     let deviation = |tracks| {
         let learnt = World::new(0.4, 20.0, 1).learning(tracks).learnt(&sheet());
         let share = learnt.range_m.of_data_sheet;
@@ -137,7 +139,7 @@ fn more_tracks_tell_more() {
     };
     let [(_, few), (_, some), (value, many)] = [2, 10, 60].map(deviation);
     assert!(few > some && some > many && many < 0.12, "{few} {some} {many}");
-    // Of a sheet that is 5 m: bias of 1.6 m and noise of 1 m.
+    // With a data sheet of 5 m: bias of 1.6 m and noise of 1 m.
     let truth = 1.6_f64.hypot(1.0) / 4.5_f64.hypot(2.0);
     assert!((value / truth - 1.0).abs() < 0.25, "{value} {truth}");
 }
@@ -151,16 +153,16 @@ fn a_radar_that_changes_is_learnt_anew_within_hours() {
     (0..270).for_each(|_| world.track(&mut learning));
     let share = learning.learnt(&sheet()).range_m.of_data_sheet.value;
     assert!((1.0..1.7).contains(&share), "{share}");
-    // A silence of days forgets next to nothing.
+    // A pause of days forgets almost nothing.
     world.now_s += 1e6;
     let before = learning.learnt(&sheet()).range_m.tracks;
     world.track(&mut learning);
     assert!(learning.learnt(&sheet()).range_m.tracks > 0.97 * before);
 }
 
-/// Each of 30 samples alike against each: what the closed forms have to say.
+/// Reference for the closed forms: dense covariances of up to 30 samples.
 #[test]
-fn variances_of_means_and_changes_are_those_of_dense_covariances() {
+fn mean_and_change_variances_match_dense_covariances() {
     for (spacing_s, correlation_s) in [(0.25, 20.0), (4.0, 5.0), (0.1, 600.0)] {
         for count in [1_i32, 2, 8, 15] {
             let covariance = |a: i32, b: i32| (-f64::from((a - b).abs()) * spacing_s / correlation_s).exp();
@@ -179,20 +181,20 @@ fn variances_of_means_and_changes_are_those_of_dense_covariances() {
 }
 
 #[test]
-fn a_pyramid_tells_each_change_between_successive_means_once() {
+fn pyramid_yields_each_change_of_means_once() {
     let mut pyramid = Pyramid::default();
     let mut found = Vec::new();
     for (index, offset) in [1.0, 3.0, 2.0, 8.0, 0.0, 0.0, 4.0].into_iter().enumerate() {
-        let sample = Sample { time: at(index as f64), offset, slow: 0.0, curve: 0.0 };
+        let sample = OffsetSample { time: at(index as f64), offset, slow: 0.0, curve: 0.0 };
         pyramid.add(&sample, |change| found.push((change.level, change.size, change.spacing_s)));
     }
     assert_eq!(found, [(0, 2.0, 1.0), (0, 6.0, 1.0), (1, 3.0, 1.0), (0, 0.0, 1.0)]);
 }
 
 #[test]
-fn a_few_numbers_that_do_not_belong_hardly_count() {
+fn few_outliers_hardly_count() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let mut sizes = Sizes::NONE;
+    let mut sizes = SizeHistogram::NONE;
     for _ in 0..5000 {
         let number: f64 = StandardNormal.sample(&mut random);
         sizes.add(7.0 * number);
@@ -202,7 +204,7 @@ fn a_few_numbers_that_do_not_belong_hardly_count() {
     (0..150).for_each(|_| sizes.add(210.0));
     let soiled = sizes.variance().unwrap().sqrt();
     assert!(soiled < 1.15 * clean, "{soiled}");
-    assert_eq!(Sizes::NONE.variance(), None);
+    assert_eq!(SizeHistogram::NONE.variance(), None);
 }
 
 #[test]
@@ -220,10 +222,10 @@ fn velocities_are_judged_by_transponders() {
     assert!((errors.sigma_m_s - 9.0).abs() < 4.0 * errors.deviation_m_s, "{errors:?}");
 }
 
-/// A drone that nothing else tells of flies away at 12 m/s.
+/// A drone without a transponder flies away at 12 m/s.
 #[test]
 fn velocities_are_judged_by_plots_where_no_transponder_tells() {
-    let verdict = |told_m_s: f64| {
+    let verdict = |reported_m_s: f64| {
         let mut random = ChaCha8Rng::seed_from_u64(8);
         let mut learning = RadarLearning::default();
         let mut rate = RangeRate::default();
@@ -231,7 +233,8 @@ fn velocities_are_judged_by_plots_where_no_transponder_tells() {
         for plot in 0..160 {
             let second = 0.25 * f64::from(plot);
             let noise: f64 = StandardNormal.sample(&mut random);
-            let seen = Seen { time: at(second), range_m: 900.0 + 12.0 * second + 2.0 * noise, told_m_s };
+            let seen =
+                RatePlot { time: at(second), range_m: 900.0 + 12.0 * second + 2.0 * noise, reported_m_s };
             if let Some(off) = rate.add(seen, &sheet()) {
                 learning.take_rate(&off);
             }
@@ -242,9 +245,9 @@ fn velocities_are_judged_by_plots_where_no_transponder_tells() {
     assert!(matches!(verdict(-3.0), VelocityVerdict::Ignored(errors) if errors.sigma_m_s > 9.0));
 }
 
-/// A circle of 20 s, then straight on: what is seen in turns is told apart.
+/// A circle of 20 s, then straight on: evidence from turns is separated.
 #[test]
-fn turns_are_told_apart() {
+fn turns_are_learnt_separately() {
     let mut world = World::new(1.0, 20.0, 6);
     let mut learning = RadarLearning::default();
     for _ in 0..120 {
@@ -263,10 +266,18 @@ fn turns_are_told_apart() {
             let (slow, curve, constant) = ([0.0; AXES], [0.0; AXES], [0.0; AXES]);
             let velocity = Vector2::new(12.0 * f64::sin(course), 12.0 * f64::cos(course));
             let time = at(world.now_s + second);
-            track.add(&Compared { time, offsets, slow, curve, constant, velocity, told_velocity: None });
+            track.add(&ComparedPlot {
+                time,
+                offsets,
+                slow,
+                curve,
+                constant,
+                velocity,
+                reported_velocity: None,
+            });
         }
         world.now_s += 45.0;
-        learning.take(&mut track, at(world.now_s));
+        learning.add_evidence(&mut track, at(world.now_s));
     }
     let learnt = learning.learnt(&sheet());
     for axis in [learnt.range_m, learnt.azimuth, learnt.height_m] {
@@ -275,7 +286,7 @@ fn turns_are_told_apart() {
 }
 
 #[test]
-fn what_is_read_is_what_was_written_to_the_bit() {
+fn saved_state_is_restored_bit_for_bit() {
     for tracks in [0, 1, 30] {
         let mut world = World::new(0.6, 20.0, 5);
         world.velocity_m_s = Some(2.0);
@@ -285,7 +296,7 @@ fn what_is_read_is_what_was_written_to_the_bit() {
         assert_eq!(state, learning.to_state());
         let mut again = RadarLearning::from_state(&state).unwrap();
         assert_eq!(serde_json::to_string(&again.to_state()).unwrap(), text);
-        // And they go on alike.
+        // Both continue alike.
         let mut other = World { random: world.random.clone(), ..world };
         world.random = other.random.clone();
         for _ in 0..3 {
@@ -298,7 +309,7 @@ fn what_is_read_is_what_was_written_to_the_bit() {
 }
 
 #[test]
-fn what_is_not_a_state_is_refused() {
+fn invalid_state_is_refused() {
     let text = serde_json::to_string(&World::new(1.0, 20.0, 2).learning(3).to_state()).unwrap();
     let read = |text: &str| {
         let state: LearningState = serde_json::from_str(text).map_err(|error| error.to_string())?;
@@ -331,7 +342,7 @@ fn what_is_not_a_state_is_refused() {
     }
 }
 
-/// Whatever numbers pass as a state, errors follow from them that a filter can work with.
+/// Any numbers that pass as a state give errors that a filter can use.
 #[test]
 fn nothing_that_is_accepted_makes_errors_that_are_no_errors() {
     let mut random = ChaCha8Rng::seed_from_u64(12);

@@ -1,7 +1,7 @@
-//! What transponders of one type have in common: how large the white noise of their positions is, and their delay.
+//! Properties of a type of transponders: white noise of their positions, and delay.
 //!
-//! The noise is that of all of them, by their own reports alone ([`WhiteNoise`]). The delay is what radars show of it
-//! ([`DelaySums`]), each of which knows its own misalignment.
+//! The noise is learnt from the reports of all transponders of the type ([`WhiteNoise`]). The delay is learnt from radars
+//! ([`DelaySums`]), each with its own misalignment.
 
 use std::collections::BTreeMap;
 
@@ -13,37 +13,37 @@ use crate::registration::{DelaySums, Sample, TimeInformation};
 use crate::report::SensorIndex;
 use crate::time::Time;
 
-/// All that is known of a type.
+/// Learnt properties of a type.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct TypeLearning {
-    /// Over ground, and in height.
+    /// White noise over ground, and in height.
     pub(super) noise: [WhiteNoise; 2],
-    /// Reports that it rests upon.
+    /// Number of reports used.
     pub(super) reports: u64,
-    /// By radar.
+    /// Sums for the delay, by radar.
     pub(super) delays: BTreeMap<SensorIndex, DelaySums>,
-    /// When one of them was heard last.
+    /// Time of the latest report of the type.
     pub(super) heard: Time,
 }
 
-/// The transponders of one type, as they have shown themselves.
+/// Learnt properties of a type, as published.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LearntType {
     /// Sigma of the white noise, each axis over ground, metres.
     pub horizontal_m: LearntValue,
     /// Sigma of the white noise in height, metres.
     pub vertical_m: LearntValue,
-    /// Reports that both rest upon.
+    /// Number of reports used.
     pub reports: u64,
-    /// Delay of the reports' times behind the measurement, seconds: the best guess.
+    /// Delay of the reports' time stamps behind the measurement, seconds.
     pub delay_s: LearntValue,
-    /// The delay that is applied, seconds; never below zero.
+    /// Delay that is applied, seconds; never below zero.
     pub applied_s: f64,
 }
 
 impl TypeLearning {
-    /// Takes in a report of one of them, heard `dt` seconds after the one before it; what is long ago fades to 1/e in
-    /// `memory_s` of flight.
+    /// Adds a report of a transponder, `dt` seconds after the one before it. Earlier evidence decays to 1/e in `memory_s` of
+    /// flight.
     pub(crate) fn take_report(&mut self, at: Time, reports: &[Likelihoods; 2], dt: f64, memory_s: f64) {
         for (noise, report) in self.noise.iter_mut().zip(reports) {
             noise.add(report, dt, memory_s);
@@ -52,13 +52,13 @@ impl TypeLearning {
         self.heard = self.heard.max(at);
     }
 
-    /// Takes in a piece of a track of one of them.
+    /// Adds a segment of a radar track.
     pub(crate) fn take_sample(&mut self, radar: SensorIndex, sample: &Sample) {
         self.delays.entry(radar).or_insert(DelaySums::NONE).add(sample);
         self.heard = self.heard.max(sample.time());
     }
 
-    /// What this radar has shown of the delay no longer holds: it was moved.
+    /// Drops a radar's evidence on the delay: the radar was moved.
     pub(crate) fn forget_radar(&mut self, radar: SensorIndex) {
         self.delays.remove(&radar);
     }
@@ -68,12 +68,12 @@ impl TypeLearning {
         &self.noise
     }
 
-    /// When one of them was heard last.
-    pub(crate) fn heard(&self) -> Time {
+    /// Time of the latest report of the type.
+    pub(crate) fn last_report(&self) -> Time {
         self.heard
     }
 
-    /// What the radars show of the delay; `given` makes information of the sums of one of them.
+    /// Estimate of the delay from all radars; `given` evaluates the sums of one radar.
     pub(crate) fn delay(
         &self,
         given: impl Fn(SensorIndex, &DelaySums) -> Option<TimeInformation>,
@@ -86,7 +86,7 @@ impl TypeLearning {
         all
     }
 
-    /// As it is published, where white noise of so many metres is configured over ground and in height.
+    /// Properties as published; `configured_m`: configured white noise over ground and in height, metres.
     pub(crate) fn learnt(&self, configured_m: [f64; 2], delay_s: LearntValue, applied_s: f64) -> LearntType {
         let sigma = |axis: usize| {
             let (scale, factor) = self.noise[axis].scale();

@@ -1,4 +1,4 @@
-//! What outlives a restart of what is known of a type of transponders.
+//! The state of a type of transponders that is kept across restarts.
 
 use std::collections::BTreeMap;
 
@@ -12,8 +12,8 @@ use crate::registration::DelaySums;
 use crate::report::{SensorIndex, TransponderType};
 use crate::time::Time;
 
-/// All that was learnt of a type of transponders, to be written down by serde in any format. Sensors are numbers, as they stand
-/// in the engine's settings.
+/// The learnt properties of a type of transponders, serialisable in any format of serde. Sensors have the indices of the engine's
+/// settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TypeState {
@@ -28,9 +28,9 @@ pub struct TypeState {
     delays: BTreeMap<u16, Decimals>,
 }
 
-/// The only version so far.
+/// Version of the layout; the only one so far.
 const VERSION: u32 = 1;
-/// No logarithm of a weight is smaller, no information larger.
+/// Bound of the logarithms of weights and of the information.
 const LARGEST: f64 = 1e12;
 
 impl TypeState {
@@ -50,10 +50,10 @@ impl TypeState {
         }
     }
 
-    /// The type, and what is known of it.
+    /// The type and its learnt properties.
     ///
     /// # Errors
-    /// The state is of another version, or its numbers are not what is written.
+    /// The state has another version, or its numbers are invalid.
     pub(crate) fn restored(&self) -> Result<(TransponderType, TypeLearning), LearningStateError> {
         if self.version != VERSION {
             return Err(LearningStateError::Version(self.version));
@@ -84,7 +84,7 @@ impl TypeState {
         Ok((TransponderType { receiver: SensorIndex(receiver), manufacturer, model }, learning))
     }
 
-    /// The same where the sensors have other numbers: without the radars that have none; `None` where the receiver has none.
+    /// The state with other sensor indices. Radars without an index are left out; `None` if the receiver has none.
     #[must_use]
     pub fn renumbered(mut self, number: impl Fn(SensorIndex) -> Option<SensorIndex>) -> Option<Self> {
         self.receiver = number(SensorIndex(self.receiver))?.0;
@@ -94,15 +94,15 @@ impl TypeState {
         Some(self)
     }
 
-    /// When one of them was heard last.
+    /// Time of the latest report of the type.
     pub fn time(&self) -> Time {
         Time::from_nanos(self.heard)
     }
 
-    /// Whether an engine could go on with it.
+    /// Checks whether an engine can restore the state.
     ///
     /// # Errors
-    /// The state is of another version, or its numbers are not what is written.
+    /// The state has another version, or its numbers are invalid.
     pub fn check(&self) -> Result<(), LearningStateError> {
         self.restored().map(drop)
     }

@@ -1,55 +1,56 @@
-//! Whether the velocities that a radar tells are worth anything.
+//! Estimates the errors of a radar's velocities, and whether they are usable.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use super::range_rate::RateOff;
-use super::sizes::Sizes;
+use super::range_rate::RangeRateError;
+use super::sizes::SizeHistogram;
 
-/// The velocity along a transponder's curve is itself off by this, each axis, metres a second.
+/// Standard deviation of the velocity along a transponder's curve, each axis, metres a second.
 const CURVE_M_S: f64 = 0.7;
-/// Nothing is said before so many independent velocities were compared.
+/// Minimum number of independent velocities for a verdict.
 const ENOUGH: f64 = 8.0;
-/// Velocities that are worse, each axis, metres a second, say less than the plots themselves do within a second or two.
+/// Maximum standard deviation of usable velocities, each axis, metres a second. Worse ones add less than the plots of a
+/// second or two.
 pub(super) const USEFUL_M_S: f64 = 4.0;
 
-/// What is made of a radar's velocities.
+/// Verdict on a radar's velocities.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum VelocityVerdict {
-    /// Too few were compared; they are not used.
+    /// Too few velocities were compared; they are not used.
     Unknown,
-    /// They are used, with this error.
+    /// The velocities are used, with this error.
     Used(VelocityErrors),
-    /// They are wrong by more than is of use, and not used.
+    /// The velocities are too inaccurate, and are ignored.
     Ignored(VelocityErrors),
 }
 
-/// How wrong a radar's velocities are.
+/// Estimated error of a radar's velocities.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VelocityErrors {
-    /// One sigma, each axis, metres a second.
+    /// Standard deviation of each axis, metres a second.
     pub sigma_m_s: f64,
-    /// Its standard deviation.
+    /// Standard deviation of that estimate, metres a second.
     pub deviation_m_s: f64,
 }
 
-/// How far they were off.
+/// Sums of the velocities' errors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct VelocitySums {
-    /// Against transponders, each axis.
-    pub(super) paired: Sizes,
+    /// Errors relative to transponders, each axis.
+    pub(super) paired: SizeHistogram,
     pub(super) count: f64,
-    /// Along the line of sight, against the change of the range, and what that itself is off: sum of variances, m²/s².
-    pub(super) radial: Sizes,
+    /// Errors along the line of sight, relative to the change of the range; sum of the variances of that change, m²/s².
+    pub(super) radial: SizeHistogram,
     pub(super) radial_count: f64,
     pub(super) radial_variance: f64,
 }
 
 impl VelocitySums {
     pub(super) const NONE: Self = Self {
-        paired: Sizes::NONE,
+        paired: SizeHistogram::NONE,
         count: 0.0,
-        radial: Sizes::NONE,
+        radial: SizeHistogram::NONE,
         radial_count: 0.0,
         radial_variance: 0.0,
     };
@@ -60,27 +61,27 @@ impl VelocitySums {
         self.count += 1.0;
     }
 
-    pub(super) fn add_rate(&mut self, off: &RateOff) {
+    pub(super) fn add_rate(&mut self, off: &RangeRateError) {
         self.radial.add(off.off_m_s);
         self.radial_count += 1.0;
         self.radial_variance += off.variance;
     }
 
-    pub(super) fn is_told_by_transponders(&self) -> bool {
+    pub(super) fn is_learnt_from_transponders(&self) -> bool {
         self.count >= ENOUGH
     }
 
-    pub(super) fn fade(&mut self, kept: f64) {
-        self.paired.fade(kept);
-        self.radial.fade(kept);
+    pub(super) fn decay(&mut self, kept: f64) {
+        self.paired.decay(kept);
+        self.radial.decay(kept);
         for sum in [&mut self.count, &mut self.radial_count, &mut self.radial_variance] {
             *sum *= kept;
         }
     }
 
-    /// By transponders where enough of them tell.
+    /// The verdict, from transponders if there are enough comparisons.
     pub(super) fn verdict(&self) -> VelocityVerdict {
-        if self.is_told_by_transponders() {
+        if self.is_learnt_from_transponders() {
             verdict(&self.paired, CURVE_M_S * CURVE_M_S)
         } else if self.radial_count >= ENOUGH {
             verdict(&self.radial, self.radial_variance / self.radial_count)
@@ -90,9 +91,9 @@ impl VelocitySums {
     }
 }
 
-fn verdict(off: &Sizes, other: f64) -> VelocityVerdict {
+fn verdict(off: &SizeHistogram, other: f64) -> VelocityVerdict {
     let Some(total) = off.variance() else { return VelocityVerdict::Unknown };
-    // What is left of it is at least what the samples cannot tell from nothing.
+    // The remainder is at least what the samples cannot distinguish from zero.
     let unsure = total * (2.0 / off.effective()).sqrt();
     let variance = (total - other).max(unsure);
     let sigma_m_s = variance.sqrt();

@@ -1,91 +1,93 @@
-//! How aircraft move in space; the state is east, north, up (metres), their rates, and with Singer's model their
-//! accelerations.
+//! Motion models of aircraft in space; the state is east, north, up (metres), their rates, and with Singer's model
+//! their accelerations.
 
-use super::tracker::Estimate;
+use super::tracker::TrackerEstimate;
 use super::update::SEEN;
 use crate::filter::{
-    Axis, Course, Gaussian, MODELS, Mixture, Model, Models, Motion, Rows, Singer, Symmetric, Vector,
+    Course, Gaussian, LinearMotion, MODELS, Mixture, Model, Models, Rows, Singer, SingerTransition,
+    Symmetric, Vector,
 };
 
-/// Numbers of a state with accelerations.
+/// Number of variables of a state with accelerations.
 pub(super) const WITH_ACCELERATION: usize = 9;
 
-/// How an aircraft is taken to move. Which, is a choice by class: multirotors stop and turn on the spot, aeroplanes do not
-/// (the variable structure of Rousseau et al., section 3.2.5).
+/// Motion model of an aircraft. It is chosen by class: multirotors stop and turn on the spot, aeroplanes do not (the
+/// variable structure of Rousseau et al., section 3.2.5).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Flight {
-    /// An acceleration that lasts for a while, on each axis by itself.
+    /// A correlated acceleration on each axis.
     Singer(Singer),
-    /// The interacting models of the operational profile, made for drones.
+    /// The interacting models of the operational profile, designed for drones.
     Drone(Models),
-    /// Straight on, and turns at given rates.
+    /// Constant velocity and turns at given rates, interacting.
     Turning(Turning),
 }
 
-/// Straight on and turns, interacting. Upward all fly straight on, with the same noise.
+/// Constant velocity and turns, interacting. All models have a constant climb with the same noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turning {
-    /// Rates of the turns beside straight flight, radians a second, clockwise positive; none is zero. At most six.
+    /// Rates of the turns in addition to straight flight, radians a second, clockwise positive; none is zero. At most
+    /// six.
     pub rates: Vec<f64>,
-    /// Power spectral density of the acceleration on each axis, m²/s³: of each model.
+    /// Power spectral density of the acceleration on each axis, m²/s³, for each model.
     pub noise: f64,
-    /// Probability that a model holds for a second; the others share the rest.
+    /// Probability that a model continues for a second; the others share the remainder equally.
     pub stays: f64,
 }
 
 impl Turning {
-    /// Of crewed aeroplanes: turns of 2 and 6 degrees a second either way, what is usual and what is the most (Rousseau et
+    /// Models of crewed aeroplanes: turns of 2 (usual) and 6 degrees a second (maximum) to either side (Rousseau et
     /// al., section 3.1).
     pub fn crewed(noise: f64, stays: f64) -> Self {
         Self { rates: [-2.0_f64, 2.0, -6.0, 6.0].map(f64::to_radians).to_vec(), noise, stays }
     }
 
-    /// Of aircraft of any kind: also turns of 9 degrees a second, those of fighters.
+    /// Models of aircraft of any kind: adds turns of 9 degrees a second, as of fighters.
     pub fn any(noise: f64, stays: f64) -> Self {
         let mut any = Self::crewed(noise, stays);
         any.rates.extend([-9.0_f64, 9.0].map(f64::to_radians));
         any
     }
 
-    /// The models, straight flight first; `None` where they are not as many.
-    pub(super) fn models<const M: usize>(&self) -> Option<Interacting<M>> {
+    /// The models, straight flight first; `None` if there are not `M`.
+    pub(super) fn models<const M: usize>(&self) -> Option<InteractingModels<M>> {
         let noise = self.noise;
         let turns = self.rates.iter().map(|&rate| Model::Turn { rate, noise });
         let each: Vec<Model> = std::iter::once(Model::ConstantVelocity { noise }).chain(turns).collect();
-        Some(Interacting { each: each.try_into().ok()?, stays: self.stays })
+        Some(InteractingModels { each: each.try_into().ok()?, stays: self.stays })
     }
 }
 
 /// `M` models of a state of `D` numbers.
-pub(super) trait Moves<const D: usize, const M: usize> {
-    type Motion: Motion<D>;
+pub(super) trait FlightMotion<const D: usize, const M: usize> {
+    type Motion: LinearMotion<D>;
 
-    /// What is known at first.
-    fn first(&self, estimate: &Estimate) -> Mixture<D, M>;
+    /// The initial state.
+    fn first(&self, estimate: &TrackerEstimate) -> Mixture<D, M>;
 
     /// Each model's motion over `dt` seconds.
     fn motions(&self, dt: f64) -> [Self::Motion; M];
 
-    /// Probabilities to change from one model to another within `dt` seconds.
+    /// Probabilities of a change from one model to another within `dt` seconds.
     fn switch(&self, dt: f64) -> [[f64; M]; M];
 }
 
-/// Models of which each holds equally long.
+/// Models with the same mean duration.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Interacting<const M: usize> {
+pub(super) struct InteractingModels<const M: usize> {
     each: [Model; M],
     stays: f64,
 }
 
-impl<const M: usize> Moves<SEEN, M> for Interacting<M> {
-    type Motion = InSpace;
+impl<const M: usize> FlightMotion<SEEN, M> for InteractingModels<M> {
+    type Motion = CourseInSpace;
 
-    fn first(&self, estimate: &Estimate) -> Mixture<SEEN, M> {
+    fn first(&self, estimate: &TrackerEstimate) -> Mixture<SEEN, M> {
         alike(estimate)
     }
 
-    fn motions(&self, dt: f64) -> [InSpace; M] {
-        self.each.map(|model| InSpace::of(&model, dt))
+    fn motions(&self, dt: f64) -> [CourseInSpace; M] {
+        self.each.map(|model| CourseInSpace::of(&model, dt))
     }
 
     fn switch(&self, dt: f64) -> [[f64; M]; M] {
@@ -97,15 +99,15 @@ impl<const M: usize> Moves<SEEN, M> for Interacting<M> {
     }
 }
 
-impl Moves<SEEN, MODELS> for Models {
-    type Motion = InSpace;
+impl FlightMotion<SEEN, MODELS> for Models {
+    type Motion = CourseInSpace;
 
-    fn first(&self, estimate: &Estimate) -> Mixture<SEEN, MODELS> {
+    fn first(&self, estimate: &TrackerEstimate) -> Mixture<SEEN, MODELS> {
         alike(estimate)
     }
 
-    fn motions(&self, dt: f64) -> [InSpace; MODELS] {
-        self.each.map(|model| InSpace::of(&model, dt))
+    fn motions(&self, dt: f64) -> [CourseInSpace; MODELS] {
+        self.each.map(|model| CourseInSpace::of(&model, dt))
     }
 
     fn switch(&self, dt: f64) -> [[f64; MODELS]; MODELS] {
@@ -113,10 +115,10 @@ impl Moves<SEEN, MODELS> for Models {
     }
 }
 
-impl Moves<WITH_ACCELERATION, 1> for Singer {
-    type Motion = Accelerating;
+impl FlightMotion<WITH_ACCELERATION, 1> for Singer {
+    type Motion = AcceleratingMotion;
 
-    fn first(&self, estimate: &Estimate) -> Mixture<WITH_ACCELERATION, 1> {
+    fn first(&self, estimate: &TrackerEstimate) -> Mixture<WITH_ACCELERATION, 1> {
         let mut part = gaussian(estimate);
         for (axis, sigma) in [self.horizontal, self.horizontal, self.vertical].into_iter().enumerate() {
             part.covariance.add_at(SEEN + axis, SEEN + axis, sigma * sigma);
@@ -124,8 +126,8 @@ impl Moves<WITH_ACCELERATION, 1> for Singer {
         Mixture { weights: [1.0], parts: [part] }
     }
 
-    fn motions(&self, dt: f64) -> [Accelerating; 1] {
-        [Accelerating { over_ground: self.over(dt, self.horizontal), up: self.over(dt, self.vertical) }]
+    fn motions(&self, dt: f64) -> [AcceleratingMotion; 1] {
+        [AcceleratingMotion { over_ground: self.over(dt, self.horizontal), up: self.over(dt, self.vertical) }]
     }
 
     fn switch(&self, _: f64) -> [[f64; 1]; 1] {
@@ -133,13 +135,13 @@ impl Moves<WITH_ACCELERATION, 1> for Singer {
     }
 }
 
-/// Each model equally likely.
-fn alike<const M: usize>(estimate: &Estimate) -> Mixture<SEEN, M> {
+/// A mixture in which each model is equally likely.
+fn alike<const M: usize>(estimate: &TrackerEstimate) -> Mixture<SEEN, M> {
     Mixture { weights: [1.0 / M as f64; M], parts: [gaussian(estimate); M] }
 }
 
-/// A state that begins with what is estimated; the rest is zero, and certain.
-fn gaussian<const D: usize>(estimate: &Estimate) -> Gaussian<D> {
+/// A state that begins with the estimate; the other variables are zero, and certain.
+fn gaussian<const D: usize>(estimate: &TrackerEstimate) -> Gaussian<D> {
     let mut mean: Vector<D> = [0.0; D];
     mean[..3].copy_from_slice(estimate.position.0.as_slice());
     mean[3..SEEN].copy_from_slice(estimate.velocity.as_slice());
@@ -152,20 +154,20 @@ fn gaussian<const D: usize>(estimate: &Estimate) -> Gaussian<D> {
     Gaussian { mean, covariance }
 }
 
-/// A course over ground and, upward, straight on.
+/// A course over ground, and a constant climb.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct InSpace {
+pub(super) struct CourseInSpace {
     course: Course,
     dt: f64,
 }
 
-impl InSpace {
+impl CourseInSpace {
     fn of(model: &Model, dt: f64) -> Self {
         Self { course: model.over(dt), dt }
     }
 }
 
-impl Motion<SEEN> for InSpace {
+impl LinearMotion<SEEN> for CourseInSpace {
     const MOVING: usize = SEEN;
 
     fn carry<const N: usize>(&self, rows: &mut Rows<N, SEEN>) {
@@ -181,18 +183,18 @@ impl Motion<SEEN> for InSpace {
 
 /// Singer's motion on three axes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Accelerating {
-    over_ground: Axis,
-    up: Axis,
+pub(super) struct AcceleratingMotion {
+    over_ground: SingerTransition,
+    up: SingerTransition,
 }
 
-impl Accelerating {
-    fn axes(&self) -> [(&Axis, [usize; 3]); 3] {
+impl AcceleratingMotion {
+    fn axes(&self) -> [(&SingerTransition, [usize; 3]); 3] {
         [(&self.over_ground, [0, 3, 6]), (&self.over_ground, [1, 4, 7]), (&self.up, [2, 5, 8])]
     }
 }
 
-impl Motion<WITH_ACCELERATION> for Accelerating {
+impl LinearMotion<WITH_ACCELERATION> for AcceleratingMotion {
     const MOVING: usize = WITH_ACCELERATION;
 
     fn carry<const N: usize>(&self, rows: &mut Rows<N, WITH_ACCELERATION>) {

@@ -1,4 +1,4 @@
-//! What one sensor measured at one instant, with the covariance of its noise.
+//! Measurement of one sensor at one instant, with the covariance of its noise.
 
 use nalgebra::{Matrix2, Matrix3, Matrix4, Vector3};
 
@@ -7,59 +7,59 @@ use crate::frames::Enu;
 use crate::report::SensorIndex;
 use crate::time::Time;
 
-/// Most numbers that one reading holds: those of a radar with range rate.
+/// Maximum number of values in a reading: those of a radar with range rate.
 pub(super) const MOST: usize = 4;
 
-/// Least angle at which two lines of sight say how far an aircraft is, radians.
+/// Minimum angle at which two lines of sight determine a distance, radians.
 const CROSSING: f64 = 5.0_f64.to_radians();
 
-/// When and by what something was measured.
+/// Time and sensor of a reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Taken {
-    /// When.
+pub struct ReadingOrigin {
+    /// Time of the measurement.
     pub time: Time,
-    /// By which sensor. Of readings of one instant those of a lower index are filtered first.
+    /// Sensor of the measurement. Readings of one instant are filtered in the order of their sensors.
     pub sensor: SensorIndex,
-    /// Where it was then.
+    /// Position and velocity of the sensor at that time.
     pub observer: Observer,
 }
 
-/// One number, with noise of its own.
+/// One measured value with independent noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measured {
-    /// What.
+pub struct MeasuredValue {
+    /// Measured quantity.
     pub quantity: Quantity,
-    /// Metres, radians, metres a second.
+    /// Value, in metres, radians or metres a second.
     pub value: f64,
-    /// Standard deviation of its noise, the same unit.
+    /// Standard deviation of the noise, in the same unit.
     pub sigma: f64,
 }
 
-/// What a sensor measured at once.
+/// Simultaneous values of a sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
-    taken: Taken,
+    taken: ReadingOrigin,
     values: Vec<(Quantity, f64)>,
-    /// Covariance of the noise, as many rows and columns as there are values.
+    /// Covariance of the noise, with a row and a column for each value.
     noise: Matrix4<f64>,
 }
 
 impl Reading {
-    /// Numbers whose noise has nothing in common. `None` without any, with more than four, or with one that is not finite
-    /// or has no noise.
-    pub fn independent(taken: Taken, measured: &[Measured]) -> Option<Self> {
+    /// Creates a reading of values with independent noise. `None` without values, with more than four, or with a value
+    /// that is not finite or has no noise.
+    pub fn independent(taken: ReadingOrigin, measured: &[MeasuredValue]) -> Option<Self> {
         let mut noise = Matrix4::zeros();
-        for (index, Measured { sigma, .. }) in measured.iter().enumerate().take(MOST) {
+        for (index, MeasuredValue { sigma, .. }) in measured.iter().enumerate().take(MOST) {
             noise[(index, index)] = sigma * sigma;
         }
-        let values = measured.iter().map(|Measured { quantity, value, .. }| (*quantity, *value));
+        let values = measured.iter().map(|MeasuredValue { quantity, value, .. }| (*quantity, *value));
         Self::checked(taken, values.collect(), noise)
     }
 
-    /// A place over ground with the covariance of its noise, m²; and an altitude with its standard deviation, metres, where
-    /// there is one. `None` if one is not finite, or the covariance is none.
+    /// Creates a reading of a position over ground with the covariance of its noise, m², and an optional altitude with
+    /// its standard deviation, metres. `None` if a value is not finite, or the covariance is not positive definite.
     pub fn place_reported(
-        taken: Taken,
+        taken: ReadingOrigin,
         place: [f64; 2],
         covariance: &Matrix2<f64>,
         altitude: Option<(f64, f64)>,
@@ -74,7 +74,7 @@ impl Reading {
         Self::checked(taken, values, noise)
     }
 
-    fn checked(taken: Taken, values: Vec<(Quantity, f64)>, noise: Matrix4<f64>) -> Option<Self> {
+    fn checked(taken: ReadingOrigin, values: Vec<(Quantity, f64)>, noise: Matrix4<f64>) -> Option<Self> {
         let Observer { position, velocity } = &taken.observer;
         let finite = values.iter().all(|(_, value)| value.is_finite())
             && position.0.iter().chain(velocity).all(|coordinate| coordinate.is_finite());
@@ -84,18 +84,18 @@ impl Reading {
             .then_some(reading)
     }
 
-    /// When, by what.
-    pub fn taken(&self) -> &Taken {
+    /// Time and sensor.
+    pub fn origin(&self) -> &ReadingOrigin {
         &self.taken
     }
 
-    /// What was measured.
+    /// The measured values.
     pub fn values(&self) -> &[(Quantity, f64)] {
         &self.values
     }
 
-    /// Where the reading by itself says that the aircraft is, and the covariance of that, m². `None` where it does not say:
-    /// a place in space takes a range, an azimuth and an elevation or altitude, or a place over ground and an altitude.
+    /// The position given by this reading alone, and its covariance, m². `None` if it is incomplete: a position in
+    /// space requires a range, an azimuth and an elevation or altitude, or a position over ground and an altitude.
     pub fn place(&self) -> Option<(Enu, Matrix3<f64>)> {
         use Quantity::{Altitude, Azimuth, East, Elevation, North, Range};
         let sensor = self.taken.observer.position.0;
@@ -111,7 +111,8 @@ impl Reading {
                     (Elevation, elevation) => value(range) * elevation.sin(),
                     (_, altitude_m) => altitude_m - sensor.z,
                 };
-                // A coarse altitude may be further above or below than the range allows: then it is overhead.
+                // A coarse altitude may be further above or below the sensor than the range allows: the aircraft is
+                // then overhead.
                 let ground = (value(range) * value(range) - up * up).max(0.0).sqrt();
                 let (sin, cos) = value(azimuth).sin_cos();
                 ([range, azimuth, third], sensor + Vector3::new(ground * sin, ground * cos, up))
@@ -128,9 +129,9 @@ impl Reading {
         covariance.iter().all(|value| value.is_finite()).then_some((position.into(), covariance))
     }
 
-    /// Where this line of sight meets that of another sensor at the same instant, and the covariance of that, m²: half way
-    /// between the two lines where they are closest. `None` where one is no line of sight, where they meet behind a sensor,
-    /// or at less than 5 degrees: then their distance is not observed.
+    /// Intersection of this line of sight with that of another sensor at the same instant, and its covariance, m²: the
+    /// middle between the two lines where they are closest. `None` if one is no line of sight, if they meet behind a
+    /// sensor, or at less than 5 degrees: their distance is then not observable.
     pub fn crossing(&self, other: &Self) -> Option<(Enu, Matrix3<f64>)> {
         let [(from, along), (from_other, along_other)] = [self.line_of_sight()?, other.line_of_sight()?];
         let (cosine, between) = (along.dot(&along_other), from_other - from);
@@ -155,7 +156,7 @@ impl Reading {
         Some((position.into(), information.try_inverse()?))
     }
 
-    /// Of an azimuth and an elevation: where from, and the unit vector along.
+    /// Origin and unit vector of the line of sight of an azimuth and an elevation.
     fn line_of_sight(&self) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let [(Quantity::Azimuth, azimuth), (Quantity::Elevation, elevation)] = self.values[..] else {
             return None;
@@ -165,7 +166,8 @@ impl Reading {
         Some((self.taken.observer.position.0, along))
     }
 
-    /// What makes white noise of variance 1 of the noise of these values; `None` if its covariance is not positive definite.
+    /// Transformation of the noise of these values to white noise of variance 1; `None` if its covariance is not
+    /// positive definite.
     pub(super) fn whitening(&self, used: [bool; MOST]) -> Option<Whitening> {
         let mut whitening = Whitening { places: [0; MOST], count: 0, lower: [[0.0; MOST]; MOST] };
         for (place, _) in used.iter().enumerate().take(self.values.len()).filter(|(_, used)| **used) {
@@ -190,22 +192,22 @@ impl Reading {
     }
 }
 
-/// Cholesky's factor of the covariance of the values that are used.
+/// Cholesky factor of the covariance of the values used.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Whitening {
-    /// Which values: their places in the reading, the first `count`.
+    /// Indices of the values in the reading; the first `count` are valid.
     places: [usize; MOST],
     count: usize,
     lower: [[f64; MOST]; MOST],
 }
 
 impl Whitening {
-    /// The places of the values that are used.
+    /// Indices of the values used.
     pub(super) fn places(&self) -> &[usize] {
         &self.places[..self.count]
     }
 
-    /// Solves L y = x, for the numbers of each place.
+    /// Solves L y = x, for the values used.
     pub(super) fn apply<const N: usize>(&self, rows: &mut [[f64; N]; MOST]) {
         for row in 0..self.count {
             let (done, rest) = rows.split_at_mut(row);

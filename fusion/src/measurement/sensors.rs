@@ -1,56 +1,56 @@
-//! Sensors and what each measures, with standard deviations in metres, radians, metres a second.
+//! Sensors and their measurements, with standard deviations in metres, radians, metres a second.
 
 use nalgebra::Matrix2;
 
 use super::quantity::Quantity;
-use super::reading::{Measured, Reading, Taken};
+use super::reading::{MeasuredValue, Reading, ReadingOrigin};
 use crate::frames::{Geodetic, TangentPlane};
 
-/// A radar: range, azimuth, elevation, and the range rate where it measures one.
+/// A radar: range, azimuth, elevation, and the range rate if it measures one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Radar {
-    /// Of the range, metres.
+pub struct RadarModel {
+    /// Standard deviation of the range, metres.
     pub range_m: f64,
-    /// Of the azimuth, radians.
+    /// Standard deviation of the azimuth, radians.
     pub azimuth: f64,
-    /// Of the elevation, radians.
+    /// Standard deviation of the elevation, radians.
     pub elevation: f64,
-    /// Of the range rate, metres a second; `None`: it measures none.
+    /// Standard deviation of the range rate, metres a second; `None`: it measures none.
     pub range_rate: Option<f64>,
 }
 
-/// An interrogator of transponders (IFF, SSR): a good range, a coarse azimuth, and the altitude that the transponder reports.
+/// An interrogator of transponders (IFF, SSR): a good range, a coarse azimuth, and the altitude that the transponder
+/// reports.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Interrogator {
-    /// Of the range, metres.
+pub struct InterrogatorModel {
+    /// Standard deviation of the range, metres.
     pub range_m: f64,
-    /// Of the azimuth, radians.
+    /// Standard deviation of the azimuth, radians.
     pub azimuth: f64,
-    /// Of the altitude, metres.
+    /// Standard deviation of the altitude, metres.
     pub altitude_m: f64,
 }
 
-/// A camera, of visible light or infrared: azimuth and elevation. It sees no range, so it starts no track by itself, but two
-/// of them do ([`Reading::crossing`]).
+/// A camera, of visible light or infrared: azimuth and elevation. It measures no range, so it starts no track alone,
+/// but two cameras do ([`Reading::crossing`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Camera {
-    /// Of the azimuth, radians.
+pub struct CameraModel {
+    /// Standard deviation of the azimuth, radians.
     pub azimuth: f64,
-    /// Of the elevation, radians.
+    /// Standard deviation of the elevation, radians.
     pub elevation: f64,
 }
 
-fn measured(quantity: Quantity, value: f64, sigma: f64) -> Measured {
-    Measured { quantity, value, sigma }
+fn measured(quantity: Quantity, value: f64, sigma: f64) -> MeasuredValue {
+    MeasuredValue { quantity, value, sigma }
 }
 
-impl Radar {
-    /// A detection: range (metres), azimuth and elevation (radians), and the range rate (metres a second) if the
-    /// radar measures one. `None` as for
-    /// [`Reading::independent`].
+impl RadarModel {
+    /// Reading of a detection: range (metres), azimuth and elevation (radians), and the range rate (metres a second) if
+    /// the radar measures one. `None` as for [`Reading::independent`].
     pub fn reading(
         &self,
-        taken: Taken,
+        taken: ReadingOrigin,
         [range_m, azimuth, elevation]: [f64; 3],
         range_rate: Option<f64>,
     ) -> Option<Reading> {
@@ -65,11 +65,12 @@ impl Radar {
     }
 }
 
-impl Interrogator {
-    /// A reply: range (metres), azimuth (radians), and the altitude on the site's upward axis (metres) where it holds one.
+impl InterrogatorModel {
+    /// Reading of a reply: range (metres), azimuth (radians), and the altitude on the site's upward axis (metres) if it
+    /// has one.
     pub fn reading(
         &self,
-        taken: Taken,
+        taken: ReadingOrigin,
         [range_m, azimuth]: [f64; 2],
         altitude_m: Option<f64>,
     ) -> Option<Reading> {
@@ -82,9 +83,9 @@ impl Interrogator {
     }
 }
 
-impl Camera {
-    /// A line of sight: azimuth and elevation, radians.
-    pub fn reading(&self, taken: Taken, [azimuth, elevation]: [f64; 2]) -> Option<Reading> {
+impl CameraModel {
+    /// Reading of a line of sight: azimuth and elevation, radians.
+    pub fn reading(&self, taken: ReadingOrigin, [azimuth, elevation]: [f64; 2]) -> Option<Reading> {
         let all = [
             measured(Quantity::Azimuth, azimuth, self.azimuth),
             measured(Quantity::Elevation, elevation, self.elevation),
@@ -93,9 +94,9 @@ impl Camera {
     }
 }
 
-/// The covariance over ground, in the site's axes, of a position reported with standard deviations along its parallel and
-/// along its meridian, metres (ADS-B, CAT129, Remote ID): J R Jᵀ. The meridians of aircraft and site converge, so that the
-/// errors to the east and to the north of the site have something in common unless both deviations are the same.
+/// Covariance over ground, in the site's axes, of a position reported with standard deviations along its parallel and
+/// along its meridian, metres (ADS-B, CAT129, Remote ID): J R Jᵀ. The meridians of aircraft and site converge, so the
+/// errors to the east and to the north of the site are correlated unless both deviations are equal.
 pub fn over_ground(
     site: &TangentPlane,
     aircraft: Geodetic,

@@ -1,4 +1,4 @@
-//! A reading taken into a Gaussian state: what was measured is linearised, whitened, and taken in one number after another.
+//! Update of a Gaussian state by a reading: linearised, whitened, and applied one value after another.
 
 use nalgebra::Vector3;
 
@@ -6,26 +6,26 @@ use super::quantity::Quantity;
 use super::reading::{MOST, Reading, Whitening};
 use crate::filter::{Gaussian, Rows, Symmetric, Vector};
 
-/// Of a state the numbers that are measured: east, north, up, and their rates. They are its first.
+/// Number of variables that are measured, the first of a state: east, north, up, and their rates.
 pub(super) const SEEN: usize = 6;
 
-/// Where the estimate lies across the line of sight this many times the range apart, a line through it is no longer the arc:
-/// the reading is linearised a second time, where the first led.
+/// Ratio of the estimate's width across the line of sight to the range, above which the arc of an azimuth is no longer
+/// straight: the reading is then linearised a second time, at the first result.
 const CURVED: f64 = 0.2;
 
-/// A row of the Jacobian, and what was measured less what was expected.
-type Row = [f64; SEEN + 1];
+/// A row of the Jacobian, and the innovation.
+type JacobianRow = [f64; SEEN + 1];
 
-/// How well a reading was expected.
+/// Agreement of a reading with the prediction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Fit {
+pub(super) struct ReadingFit {
     /// Squared Mahalanobis distance.
     pub(super) distance: f64,
     /// Determinant of the innovations' covariance, as a multiple of that of the noise.
     pub(super) determinant: f64,
 }
 
-/// Which values of a reading say something of an aircraft at each of these states.
+/// Values of a reading that are usable for an aircraft at each of these states.
 pub(super) fn usable<'a, const D: usize>(
     reading: &Reading,
     states: impl IntoIterator<Item = &'a Vector<D>>,
@@ -34,7 +34,7 @@ pub(super) fn usable<'a, const D: usize>(
     for state in states {
         let (position, velocity) = seen(state);
         for (usable, (quantity, _)) in usable.iter_mut().zip(reading.values()) {
-            *usable &= quantity.expected(&reading.taken().observer, &position, &velocity).is_some();
+            *usable &= quantity.expected(&reading.origin().observer, &position, &velocity).is_some();
         }
     }
     usable
@@ -44,19 +44,19 @@ fn seen<const D: usize>(state: &Vector<D>) -> (Vector3<f64>, Vector3<f64>) {
     (Vector3::new(state[0], state[1], state[2]), Vector3::new(state[3], state[4], state[5]))
 }
 
-/// The rows of the values that are used, about `at`, whitened, with the innovations of a state `of`. `None` where one of them
-/// says nothing at `at`.
+/// The whitened rows of the values used, linearised at `at`, with the innovations of a state `of`. `None` if one of
+/// them is not usable at `at`.
 fn linearised<const D: usize>(
     reading: &Reading,
     whitening: &Whitening,
     at: &Vector<D>,
     of: &Vector<D>,
-) -> Option<[Row; MOST]> {
+) -> Option<[JacobianRow; MOST]> {
     let (position, velocity) = seen(at);
     let mut rows = [[0.0; SEEN + 1]; MOST];
     for (row, &place) in rows.iter_mut().zip(whitening.places()) {
         let (quantity, value) = reading.values()[place];
-        let expected = quantity.expected(&reading.taken().observer, &position, &velocity)?;
+        let expected = quantity.expected(&reading.origin().observer, &position, &velocity)?;
         row[..3].copy_from_slice(expected.by_position.as_slice());
         row[3..SEEN].copy_from_slice(expected.by_velocity.as_slice());
         let moved: f64 = (0..SEEN).map(|index| row[index] * (of[index] - at[index])).sum();
@@ -66,46 +66,46 @@ fn linearised<const D: usize>(
     Some(rows)
 }
 
-/// Takes the values of a reading in that are used; how well they were expected. `None`, and nothing taken in, where none is
-/// used or one of them says nothing of this state.
-pub(super) fn take_in<const D: usize>(
+/// Updates the state by the values used; returns their agreement with the prediction. `None`, without an update, if
+/// none is used or one of them is not usable at this state.
+pub(super) fn apply_reading<const D: usize>(
     state: &mut Gaussian<D>,
     reading: &Reading,
     whitening: &Whitening,
-) -> Option<Fit> {
+) -> Option<ReadingFit> {
     let prior = *state;
     if whitening.places().is_empty() {
         return None;
     }
     let rows = linearised(reading, whitening, &prior.mean, &prior.mean)?;
-    let fit = take_in_rows(state, &prior, &rows, whitening.places().len());
+    let fit = apply_rows(state, &prior, &rows, whitening.places().len());
     if is_curved(&prior, reading, whitening)
         && let Some(rows) = linearised(reading, whitening, &state.mean, &prior.mean)
     {
         *state = prior;
-        take_in_rows(state, &prior, &rows, whitening.places().len());
+        apply_rows(state, &prior, &rows, whitening.places().len());
     }
     Some(fit)
 }
 
-/// How well a reading is expected, without taking it in.
+/// Agreement of a reading with the prediction, without an update.
 pub(super) fn fit<const D: usize>(
     state: &Gaussian<D>,
     reading: &Reading,
     whitening: &Whitening,
-) -> Option<Fit> {
+) -> Option<ReadingFit> {
     let rows = linearised(reading, whitening, &state.mean, &state.mean)?;
-    Some(take_in_rows(&mut state.clone(), state, &rows, whitening.places().len()))
+    Some(apply_rows(&mut state.clone(), state, &rows, whitening.places().len()))
 }
 
-/// Whether the estimate is so wide across the line of sight that the arc of an azimuth shows.
+/// Whether the estimate is so wide across the line of sight that the curvature of an azimuth's arc matters.
 fn is_curved<const D: usize>(prior: &Gaussian<D>, reading: &Reading, whitening: &Whitening) -> bool {
     let is_azimuth = |&place: &usize| reading.values()[place].0 == Quantity::Azimuth;
     if !whitening.places().iter().any(is_azimuth) {
         return false;
     }
     let (position, velocity) = seen(&prior.mean);
-    let observer = &reading.taken().observer;
+    let observer = &reading.origin().observer;
     let Some(azimuth) = Quantity::Azimuth.expected(observer, &position, &velocity) else { return false };
     let away = position - observer.position.0;
     let over = |row: usize, column: usize| {
@@ -115,14 +115,15 @@ fn is_curved<const D: usize>(prior: &Gaussian<D>, reading: &Reading, whitening: 
     variance.max(0.0).sqrt() * away.x.hypot(away.y) > CURVED * away.norm()
 }
 
-/// Takes the first `count` rows in, whose noise is white with variance 1. Their innovations are those of `prior`.
-fn take_in_rows<const D: usize>(
+/// Updates the state by the first `count` rows, whose noise is white with variance 1. Their innovations are those of
+/// `prior`.
+fn apply_rows<const D: usize>(
     state: &mut Gaussian<D>,
     prior: &Gaussian<D>,
-    rows: &[Row; MOST],
+    rows: &[JacobianRow; MOST],
     count: usize,
-) -> Fit {
-    let mut fit = Fit { distance: 0.0, determinant: 1.0 };
+) -> ReadingFit {
+    let mut fit = ReadingFit { distance: 0.0, determinant: 1.0 };
     for row in &rows[..count] {
         let moved: f64 = (0..SEEN).map(|index| row[index] * (state.mean[index] - prior.mean[index])).sum();
         let innovation = row[SEEN] - moved;
@@ -139,11 +140,11 @@ fn take_in_rows<const D: usize>(
     fit
 }
 
-/// (I - k h) P (I - k h)ᵀ + k kᵀ, with P hᵀ at hand: stays a covariance however good the measurement (Bar-Shalom (2001),
+/// (I - k h) P (I - k h)ᵀ + k kᵀ, with P hᵀ given: stays a covariance for any measurement accuracy (Bar-Shalom (2001),
 /// eq. 5.2.3-18).
 fn joseph<const D: usize>(
     covariance: &Symmetric<D>,
-    row: &Row,
+    row: &JacobianRow,
     projected: &Vector<D>,
     gain: &Vector<D>,
 ) -> Symmetric<D> {
@@ -159,10 +160,10 @@ fn joseph<const D: usize>(
 }
 
 /// A matrix times a row of the Jacobian.
-fn times<const D: usize>(rows: &Rows<D, D>, row: &Row) -> Vector<D> {
+fn times<const D: usize>(rows: &Rows<D, D>, row: &JacobianRow) -> Vector<D> {
     rows.map(|values| dot(row, &values))
 }
 
-fn dot<const D: usize>(row: &Row, vector: &Vector<D>) -> f64 {
+fn dot<const D: usize>(row: &JacobianRow, vector: &Vector<D>) -> f64 {
     row[..SEEN].iter().zip(vector).map(|(factor, value)| factor * value).sum()
 }

@@ -1,4 +1,4 @@
-//! Who has which number.
+//! Assignment of numbers to transponders.
 
 use super::*;
 
@@ -56,7 +56,7 @@ fn numbers_of_before_are_kept_and_bad_ones_refused() {
     assert_eq!(numbers.take_changes(), []);
 }
 
-/// All numbers are taken, by transponders that were heard a second apart, the first one longest ago.
+/// All numbers are in use by transponders whose last points are a second apart; number 1 has the oldest.
 fn used_up(keeping: Keeping) -> Numbers {
     let mut numbers = Numbers::new(GRID, keeping, BTreeMap::from([(b"ALPHA".to_vec(), 2)]));
     for number in 1..=LARGEST_TRANSPONDER_NUMBER {
@@ -66,27 +66,27 @@ fn used_up(keeping: Keeping) -> Numbers {
     numbers
 }
 
-/// Half a million seconds: everybody was heard, nobody a day ago.
+/// About half a million seconds: every transponder had a point, at least one a day ago.
 const LATER: Slot = Slot(4 * (LARGEST_TRANSPONDER_NUMBER as i64 + 60));
 
 #[test]
 fn numbers_for_good_end() {
     let mut numbers = used_up(Keeping::ForGood);
-    numbers.turn(Slot(i64::MAX / 1_000_000_000));
+    numbers.begin_slot(Slot(i64::MAX / 1_000_000_000));
     assert_eq!(numbers.of(identity("A", b"NO"), LATER), None);
     assert_eq!(numbers.of(identity("S7", b"NO"), LATER).unwrap().number, 7);
     assert_eq!(numbers.used(), LARGEST_TRANSPONDER_NUMBER as usize);
 }
 
 #[test]
-fn nobody_is_left_out_for_want_of_a_number() {
+fn every_track_gets_a_number_if_one_is_free() {
     let mut numbers = used_up(Keeping::ADay);
-    // Who was heard least recently gives way, but for the number that is kept for ALPHA.
+    // The transponder with the oldest point loses its number, except for the number reserved for ALPHA.
     assert_eq!(numbers.of(identity("S1", b"NO"), LATER).unwrap().number, 1);
     assert_eq!(numbers.of(identity("A", b"NO"), LATER).unwrap().number, 3);
     assert_eq!(numbers.of(identity("B", b"NO"), LATER).unwrap().number, 4);
     assert_eq!(numbers.of(identity("A", b"NO"), LATER).unwrap().number, 3);
-    // And comes again like anybody else.
+    // When it returns, it is treated as new.
     assert_eq!(numbers.of(identity("S3", b"NO"), LATER).unwrap().number, 5);
     let returned: Vec<u32> = numbers
         .take_changes()
@@ -106,11 +106,11 @@ fn a_number_goes_back_a_day_after_its_aircraft_ended() {
     let mut numbers = Numbers::new(GRID, Keeping::ADay, BTreeMap::new());
     let fly = |numbers: &mut Numbers, serial, from: i64, to: i64| {
         for second in from..=to {
-            numbers.turn(slots(second));
+            numbers.begin_slot(slots(second));
             assert!(numbers.of(identity(serial, b"NO"), slots(second)).is_some());
         }
     };
-    // One flies for an hour, another for longer than a day.
+    // One flies for an hour, the other for about a day.
     fly(&mut numbers, "A", 0, 3600);
     fly(&mut numbers, "B", 3600, 3600 + 86_000);
     let told = numbers.take_changes();
@@ -126,32 +126,32 @@ fn a_number_goes_back_a_day_after_its_aircraft_ended() {
     assert_eq!(numbers.of(identity("B", b"NO"), now).unwrap().number, 2);
     assert_eq!(numbers.of(identity("C", b"NO"), now).unwrap(), Numbered { number: 1, since: now });
 
-    // A restart forgets nothing: what is kept goes back at the same time.
+    // After a restart the same numbers are released at the same time.
     let kept: Vec<Given> = numbers.given().collect();
     let mut again = Numbers::new(GRID, Keeping::ADay, BTreeMap::new());
     assert!(kept.iter().all(|&given| again.remember(given)));
-    again.turn(now.plus(4 * 86_000));
+    again.begin_slot(now.plus(4 * 86_000));
     assert_eq!(again.used(), 2);
-    again.turn(now.plus(4 * 87_000));
+    again.begin_slot(now.plus(4 * 87_000));
     assert_eq!(again.used(), 0);
-    // Of an old file without times it is counted from the first slot on.
+    // Numbers of an old file without times are counted from the first slot on.
     let mut old = Numbers::new(GRID, Keeping::ADay, BTreeMap::new());
     assert!(kept.iter().all(|&given| old.remember(Given { heard: None, ..given })));
-    old.turn(now);
-    old.turn(now.plus(4 * 86_400));
+    old.begin_slot(now);
+    old.begin_slot(now.plus(4 * 86_400));
     assert_eq!(old.used(), 2);
-    old.turn(now.plus(4 * 87_000));
+    old.begin_slot(now.plus(4 * 87_000));
     assert_eq!(old.used(), 0);
 }
 
-/// An aircraft that has no serial number.
+/// An aircraft without a serial number.
 fn aircraft(address: u32) -> Identity {
     Identity::of_address(address)
 }
 
 #[test]
-fn who_has_no_serial_number_has_one_from_the_other_end() {
-    // The highest but one is kept for a drone, and the third from above is one's serial number.
+fn identity_without_serial_is_numbered_from_the_other_end() {
+    // The second highest is reserved for a drone, and the third highest is the serial number of another.
     let configured = BTreeMap::from([(b"ALPHA".to_vec(), LARGEST_TRANSPONDER_NUMBER - 1)]);
     let mut numbers = Numbers::new(GRID, Keeping::ForGood, configured);
     let mut of = |identity| numbers.of(identity, Slot(1)).unwrap().number;
@@ -161,12 +161,12 @@ fn who_has_no_serial_number_has_one_from_the_other_end() {
     assert_eq!(of(Identity::of_name(crate::report::Space::Session, b"01234").unwrap()), 429_492);
     assert_eq!(of(aircraft(0x4B_0001)), 429_496, "a number given stays");
     assert_eq!(of(identity("ALPHA", b"NO")), 429_495);
-    // A drone whose serial number is a number that an aircraft has takes the lowest, as do all others.
+    // A drone whose serial number is an aircraft's number gets the lowest free number, like all others.
     assert_eq!(of(identity("429496", b"NO")), 1);
     assert_eq!(of(identity("X", b"NO")), 2);
 }
 
-/// Whoever else is heard, and in whichever order: a drone's number stays what it would be.
+/// A drone's number does not depend on which aircraft without serial numbers are received, nor on their order.
 #[test]
 fn an_airliner_in_range_changes_no_drones_number() {
     let serials = ["X", "7", "Y", "2", "Z", "ALPHA", "0003"];
@@ -196,21 +196,21 @@ fn an_aircrafts_number_is_given_again_only_once_it_is_free() {
     let day = |days: i64| Slot(4 * (86_400 + 600) * days);
     let number = |numbers: &mut Numbers, address, slot| numbers.of(aircraft(address), slot).unwrap().number;
     assert_eq!([1, 2, 3].map(|address| number(&mut numbers, address, day(0))), [429_496, 429_495, 429_494]);
-    // The second one goes on flying; the two others are heard no more.
+    // The second aircraft continues to fly; the other two are not received any more.
     let half = Slot(day(1).0 / 2);
-    numbers.turn(half);
+    numbers.begin_slot(half);
     assert_eq!(number(&mut numbers, 2, half), 429_495);
     assert_eq!(number(&mut numbers, 4, half), 429_493, "none is free before a day is over");
-    numbers.turn(day(1));
+    numbers.begin_slot(day(1));
     assert_eq!(numbers.used(), 2);
-    // The highest free ones first, and never one that is somebody's.
+    // The highest free numbers come first, and never one that is in use.
     assert_eq!([5, 6, 7].map(|address| number(&mut numbers, address, day(1))), [429_496, 429_494, 429_492]);
     assert_eq!(number(&mut numbers, 1, day(1)), 429_491, "who comes again is as new");
     let given: BTreeSet<u32> = numbers.given().map(|given| given.number).collect();
     assert_eq!((given.len(), numbers.used()), (6, 6));
 }
 
-/// From both ends they come together: nobody has another one's.
+/// Assignment from both ends: no number is assigned twice.
 #[test]
 fn numbers_from_both_ends_never_meet_in_one() {
     let mut numbers = Numbers::new(GRID, Keeping::ForGood, BTreeMap::new());

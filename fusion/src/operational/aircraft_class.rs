@@ -1,7 +1,8 @@
-//! How an aircraft looks to each radar: the class probability that its tracks show.
+//! Class probability of an aircraft, as the tracks of each radar show it.
 //!
-//! A radar shows much the same probability of one aircraft in track after track, so it is a mark of it: a track that shows it
-//! again is more likely to be that aircraft than one that shows another, the more so the fewer of the site's tracks show it.
+//! A radar reports a similar probability for one aircraft in all of its tracks, so the value helps to identify the
+//! aircraft. A new track with the same value is more likely to be that aircraft than one with another value, in
+//! particular if few tracks of the site have it.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -14,13 +15,13 @@ use super::tuning::{
 };
 use crate::report::SensorIndex;
 
-/// The class probability of one aircraft, as each radar has shown it.
+/// Mean class probability of one aircraft, by radar.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct AircraftClass(BTreeMap<SensorIndex, f64>);
 
 impl AircraftClass {
-    /// Takes in what a track of it shows, `dt` seconds after it was asked last.
-    pub(super) fn take(&mut self, tracklet: &Tracklet, dt: f64) {
+    /// Updates the class by a track of the aircraft, `dt` seconds after the last update.
+    pub(super) fn update(&mut self, tracklet: &Tracklet, dt: f64) {
         let (class_s, mean) = tracklet.existence().class();
         if class_s >= CLASS_SETTLED_S {
             let known = self.0.entry(tracklet.key.sensor).or_insert(mean);
@@ -28,7 +29,8 @@ impl AircraftClass {
         }
     }
 
-    /// LLR that a track is of this aircraft, by its class alone; of one that was not seen yet, as far as it is a drone.
+    /// LLR that a track is of this aircraft, from its class alone. For a radar without a known class it is the evidence
+    /// for a drone.
     pub(super) fn llr(&self, tracklet: &Tracklet) -> f64 {
         let existence = tracklet.existence();
         let (class_s, mean) = existence.class();
@@ -39,8 +41,8 @@ impl AircraftClass {
     }
 }
 
-/// Logarithm of the density of such a difference between tracks of one aircraft, over that where every probability is as
-/// common: a normal one, but for those that look otherwise for once.
+/// Logarithm of the density of a class difference between tracks of one aircraft, relative to a uniform one. The
+/// density is normal, with a share of outliers.
 fn alike(difference: f64) -> f64 {
     let normal = (-0.5 * (difference / OWN_CLASS_SIGMA).powi(2)).exp() / (OWN_CLASS_SIGMA * TAU.sqrt());
     ((1.0 - OWN_CLASS_ELSE) * normal + OWN_CLASS_ELSE).ln()
@@ -51,11 +53,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_same_class_speaks_for_one_aircraft_and_another_against_it() {
+    fn same_class_supports_one_aircraft_and_other_class_opposes() {
         assert!(alike(0.0) > 1.0 && alike(0.05) > 0.5);
         assert!(alike(0.3) < -2.0);
         assert!((alike(0.9) - OWN_CLASS_ELSE.ln()).abs() < 1e-3, "but it is no proof");
-        // A density over the differences that there may be has the integral 1.
+        // A density over all possible differences has the integral 1.
         let step = 1e-3;
         let sum: f64 = (-500..500).map(|index| alike((f64::from(index) + 0.5) * step).exp() * step).sum();
         assert!((sum - 1.0).abs() < 1e-3, "{sum}");

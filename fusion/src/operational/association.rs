@@ -1,27 +1,27 @@
-//! The pass that decides which radar track is which target.
+//! The pass that assigns radar tracks to targets.
 //!
-//! It runs when all radars' tracks have been compared, radar by radar: first the tracks that have begun, one to one at the
-//! least cost, then the tracks that begin in the seconds ahead. What is published is seconds old, so those are known; their
-//! plots tell where a target is that no sensor sees now, or that another radar alone sees: between two times at which ranges
-//! cross the bias of the radar that is left is known best.
+//! It runs when the tracks of all radars have been compared, radar by radar. The tracks that have begun are assigned
+//! first, one to one at the least cost, then the tracks that begin in the seconds ahead. Slots are decided seconds
+//! later, so these tracks are known. Their plots show where a target is that no sensor detects now, or that only
+//! another radar detects: the bias of the remaining radar is best known between two times at which ranges cross.
 //!
-//! Where no transponder tells, a track is compared with what other radars see, too ([`mutual`]): two targets that turn out to
-//! be one become the older of them.
+//! Without a transponder a track is also compared with the tracks of other radars ([`radar_pairs`]). Two targets that turn
+//! out to be one are merged into the older one.
 //!
-//! The order counts. A target that a track of this radar has just been found to be is seen again, so no track ahead may
-//! claim it; and what one radar has found, begun or ahead, is no longer missing to the next radar.
+//! The order matters. A target with a newly assigned track of this radar is detected again, so no track ahead may claim
+//! it. A target found by one radar, by a present track or one ahead, is no longer missing for the next radar.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
-use super::correlation::Decided;
 use super::cycle::{Cycle, LATEST};
-use super::doubt::Doubt;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
-use super::mutual;
-use super::reacquisition::{self, Measured, Unseen};
-use super::settings::{Radar, periods};
+use super::manual_association::DecidedPairs;
+use super::radar_pairs;
+use super::reacquisition::{self, MeasuredPositions, UndetectedTargets};
+use super::reacquisition_doubt::Doubt;
+use super::settings::{RadarSettings, periods};
 use super::shared;
 use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
@@ -33,93 +33,97 @@ use crate::assignment::{Candidate, assign};
 use crate::filter::StateEstimate;
 use crate::report::SensorIndex;
 
-/// Which target each of these tracklets is from now on, in the order in which that takes effect.
-type Assignment = Vec<Assigned>;
+/// New targets of tracklets, in the order in which they take effect.
+type TrackAssignments = Vec<TrackAssignment>;
 
-/// Which target a tracklet is from now on, and how doubtful that is where it was found by its place.
+/// New target of a tracklet, and the doubt if it was found by its position.
 #[derive(Clone, Copy, Debug)]
-struct Assigned {
+struct TrackAssignment {
     tracklet: TrackletId,
     target: Option<TargetId>,
     doubt: Option<Doubt>,
 }
 
-/// In this order.
-const STEPS: [fn(&RadarTracks) -> Assignment; 2] =
+/// The steps of the pass, in order.
+const STEPS: [fn(&RadarTracks) -> TrackAssignments; 2] =
     [|tracks| tracks.assign_begun(), |tracks| tracks.assign_ahead()];
 
-/// Decides which radar track is which target.
+/// Assigns radar tracks to targets.
 pub(super) fn associate(
     tracklets: &mut Tracklets,
     targets: &mut Targets,
-    measured: &Measured,
-    decided: &Decided,
+    measured: &MeasuredPositions,
+    decided: &DecidedPairs,
     cycle: &Cycle,
 ) {
-    let silent = &Silent::all(targets, cycle);
+    let silent = &SilentTarget::all(targets, cycle);
     for (sensor, radar) in cycle.settings.radars() {
         for assign in STEPS {
             let tracks = RadarTracks { sensor, radar, tracklets, targets, measured, silent, decided, cycle };
-            for Assigned { tracklet, target, doubt } in assign(&tracks) {
+            for TrackAssignment { tracklet, target, doubt } in assign(&tracks) {
                 if tracklets.get(tracklet).is_some_and(|known| known.target() != target) {
-                    targets.disbelieve(tracklets, tracklet, cycle);
-                    target.into_iter().for_each(|target| targets.find(target, doubt));
+                    targets.mark_wrong(tracklets, tracklet, cycle);
+                    target.into_iter().for_each(|target| targets.record_doubt(target, doubt));
                 }
                 match target {
                     Some(target) => targets.follow_together(tracklets, tracklet, target),
-                    None => targets.follow(tracklets, tracklet, None),
+                    None => targets.assign_track(tracklets, tracklet, None),
                 }
             }
         }
     }
 }
 
-/// One radar's tracks, and the targets that they could be.
+/// The tracks of one radar, and the targets to which they may belong.
 struct RadarTracks<'a> {
     sensor: SensorIndex,
-    radar: &'a Radar,
+    radar: &'a RadarSettings,
     tracklets: &'a Tracklets,
     targets: &'a Targets,
-    measured: &'a Measured,
-    silent: &'a [Silent],
-    decided: &'a Decided,
+    measured: &'a MeasuredPositions,
+    silent: &'a [SilentTarget],
+    decided: &'a DecidedPairs,
     cycle: &'a Cycle<'a>,
 }
 
-/// A target that no transponder tells of in this slot. Where it must be is worked out once, and only where that is asked.
-struct Silent {
+/// A target without a transponder position in this slot. Its expected position is computed once, when it is first
+/// needed.
+struct SilentTarget {
     target: TargetId,
     expected: OnceLock<Option<StateEstimate>>,
 }
 
-impl Silent {
-    /// All of them, by target.
+impl SilentTarget {
+    /// All such targets, in order.
     fn all(targets: &Targets, cycle: &Cycle) -> Vec<Self> {
-        let silent = targets.iter().filter(|target| target.on_curve(cycle.centre, cycle.settings).is_none());
+        let is_silent = |target: &&Target| {
+            !targets.is_companion(target.id()) && target.on_curve(cycle.centre, cycle.settings).is_none()
+        };
+        let silent = targets.iter().filter(is_silent);
         silent.map(|target| Self { target: target.id(), expected: OnceLock::new() }).collect()
     }
 }
 
-/// A target that a radar track could be.
-struct Score {
+/// A candidate target of a radar track.
+struct CandidateScore {
     target: TargetId,
     llr: f64,
-    by: Evidence,
+    by: CandidateEvidence,
 }
 
-/// What a score rests on.
+/// Kind of evidence for a candidate.
 #[derive(Clone, Copy, Debug)]
-enum Evidence {
+enum CandidateEvidence {
     /// The target's transponder.
     Transponder,
-    /// Its tracks of other radars.
+    /// The target's tracks of other radars.
     OtherRadars,
-    /// Where it must be, since no sensor sees it.
+    /// The target's expected position, because no sensor detects it.
     Place,
 }
 
-impl Evidence {
-    /// A track becomes a target from this LLR on.
+impl CandidateEvidence {
+    /// Minimum LLR for a new assignment.
     fn least(self) -> f64 {
         match self {
             Self::Transponder => ASSOCIATE_LLR,
@@ -134,8 +138,8 @@ impl RadarTracks<'_> {
         self.tracklets.of_radar(self.sensor)
     }
 
-    /// The tracks that have begun, and have a plot now or had one lately.
-    fn assign_begun(&self) -> Assignment {
+    /// Assigns the tracks that have begun, and have a present or recent plot.
+    fn assign_begun(&self) -> TrackAssignments {
         let cycle = self.cycle;
         let lasts_for = periods(TRACK_LASTS_PERIODS, self.radar.period_s).max(cycle.end - cycle.begin);
         let lasts = |tracklet: &&Tracklet| {
@@ -145,9 +149,9 @@ impl RadarTracks<'_> {
         let lasting: Vec<&Tracklet> = self.tracklets().filter(lasts).collect();
         let threads = cycle.settings.threads;
         let scores = shared::map(threads, &lasting, |tracklet| self.scores(tracklet, &unseen));
-        let mut problem = Problem::default();
+        let mut problem = AssignmentProblem::default();
         for (tracklet, scores) in lasting.into_iter().zip(scores) {
-            let candidate = |score: Score| {
+            let candidate = |score: CandidateScore| {
                 let (least, bonus) = match tracklet.target() == Some(score.target) {
                     true => (DISSOCIATE_LLR, HYSTERESIS_LLR),
                     false => (score.by.least(), 0.0),
@@ -155,20 +159,20 @@ impl RadarTracks<'_> {
                 let is_free = self.decided.leaves(tracklet, score.target);
                 (is_free && score.llr > least).then_some((score.target, DISSOCIATE_LLR - bonus - score.llr))
             };
-            let finds = scores.iter().filter(|score| matches!(score.by, Evidence::Place));
+            let finds = scores.iter().filter(|score| matches!(score.by, CandidateEvidence::Place));
             problem.doubt(self.doubts(tracklet, finds.map(|score| (score.target, score.llr)).collect()));
             problem.add(tracklet.id, scores.into_iter().filter_map(candidate));
         }
         let assigned = problem.solve().into_iter();
         assigned
             .map(|assigned| match self.decided.target(assigned.tracklet) {
-                Some(target) => Assigned { target: Some(target), doubt: None, ..assigned },
+                Some(target) => TrackAssignment { target: Some(target), doubt: None, ..assigned },
                 None => assigned,
             })
             .collect()
     }
 
-    /// How doubtful it is that a track is each of these targets, by their LLRs.
+    /// Doubts that a track is each of these targets, from their LLRs.
     fn doubts(
         &self,
         tracklet: &Tracklet,
@@ -183,54 +187,56 @@ impl RadarTracks<'_> {
         finds.into_iter().filter_map(doubt).collect()
     }
 
-    /// The targets that a track could be.
-    fn scores(&self, tracklet: &Tracklet, unseen: &Unseen) -> Vec<Score> {
+    /// Candidate targets of a track.
+    fn scores(&self, tracklet: &Tracklet, unseen: &UndetectedTargets) -> Vec<CandidateScore> {
         let centre = self.cycle.centre;
         let existence = tracklet.existence();
         if existence.is_vetoed() {
             return Vec::new();
         }
         let class = existence.log_odds().min(CLASS_LLR_MAX);
-        // What it is taken for was perhaps never compared with it, and is only now heard again.
+        // The track's present target may have a transponder that is received again, and was never compared with it.
         let unheard = tracklet.target().filter(|&own| tracklet.pair(own).is_none());
         let unheard = unheard.map(|own| (own, PairLikelihood::default()));
-        let compared = tracklet.pairs().iter().copied().chain(unheard).filter_map(|(target, pair)| {
+        let leads = |pair: &(TargetId, PairLikelihood)| !self.targets.is_companion(pair.0);
+        let pairs = tracklet.pairs().iter().copied().chain(unheard).filter(leads);
+        let compared = pairs.filter_map(|(target, pair)| {
             let pair = pair.at(centre);
             let is_own = tracklet.target() == Some(target);
             let so_far = pair.llr + class - pair.bias_penalty;
             if so_far + PAIR_LLR_MAX <= if is_own { DISSOCIATE_LLR } else { ASSOCIATE_LLR } {
-                return None; // whatever the plots ahead tell
+                return None; // no plots ahead can change this
             }
             let ahead = self.ahead(tracklet, target)?;
             ahead.total().or(pair.total())?;
             let llr = pair.llr + ahead.llr + class - pair.bias_penalty.max(ahead.bias_penalty);
-            Some(Score { target, llr, by: Evidence::Transponder })
+            Some(CandidateScore { target, llr, by: CandidateEvidence::Transponder })
         });
-        let mut scores: Vec<Score> = compared.collect();
-        for score in self.mutual_scores(tracklet) {
+        let mut scores: Vec<CandidateScore> = compared.collect();
+        for score in self.radar_pair_scores(tracklet) {
             scores.retain(|compared| compared.target != score.target);
             scores.push(score);
         }
         match tracklet.target() {
-            // Nothing to compare it with: it stays what it is.
+            // The track keeps its target if there is no evidence on it.
             Some(target)
                 if tracklet.pair_llr(target).is_none()
                     && !scores.iter().any(|score| score.target == target) =>
             {
-                scores.push(Score { target, llr: 0.0, by: Evidence::Transponder });
+                scores.push(CandidateScore { target, llr: 0.0, by: CandidateEvidence::Transponder });
             }
             Some(_) => {}
             None => {
                 let plot = tracklet.nearest(centre);
                 for (target, llr) in plot.into_iter().flat_map(|plot| unseen.near(plot, self.radar)) {
                     scores.retain(|compared| compared.target != target);
-                    // The likelihood from before it was out of sight counts as well.
+                    // The likelihood from before the target was lost counts as well.
                     let class = self.targets.get(target).map_or(class, |target| target.class_llr(tracklet));
                     let llr = tracklet.pair_llr(target).unwrap_or(0.0) + llr + class;
-                    scores.push(Score {
+                    scores.push(CandidateScore {
                         target,
                         llr: llr + self.total_ahead(tracklet, target),
-                        by: Evidence::Place,
+                        by: CandidateEvidence::Place,
                     });
                 }
             }
@@ -238,7 +244,7 @@ impl RadarTracks<'_> {
         scores
     }
 
-    /// How likely a track is a target's, by its plots after the slot, back to it, and the target's transponder.
+    /// Likelihood of a track and a target's transponder from the plots after the slot, back to the slot.
     fn ahead(&self, tracklet: &Tracklet, target: TargetId) -> Option<PairLikelihood> {
         let Cycle { centre, settings, .. } = *self.cycle;
         let mut ahead = PairLikelihood::default();
@@ -247,31 +253,31 @@ impl RadarTracks<'_> {
         Some(ahead)
     }
 
-    /// The sum of that; 0 where there is nothing to compare.
+    /// Total LLR of [`Self::ahead`]; 0 without a comparison.
     fn total_ahead(&self, tracklet: &Tracklet, target: TargetId) -> f64 {
         self.ahead(tracklet, target).and_then(|ahead| ahead.total()).unwrap_or(0.0)
     }
 
-    /// The targets that a track could be by what other radars see of them.
-    fn mutual_scores<'t>(&'t self, tracklet: &'t Tracklet) -> impl Iterator<Item = Score> + 't {
-        // That it is a drone is no evidence that it is this one; that it is none is evidence against it.
+    /// Candidate targets of a track from the tracks of other radars.
+    fn radar_pair_scores<'t>(&'t self, tracklet: &'t Tracklet) -> impl Iterator<Item = CandidateScore> + 't {
+        // Being a drone is no evidence for this target; not being a drone is evidence against it.
         let class = tracklet.existence().log_odds().min(0.0);
         let own = tracklet.target();
-        mutual::targets(tracklet, self.tracklets, self.targets).filter_map(move |target| {
+        radar_pairs::targets(tracklet, self.tracklets, self.targets).filter_map(move |target| {
             let id = target.id();
-            let told = mutual::told(tracklet, target, self.tracklets, self.cycle)?;
+            let likelihood = radar_pairs::track_likelihood(tracklet, target, self.tracklets, self.cycle)?;
             let llr = match own == Some(id) {
-                true => told.around,
+                true => likelihood.around,
                 false if !self.may_become(tracklet, target) => return None,
-                // What their transponder has told against it still holds.
-                false => told.later + tracklet.pair_llr(id).unwrap_or(0.0).min(0.0),
+                // Evidence of the target's transponder against the track still counts.
+                false => likelihood.later + tracklet.pair_llr(id).unwrap_or(0.0).min(0.0),
             };
-            Some(Score { target: id, llr: llr + class, by: Evidence::OtherRadars })
+            Some(CandidateScore { target: id, llr: llr + class, by: CandidateEvidence::OtherRadars })
         })
     }
 
-    /// Whether a track may become part of another target than its own. The first track of a target takes the target along: of
-    /// two the one stays that a transponder tells of, or that was there before.
+    /// Whether a track may move to another target. If it is the first track of its target, the two targets merge: the
+    /// one with a transponder remains, or the older one.
     fn may_become(&self, tracklet: &Tracklet, other: &Target) -> bool {
         let own = tracklet.target().and_then(|own| self.targets.get(own));
         own.is_none_or(|own| {
@@ -282,9 +288,9 @@ impl RadarTracks<'_> {
         })
     }
 
-    /// Targets that no sensor sees now, where they must be.
-    fn unseen(&self) -> Unseen {
-        Unseen::of(self.silent.iter().filter_map(|silent| {
+    /// Targets that no sensor detects now, at their expected positions.
+    fn unseen(&self) -> UndetectedTargets {
+        UndetectedTargets::of(self.silent.iter().filter_map(|silent| {
             let target = self.targets.get(silent.target)?;
             let is_unseen = target.is_unseen(self.tracklets, self.cycle);
             let expected = || reacquisition::expected(target, self.cycle.centre);
@@ -292,22 +298,22 @@ impl RadarTracks<'_> {
         }))
     }
 
-    /// Whether a target is missing to this radar, and what other radars see of it does not speak against its being this track.
+    /// Whether a target is missing for this radar, and the tracks of other radars do not contradict this track.
     fn is_missing(&self, target: &Target, tracklet: &Tracklet) -> bool {
         target.is_open_to(self.sensor, self.tracklets, self.cycle)
-            && mutual::llr_of_target(tracklet, target, self.tracklets, self.cycle.settings)
+            && radar_pairs::llr_of_target(tracklet, target, self.tracklets, self.cycle.settings)
                 .is_none_or(|llr| llr > 0.0)
     }
 
-    /// The tracks that begin in the seconds ahead, and are targets that this radar does not see now.
-    fn assign_ahead(&self) -> Assignment {
-        let mut problem = Problem::default();
+    /// Assigns the tracks that begin in the seconds ahead to targets that this radar does not detect now.
+    fn assign_ahead(&self) -> TrackAssignments {
+        let mut problem = AssignmentProblem::default();
         let mut freed = Vec::new();
         for tracklet in self.tracklets().filter(|tracklet| tracklet.begins_within(LOOK_AHEAD_S, self.cycle)) {
             if let Some(own) = tracklet.target() {
-                // The target is followed by another track meanwhile.
+                // Another track follows the target meanwhile.
                 if self.targets.get(own).is_none_or(|own| !own.is_followed_by(tracklet.id)) {
-                    freed.push(Assigned { tracklet: tracklet.id, target: None, doubt: None });
+                    freed.push(TrackAssignment { tracklet: tracklet.id, target: None, doubt: None });
                 }
                 continue;
             }
@@ -317,7 +323,7 @@ impl RadarTracks<'_> {
             let plausible: Vec<(TargetId, f64)> =
                 reacquisition::plausible(tracklet, self.radar, self.targets, self.measured, self.decided)
                     .collect();
-            // One that could also be a target that is not missing is left until it has begun.
+            // A track that could also be a target that is not missing is left until it has begun.
             if plausible.iter().all(is_missing) {
                 let with_ahead = |(id, llr)| (id, llr + self.total_ahead(tracklet, id));
                 let plausible: Vec<(TargetId, f64)> = plausible.into_iter().map(with_ahead).collect();
@@ -333,7 +339,7 @@ impl RadarTracks<'_> {
 
 /// An assignment problem: tracks are the rows, targets the columns.
 #[derive(Default)]
-struct Problem {
+struct AssignmentProblem {
     rows: Vec<TrackletId>,
     columns: Vec<TargetId>,
     column_of: BTreeMap<TargetId, usize>,
@@ -341,8 +347,8 @@ struct Problem {
     doubts: BTreeMap<(TrackletId, TargetId), Doubt>,
 }
 
-impl Problem {
-    /// A track, and the targets that it could be, with their costs; that it is none costs nothing.
+impl AssignmentProblem {
+    /// Adds a track and its candidate targets with their costs; no target costs nothing.
     fn add(&mut self, id: TrackletId, costs: impl Iterator<Item = (TargetId, f64)>) {
         let Self { columns, column_of, .. } = self;
         let mut column = |target: TargetId| {
@@ -356,18 +362,18 @@ impl Problem {
             .push(costs.map(|(target, cost)| Candidate { column: column(target), cost }).collect());
     }
 
-    /// How doubtful some of that is.
+    /// Adds the doubts of some candidates.
     fn doubt(&mut self, doubts: Vec<((TrackletId, TargetId), Doubt)>) {
         self.doubts.extend(doubts);
     }
 
-    /// The target of each track, at the least sum of costs.
-    fn solve(self) -> Assignment {
+    /// The target of each track, at the least total cost.
+    fn solve(self) -> TrackAssignments {
         let chosen = assign(&self.candidates, self.columns.len(), 0.0);
         let assigned = |(tracklet, column): (TrackletId, Option<usize>)| {
             let target = column.map(|column| self.columns[column]);
             let doubt = target.and_then(|target| self.doubts.get(&(tracklet, target)).copied());
-            Assigned { tracklet, target, doubt }
+            TrackAssignment { tracklet, target, doubt }
         };
         self.rows.into_iter().zip(chosen).map(assigned).collect()
     }

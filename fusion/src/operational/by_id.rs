@@ -1,12 +1,12 @@
-//! Things by their name, side by side: walked through from the first to the last far more often than one is looked for.
+//! Map with keys and values in sorted vectors: it is iterated far more often than searched.
 
 use serde::{Deserialize, Serialize};
 
-/// Things in the order of their names. New names are the largest but for a few.
+/// Values in the order of their keys. New keys are almost always the largest.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct ById<K, T> {
     ids: Vec<K>,
-    /// In the same order.
+    /// Values in the order of the keys.
     all: Vec<T>,
 }
 
@@ -33,7 +33,7 @@ impl<K: Ord + Copy, T> ById<K, T> {
         self.all.get_mut(index)
     }
 
-    /// Puts it in its place; in that of another one of this name.
+    /// Inserts a value, or replaces the one with this key.
     pub(super) fn insert(&mut self, id: K, thing: T) {
         match self.index(id) {
             Ok(index) => self.all[index] = thing,
@@ -50,7 +50,7 @@ impl<K: Ord + Copy, T> ById<K, T> {
         Some(self.all.remove(index))
     }
 
-    /// Keeps those of which that is true, asked in their order.
+    /// Keeps the values for which `is_kept` returns true, called in order.
     pub(super) fn retain(&mut self, mut is_kept: impl FnMut(K, &mut T) -> bool) {
         let Self { ids, all } = self;
         let kept: Vec<bool> = ids.iter().zip(all.iter_mut()).map(|(&id, thing)| is_kept(id, thing)).collect();
@@ -82,7 +82,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_is_a_map(steps in prop::collection::vec((0..4_u8, 0..12_u64), 0..60)) {
+        fn map_by_id_matches_a_tree_map(steps in prop::collection::vec((0..4_u8, 0..12_u64), 0..60)) {
             let mut expected = BTreeMap::new();
             let mut things = ById::default();
             for (at, (step, id)) in steps.into_iter().enumerate() {

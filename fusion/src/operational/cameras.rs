@@ -1,9 +1,9 @@
-//! Cameras: which target each of their tracks looks at, and what that tells of its place.
+//! Cameras: assignment of their tracks to targets, and the measurements that follow.
 //!
-//! A bearing says in which direction something is and not how far, so a camera's track never begins a target of its own. It is
-//! the target whose expected direction it follows: the logarithms of likelihood ratios, "this target" to "anything in the
-//! field of view", are summed look by look. Of a target that it follows, each look is a line on which the target lies: across the
-//! line the place is known by the angle times the distance expected, along it nothing is added.
+//! A bearing gives a direction without a distance, so a camera's track never begins a target. It is assigned to the
+//! target whose expected direction it follows: the log-likelihood ratios of "this target" to "anything in the field of
+//! view" are summed over the looks. Each look at an assigned target is a line on which the target lies. Across the line
+//! the position is known by the angle times the expected distance; along it nothing is measured.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::f64::consts::TAU;
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cycle::Cycle;
 use super::ids::TargetId;
-use super::settings::{Camera, Settings};
+use super::settings::{Camera, OperationalSettings};
 use super::targets::{Target, Targets};
 use super::tuning::{
     CAMERA_ENDS_S, CAMERA_FIELD, CAMERA_FOLLOW_LLR, CAMERA_KEPT, CAMERA_LLR_MAX, CAMERA_LOOK_LLR_MAX,
@@ -28,22 +28,22 @@ use crate::time::Time;
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Cameras(BTreeMap<CameraTrackKey, CameraTrack>);
 
-/// The bearings of one track, and what it looks at.
+/// The bearings of one track, and its target.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct CameraTrack {
-    /// By time, no nearer to each other than [`CAMERA_LOOK_S`]: what a camera sees wrong it sees wrong for a while.
+    /// Bearings by time, at least [`CAMERA_LOOK_S`] apart, because a camera's errors persist for a while.
     looks: VecDeque<Bearing>,
     /// Sums of log-likelihood ratios, by target.
     scores: BTreeMap<TargetId, f64>,
     target: Option<TargetId>,
-    /// Of what it looks at, the looks behind that time are used.
+    /// Time after which looks are used for the present target.
     from: Time,
-    /// Looks up to then are in the scores.
+    /// Time up to which looks are included in the scores.
     until: Time,
 }
 
 impl Cameras {
-    /// Takes in bearings, in order of time.
+    /// Adds a bearing.
     pub(super) fn insert(&mut self, bearing: Bearing) {
         let track = self.0.entry(bearing.track).or_default();
         let index = track.looks.partition_point(|look| look.time < bearing.time);
@@ -57,7 +57,7 @@ impl Cameras {
         }
     }
 
-    /// Decides what each track looks at, by the looks up to the slot, and forgets those that have ended.
+    /// Decides the target of each track from the looks up to the slot, and removes tracks that have ended.
     pub(super) fn follow(&mut self, targets: &Targets, cycle: &Cycle) {
         let Cycle { centre, previous, settings, .. } = *cycle;
         self.0.retain(|_, track| {
@@ -78,13 +78,13 @@ impl Cameras {
         }
     }
 
-    /// What cameras measured of a target after `since`, each look with the distance at which the target is expected then; by
-    /// track, and by time.
+    /// Measurements of a target by cameras after `since`, each look with the expected distance of the target at its
+    /// time; by track, and by time.
     pub(super) fn of<'a>(
         &'a self,
         target: &'a Target,
         since: Time,
-        settings: &'a Settings,
+        settings: &'a OperationalSettings,
     ) -> impl Iterator<Item = (CameraTrackKey, Measurement)> + 'a {
         let its = self.0.iter().filter(|(_, track)| track.target == Some(target.id()));
         its.filter_map(move |(key, track)| Some((*key, track, settings.camera(key.sensor)?))).flat_map(
@@ -101,11 +101,11 @@ impl CameraTrack {
     fn score(&mut self, targets: &Targets, camera: &Camera, centre: Time) {
         let first = self.looks.partition_point(|look| look.time <= self.until);
         for look in self.looks.range(first..).take_while(|look| look.time <= centre) {
-            for target in targets.iter() {
+            for target in targets.iter().filter(|target| !targets.is_companion(target.id())) {
                 let llr = target.estimate(look.time).and_then(|place| llr(look, camera, &place));
                 let Some(llr) = llr else { continue };
                 let known = self.scores.get(&target.id()).copied();
-                // Who was never in the picture need not be remembered.
+                // Targets that were never in the field of view need not be remembered.
                 if known.is_some() || llr > 0.0 {
                     let sum = known.unwrap_or(0.0) + llr;
                     self.scores.insert(target.id(), sum.clamp(-CAMERA_LLR_MAX, CAMERA_LLR_MAX));
@@ -116,7 +116,9 @@ impl CameraTrack {
     }
 
     fn decide(&mut self, targets: &Targets) {
-        self.scores.retain(|&id, score| targets.get(id).is_some() && *score > -CAMERA_LLR_MAX);
+        self.scores.retain(|&id, score| {
+            targets.get(id).is_some() && !targets.is_companion(id) && *score > -CAMERA_LLR_MAX
+        });
         let mut best = None;
         for (&id, &score) in &self.scores {
             if best.is_none_or(|(_, most)| score > most) {
@@ -127,7 +129,7 @@ impl CameraTrack {
             let others = self.scores.iter().filter(|(other, _)| **other != id).map(|(_, score)| *score);
             others.fold(f64::NEG_INFINITY, f64::max)
         };
-        // One that is followed stays so until it is no longer the best by as much.
+        // The present target is kept until another one is better by the margin.
         let own = self.target.and_then(|id| Some((id, *self.scores.get(&id)?)));
         let stays = own.filter(|&(id, score)| score > 0.0 && second(id) < score + CAMERA_MARGIN_LLR);
         let new =
@@ -136,8 +138,9 @@ impl CameraTrack {
     }
 }
 
-/// Where a camera expects a target: distance over ground, direction, and the variances of its angles there.
-struct Expected {
+/// Expected position of a target as seen from a camera: distance over ground, direction, and the variances of its
+/// angles.
+struct ExpectedView {
     ground_m: f64,
     azimuth: f64,
     elevation: f64,
@@ -145,8 +148,8 @@ struct Expected {
     elevation2: f64,
 }
 
-impl Expected {
-    /// `None` too near to the camera, where its angles say little.
+impl ExpectedView {
+    /// `None` if the target is too near to the camera for useful angles.
     fn of(camera: &Camera, place: &StateEstimate) -> Option<Self> {
         let away = place.position.0 - camera.position.0;
         let ground_m = away.xy().norm();
@@ -166,9 +169,9 @@ impl Expected {
     }
 }
 
-/// LLR that a look is at that place; `None` where the target could not be told from another one.
+/// LLR that a look is at that position; `None` if the target is too near.
 fn llr(look: &Bearing, camera: &Camera, place: &StateEstimate) -> Option<f64> {
-    let expected = Expected::of(camera, place)?;
+    let expected = ExpectedView::of(camera, place)?;
     let normal = |off: f64, variance: f64| -0.5 * off * off / variance - 0.5 * (TAU * variance).ln();
     let azimuth_off = wrapped(look.azimuth - expected.azimuth);
     let mut llr = normal(azimuth_off, expected.azimuth2 + camera.azimuth.powi(2)) + CAMERA_FIELD.ln();
@@ -179,10 +182,10 @@ fn llr(look: &Bearing, camera: &Camera, place: &StateEstimate) -> Option<f64> {
     Some(llr.clamp(-CAMERA_LOOK_LLR_MAX, CAMERA_LOOK_LLR_MAX))
 }
 
-/// The line of a look, at the distance where the target is expected.
+/// The line of a look, at the expected distance of the target.
 fn measured(look: &Bearing, camera: &Camera, place: &StateEstimate) -> Option<Measurement> {
-    let expected = Expected::of(camera, place)?;
-    // In steps, so that what was filtered with nearly the same distance is not filtered again.
+    let expected = ExpectedView::of(camera, place)?;
+    // The distance is quantised, so that measurements with nearly the same distance are not filtered again.
     let ground_m = CAMERA_RANGE_STEP.powf((expected.ground_m.ln() / CAMERA_RANGE_STEP.ln()).round());
     let (sin, cos) = look.azimuth.sin_cos();
     let outward = Vector2::new(sin, cos);
@@ -191,7 +194,7 @@ fn measured(look: &Bearing, camera: &Camera, place: &StateEstimate) -> Option<Me
     let along_m = (outward.transpose() * place.horizontal * outward).x.max(0.0).sqrt();
     let position = camera.position.0 + (outward * ground_m).push(up_m.unwrap_or(0.0));
     let slope = look.elevation.map_or(0.0, f64::tan);
-    // At least half a step, by which the distance was rounded.
+    // At least half a step, the rounding error of the distance.
     let rounded_m = ground_m * (CAMERA_RANGE_STEP - 1.0) / 2.0;
     Some(Measurement {
         time: look.time,
@@ -209,7 +212,7 @@ fn measured(look: &Bearing, camera: &Camera, place: &StateEstimate) -> Option<Me
     })
 }
 
-/// An angle between -π and π.
+/// The equivalent angle between -π and π.
 fn wrapped(angle: f64) -> f64 {
     (angle + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0
 }

@@ -1,9 +1,10 @@
-//! How many radar tracks of a site show which class probability: what its own traffic tells of a radar's classification.
+//! Class statistics: how many radar tracks of a site have which class probability.
 //!
-//! Radar tracks that go with a transponder are drones for certain: their class probabilities are labelled for free. All
-//! others are the background: birds, and drones without a transponder. Where the background has many times the tracks that
-//! drones explain, what shows that probability is a bird, whatever the radar calls it. Each radar classifies in its own way,
-//! so each has its own evidence. It only ever speaks against a drone: a probability that few tracks show tells nothing.
+//! Radar tracks with a transponder are certainly drones: their class probabilities are labelled without further effort.
+//! All others are the background: birds, and drones without a transponder. If a class probability is many times more
+//! frequent in the background than drones explain, a track with it is a bird, whatever the radar reports. Each radar
+//! classifies in its own way, so each has its own statistics. They only ever count against a drone: a probability with
+//! few tracks gives no evidence.
 
 use std::array;
 use std::collections::BTreeMap;
@@ -20,10 +21,10 @@ use super::tuning::{
 use crate::frames::Enu;
 use crate::report::SensorIndex;
 
-/// Radar tracks by their mean class probability.
+/// Numbers of radar tracks by mean class probability.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct ClassEvidence {
-    /// Those that go with a transponder.
+    /// Tracks with a transponder.
     drones: [f64; CLASS_BINS],
     background: [f64; CLASS_BINS],
 }
@@ -34,16 +35,16 @@ impl Default for ClassEvidence {
     }
 }
 
-/// The middle of a bin.
+/// Centre of a bin.
 fn middle(bin: usize) -> f64 {
     (bin as f64 + 0.5) / CLASS_BINS as f64
 }
 
 impl ClassEvidence {
-    /// Takes in a radar track with this mean class probability.
+    /// Adds a radar track with this mean class probability.
     fn add(&mut self, mean: f64, is_drone: bool) {
         let counts = if is_drone { &mut self.drones } else { &mut self.background };
-        // Another track of the same target would show a probability near this one.
+        // Another track of the same target would have a similar probability.
         let near: [f64; CLASS_BINS] = array::from_fn(|bin| {
             (-0.5 * ((middle(bin) - mean.clamp(0.0, 1.0)) / CLASS_KERNEL).powi(2)).exp()
         });
@@ -51,19 +52,19 @@ impl ClassEvidence {
         counts.iter_mut().zip(near).for_each(|(count, near)| *count += near / sum);
     }
 
-    /// What was `dt` seconds ago fades.
-    fn fade(&mut self, dt: f64) {
+    /// Lets the statistics fade over `dt` seconds.
+    fn decay(&mut self, dt: f64) {
         let kept = (-dt / CLASS_EVIDENCE_S).exp();
         self.drones.iter_mut().chain(&mut self.background).for_each(|count| *count *= kept);
     }
 
-    /// Natural logarithm of the odds that a radar track of nobody with this mean class probability is a drone: as the radar has
-    /// it, or less where the site's tracks say so.
+    /// Log-odds that an unassigned radar track with this mean class probability is a drone: those of the radar, or
+    /// lower ones from the site's statistics.
     pub(super) fn log_odds(&self, mean: f64) -> f64 {
         let sure = |counts: &[f64; CLASS_BINS]| -> f64 {
             (0..CLASS_BINS).filter(|&bin| middle(bin) > CLASS_SURE).map(|bin| counts[bin]).sum()
         };
-        // Drones without a transponder for each one with: by the tracks that the radar is surest of.
+        // Ratio of drones without to drones with a transponder, from the tracks with the highest class probabilities.
         let (without, with) = CLASS_SHARE_PRIOR;
         let share = (sure(&self.background) + without) / (sure(&self.drones) + with);
         let bin = ((mean.clamp(0.0, 1.0) * CLASS_BINS as f64) as usize).min(CLASS_BINS - 1);
@@ -75,8 +76,8 @@ impl ClassEvidence {
         }
     }
 
-    /// How common this mean class probability is among the site's tracks: natural logarithm of its density over that of a
-    /// site at which every probability is as common.
+    /// Logarithm of the density of this mean class probability among the site's tracks, relative to a uniform
+    /// distribution.
     pub(super) fn log_commonness(&self, mean: f64) -> f64 {
         let bin = ((mean.clamp(0.0, 1.0) * CLASS_BINS as f64) as usize).min(CLASS_BINS - 1);
         let all: f64 = self.drones.iter().chain(&self.background).sum();
@@ -85,61 +86,62 @@ impl ClassEvidence {
     }
 }
 
-/// A radar track with a settled class that is known to be a drone, or to be none.
+/// A radar track with a settled class that is known to be a drone, or not to be one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LabelledTrack {
     /// The radar.
     pub radar: SensorIndex,
-    /// Where it was last, in the engine's frame.
+    /// Its last position, in the engine's frame.
     pub position: Enu,
     /// Mean class probability of its plots, 0 to 1.
     pub uav_probability: f64,
-    /// Whether it goes with a transponder; otherwise it goes with none.
+    /// Whether the track has a transponder; otherwise it certainly has none.
     pub is_drone: bool,
 }
 
-/// The evidence of each radar.
+/// The statistics of each radar.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Classes {
     radars: BTreeMap<SensorIndex, ClassEvidence>,
     none: ClassEvidence,
-    /// Where evidence is shared: tracks that are not counted yet.
+    /// Labelled tracks that are not counted yet, if statistics are shared.
     labelled: Vec<LabelledTrack>,
-    /// What others have learnt; `None`: what it learns itself counts.
+    /// Statistics learnt by other engines; `None`: this engine uses its own.
     pub(super) shared: Option<BTreeMap<SensorIndex, ClassEvidence>>,
 }
 
 impl Classes {
-    /// That of a radar.
+    /// The statistics used for a radar.
     pub(super) fn of(&self, sensor: SensorIndex) -> &ClassEvidence {
         let radars = self.shared.as_ref().unwrap_or(&self.radars);
         radars.get(&sensor).unwrap_or(&self.none)
     }
 
-    /// The same as it has shown itself here.
+    /// The statistics learnt by this engine.
     pub(super) fn learnt(&self, sensor: SensorIndex) -> &ClassEvidence {
         self.radars.get(&sensor).unwrap_or(&self.none)
     }
 
-    /// What outlives a fresh start: what others have learnt.
+    /// State kept at a restart of the engine: the statistics learnt by others.
     pub(super) fn only_shared(self) -> Self {
         Self { shared: self.shared, ..Self::default() }
     }
 
-    /// Tracks whose class has settled since the last call, where evidence is shared: each is to be counted by one engine.
+    /// Returns the tracks whose class has settled since the last call, if statistics are shared. Each must be counted
+    /// by one engine.
     pub(super) fn take_labelled(&mut self) -> Vec<LabelledTrack> {
         std::mem::take(&mut self.labelled)
     }
 
-    /// Counts a track that this engine, or another one, has labelled.
+    /// Counts a track that this or another engine has labelled.
     pub(super) fn count(&mut self, track: &LabelledTrack) {
         self.radars.entry(track.radar).or_default().add(track.uav_probability, track.is_drone);
     }
 
-    /// Takes in the radar tracks whose class has settled with the plots up to the slot.
+    /// Adds the radar tracks whose class has settled with the plots up to the slot.
     pub(super) fn learn(&mut self, tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycle) {
         let dt = cycle.centre.seconds_since(cycle.previous);
-        self.radars.values_mut().for_each(|evidence| evidence.fade(dt));
+        self.radars.values_mut().for_each(|evidence| evidence.decay(dt));
         for tracklet in tracklets.iter_mut() {
             let Some(mean) = tracklet.take_class() else { continue };
             let has_transponder = |id| targets.get(id).is_some_and(|target| target.transponder().is_some());
@@ -152,7 +154,7 @@ impl Classes {
                 {
                     false
                 }
-                _ => continue, // it is not known which
+                _ => continue, // the track cannot be labelled
             };
             let Some(last) = tracklet.last_until(cycle.centre) else { continue };
             let radar = tracklet.key.sensor;
@@ -169,7 +171,7 @@ impl Classes {
 mod tests {
     use super::*;
 
-    /// So many tracks of each probability, evenly over its bounds.
+    /// Adds `tracks` tracks with probabilities evenly between the bounds.
     fn with(evidence: &mut ClassEvidence, tracks: u32, [low, high]: [f64; 2], is_drone: bool) {
         for track in 0..tracks {
             let mean = low + (high - low) * (f64::from(track) + 0.5) / f64::from(tracks);
@@ -182,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn what_many_birds_show_is_no_drones() {
+    fn probability_of_many_birds_is_no_drone_evidence() {
         let mut evidence = ClassEvidence::default();
         with(&mut evidence, 300, [0.5, 0.95], true);
         with(&mut evidence, 75, [0.5, 0.95], false);
@@ -192,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn a_few_drones_without_transponder_do_not_speak_against_themselves() {
+    fn few_drones_without_transponder_remain_drones() {
         let mut evidence = ClassEvidence::default();
         with(&mut evidence, 20, [0.7, 0.8], true);
         with(&mut evidence, 14, [0.5, 0.7], false);
@@ -200,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn drones_in_any_number_leave_it_at_what_the_radar_tells() {
+    fn many_drones_keep_the_radars_probability() {
         let mut evidence = ClassEvidence::default();
         with(&mut evidence, 2000, [0.3, 0.95], true);
         for mean in [0.0, 0.4, 0.57, 0.7, 1.0] {
@@ -218,11 +220,11 @@ mod tests {
     }
 
     #[test]
-    fn what_was_long_ago_is_forgotten() {
+    fn old_observations_are_discarded() {
         let mut evidence = ClassEvidence::default();
         with(&mut evidence, 480, [0.5, 0.6], false);
         assert!(evidence.log_odds(0.6) < told(0.6));
-        evidence.fade(10.0 * CLASS_EVIDENCE_S);
+        evidence.decay(10.0 * CLASS_EVIDENCE_S);
         assert_eq!(evidence.log_odds(0.6), told(0.6));
     }
 }

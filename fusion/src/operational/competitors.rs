@@ -1,33 +1,34 @@
-//! Who else a target's radar track or transponder could be.
+//! Other candidates for a target's radar track or transponder.
 
 use std::collections::BTreeMap;
 
-use super::correlation::{Correlations, Verdict};
 use super::cycle::Cycle;
 use super::ids::TargetId;
+use super::manual_association::{ManualAssociations, Verdict};
 use super::targets::{Target, Targets};
+use super::track_drift;
 use super::tracklets::Tracklets;
 use super::tuning::{COMPETITORS_MAX, PAIR_LLR_MAX};
-use super::walk_off;
 use crate::point::{Competitor, Rival};
 
-/// By target: the transponders that its radar track could be and the radar tracks that its transponder could be, the
-/// likeliest first. Those that the plots speak against with all that they can are none.
+/// Candidates by target, the likeliest first: transponders for its radar track, and radar tracks for its transponder.
+/// Those with the lowest possible score are omitted.
 pub(super) fn competitors(
     tracklets: &Tracklets,
     targets: &Targets,
-    correlations: &Correlations,
+    correlations: &ManualAssociations,
     cycle: &Cycle,
 ) -> BTreeMap<TargetId, Vec<Competitor>> {
     let mut all: BTreeMap<TargetId, Vec<Competitor>> = BTreeMap::new();
-    for tracklet in tracklets.iter().filter(|tracklet| walk_off::is_there(tracklet, cycle)) {
+    for tracklet in tracklets.iter().filter(|tracklet| track_drift::is_present(tracklet, cycle)) {
         let follows =
             |id: &TargetId| targets.get(*id).is_some_and(|target| target.is_followed_by(tracklet.id));
         let own = tracklet.target().filter(follows);
         for &(id, pair) in tracklet.pairs() {
             let Some(score) = pair.total().filter(|&total| total > -PAIR_LLR_MAX) else { continue };
             let transponder = targets.get(id).and_then(Target::transponder);
-            let Some(transponder) = transponder.filter(|_| own != Some(id)) else { continue };
+            let is_own = own.is_some_and(|own| targets.are_together(own, id));
+            let Some(transponder) = transponder.filter(|_| !is_own) else { continue };
             let identity = transponder.identity;
             let decorrelated = correlations.verdict(tracklet.id, identity) == Verdict::Decorrelated;
             let competitor = |who| Competitor { who, score, decorrelated };
@@ -40,7 +41,7 @@ pub(super) fn competitors(
         }
     }
     for competitors in all.values_mut() {
-        // Stable: equal ones stand in the order in which they began.
+        // The sort is stable: candidates with equal scores stay in the order in which they began.
         competitors.sort_by(|a, b| b.score.total_cmp(&a.score));
         let mut counts = [0; 2];
         competitors.retain(|competitor| {

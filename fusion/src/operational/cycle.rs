@@ -1,37 +1,37 @@
-//! One run of the passes, and the pictures that it yields.
+//! Times and settings of one run of the passes.
 
-use super::settings::Settings;
+use super::settings::OperationalSettings;
 use super::tuning::KNOWN_AHEAD_S;
 use crate::slots::{Slot, SlotGrid};
 use crate::time::Time;
 
-/// Earlier than every report.
+/// A time before every report.
 pub(super) const EARLIEST: Time = Time::from_nanos(i64::MIN);
-/// Later than every report.
+/// A time after every report.
 pub(super) const LATEST: Time = Time::from_nanos(i64::MAX);
 
-/// A slot that is decided or shown, and the sensors as they are known now.
+/// A slot that is decided or shown, with the present settings of the sensors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cycle<'a> {
     pub(super) slot: Slot,
     pub(super) begin: Time,
     pub(super) centre: Time,
     pub(super) end: Time,
-    /// What was received by then is known.
+    /// Time up to which reports were received.
     pub(super) deadline: Time,
     /// Centre of the slot that was decided before.
     pub(super) previous: Time,
-    pub(super) settings: &'a Settings,
+    pub(super) settings: &'a OperationalSettings,
 }
 
 impl<'a> Cycle<'a> {
-    /// A slot with what was received by `deadline`.
+    /// A slot with the reports received by `deadline`.
     pub(super) fn new(
         slot: Slot,
         deadline: Time,
         grid: SlotGrid,
         previous: Option<Time>,
-        settings: &'a Settings,
+        settings: &'a OperationalSettings,
     ) -> Self {
         Self {
             slot,
@@ -44,9 +44,9 @@ impl<'a> Cycle<'a> {
         }
     }
 
-    /// For how long nothing has come since `time`, as far as is known, seconds.
+    /// Known duration without reports since `time`, seconds.
     pub(super) fn silent_s(&self, time: Time) -> f64 {
-        // Of what comes after the slot; less than nothing where not even all of the slot is known.
+        // Known time after the slot; negative if the slot itself is not yet complete.
         let known_ahead_s = self.deadline.seconds_since(self.end).min(KNOWN_AHEAD_S);
         known_ahead_s + self.centre.seconds_since(time)
     }

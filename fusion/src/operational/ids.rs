@@ -1,5 +1,6 @@
-//! Names of tracklets and targets inside the engine: in the order in which they began, never used again. They say what began
-//! and when, not how many there were before: engines that see a thing begin call it the same, whatever else they see.
+//! Identifiers of tracklets and targets inside the engine: ordered by their start, never reused. They state what began
+//! and when, not a count of earlier ones. So engines that observe the same start use the same identifier, whatever else
+//! they observe.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,37 +8,37 @@ use crate::report::{Identity, RadarTrackKey};
 use crate::slots::Slot;
 use crate::time::Time;
 
-/// Tells tracklets apart, also those that had one radar track number after another.
+/// Identifies a tracklet, even among those with the same radar track number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(super) struct TrackletId {
-    /// The slot with which it came,
+    /// The slot in which it was created.
     pub(super) slot: Slot,
-    /// its first plot then,
+    /// Time of its first plot then.
     pub(super) time: Time,
     pub(super) track: RadarTrackKey,
-    /// and which of those with one number and time.
+    /// Index among tracklets with the same number and time.
     pub(super) nth: u16,
 }
 
-/// Tells targets apart.
+/// Identifies a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(super) struct TargetId {
-    /// The slot with which it came.
+    /// The slot in which it was created.
     pub(super) slot: Slot,
     pub(super) begun: Begun,
 }
 
-/// What a target was first.
+/// Origin of a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(super) enum Begun {
-    /// A transponder, with this report.
+    /// A transponder, with the time of this report.
     Transponder(Time, Identity),
-    /// A radar track that was nobody's.
+    /// An unassigned radar track.
     Track(TrackletId),
 }
 
 impl TrackletId {
-    /// Tells it apart from others of its radar: when it began, and its number.
+    /// Identifies it among the tracks of its radar: time of its start, and its number.
     pub(super) const fn of_radar(&self) -> (Time, u16) {
         (self.time, self.track.number)
     }
@@ -45,7 +46,7 @@ impl TrackletId {
 
 #[cfg(test)]
 impl TargetId {
-    /// The so many-th.
+    /// Identifier of the target with this index.
     pub(super) fn nth(nth: u64) -> Self {
         Self { slot: Slot(nth as i64), begun: Begun::Transponder(Time::default(), Identity::of_address(1)) }
     }

@@ -1,12 +1,12 @@
-//! The pass that makes targets of radar tracks that are nobody's, once they are confirmed as drones.
+//! The pass that creates targets from unassigned radar tracks once they are confirmed as drones.
 
-use super::correlation::Decided;
 use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
 use super::integrity::Twins;
 use super::likelihood::PairLikelihood;
-use super::mutual::{self, Evidence};
-use super::reacquisition::{self, Measured};
+use super::manual_association::DecidedPairs;
+use super::radar_pairs::{self, RadarPairEvidence};
+use super::reacquisition::{self, MeasuredPositions};
 use super::targets::Targets;
 use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::{
@@ -16,15 +16,16 @@ use super::tuning::{
 use crate::report::SensorIndex;
 use crate::time::Time;
 
-/// What a radar sees where a suspect transponder is not is an aircraft as soon as it lasts this long, seconds.
+/// Minimum duration of a radar track that shows the true position of a suspect transponder, to become a target,
+/// seconds.
 const TWIN_LASTS_S: f64 = 2.0;
 
-/// Initiates a target, at once back to its first plot, of each radar track that is confirmed and nobody's.
+/// Creates a target, with all plots back to the first, for each radar track that is confirmed and unassigned.
 pub(super) fn initiate(
     tracklets: &mut Tracklets,
     targets: &mut Targets,
-    measured: &Measured,
-    decided: &Decided,
+    measured: &MeasuredPositions,
+    decided: &DecidedPairs,
     twins: &Twins,
     cycle: &Cycle,
 ) {
@@ -37,11 +38,11 @@ pub(super) fn initiate(
             }
             None => log_odds >= CONFIRM_LOG_ODDS,
         };
-        // Where one plot alone goes nobody knows.
+        // The motion after a single plot is unknown.
         let is_track = tracklet.first() < tracklet.last() && tracklet.last() >= cycle.centre;
         let is_free = || match tracklet.first() < cycle.end {
             true if twins.contains_key(&tracklet.id) => true,
-            true => is_nobodys(tracklet, tracklets, targets, decided, cycle),
+            true => is_unexplained(tracklet, tracklets, targets, decided, cycle),
             false => {
                 tracklet.begins_within(COAST_MAX_S, cycle)
                     && is_unclaimed(tracklet, tracklets, targets, measured, decided, cycle)
@@ -53,18 +54,18 @@ pub(super) fn initiate(
     let new: Vec<(TrackletId, SensorIndex)> = new.collect();
     let mut initiated: Vec<(SensorIndex, TargetId)> = Vec::new();
     for (id, sensor) in new {
-        // Two radars may begin to see a drone at once.
+        // Two radars may begin to detect a drone at the same time.
         let target = match of_other_radar(id, &initiated, tracklets, targets, cycle) {
             Some((target, llr)) if llr > MUTUAL_ASSOCIATE_LLR => target,
             Some(_) => continue,
             None => targets.insert_unknown(id, cycle),
         };
-        targets.follow(tracklets, id, Some(target));
+        targets.assign_track(tracklets, id, Some(target));
         initiated.push((sensor, target));
     }
 }
 
-/// Which of the targets that have just been initiated, each with the radar that did, this track of another one could be, and
+/// Among the targets just initiated, each with its radar: the one to which this track of another radar may belong, and
 /// its LLR.
 fn of_other_radar(
     id: TrackletId,
@@ -80,18 +81,18 @@ fn of_other_radar(
         if followed().any(|other| other.key.sensor == tracklet.key.sensor) {
             return None;
         }
-        let llr = followed().find_map(|other| mutual::llr(tracklet, other, cycle.settings))?;
+        let llr = followed().find_map(|other| radar_pairs::llr(tracklet, other, cycle.settings))?;
         (llr > MUTUAL_APART_LLR).then_some((target, llr))
     };
     others.filter_map(llr).max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// Whether a track that has begun is not likely to be a transponder's or another radar's, and was not lately.
-fn is_nobodys(
+/// Whether a track that has begun is unlikely to be of a transponder or another radar's track, and was so lately.
+fn is_unexplained(
     tracklet: &Tracklet,
     tracklets: &Tracklets,
     targets: &Targets,
-    decided: &Decided,
+    decided: &DecidedPairs,
     cycle: &Cycle,
 ) -> bool {
     let long_ago =
@@ -99,32 +100,33 @@ fn is_nobodys(
     let is_apart = |&(target, pair): &(TargetId, PairLikelihood)| {
         decided.are_apart(tracklet.id, target) || (pair.llr < NOBODYS_LLR && long_ago(pair.last_likely))
     };
-    let is_apart_there = |&(id, pair): &(TrackletId, Evidence)| {
+    let is_apart_there = |&(id, pair): &(TrackletId, RadarPairEvidence)| {
         let Some(other) =
             tracklets.get(id).filter(|other| could_be(tracklet, other, tracklets, targets, cycle))
         else {
             return true;
         };
         long_ago(pair.last_likely)
-            && mutual::llr(tracklet, other, cycle.settings).is_none_or(|llr| llr < MUTUAL_APART_LLR)
+            && radar_pairs::llr(tracklet, other, cycle.settings).is_none_or(|llr| llr < MUTUAL_APART_LLR)
     };
-    tracklet.pairs().iter().all(is_apart) && tracklet.mutual().iter().all(is_apart_there)
+    tracklet.pairs().iter().all(is_apart) && tracklet.radar_pairs().iter().all(is_apart_there)
 }
 
-/// Whether a track that is still to begin could be no known target: not where that must be, nor what other radars see of it.
+/// Whether a track that is still to begin cannot be a known target: neither by the expected position, nor by other
+/// radars' tracks.
 fn is_unclaimed(
     tracklet: &Tracklet,
     tracklets: &Tracklets,
     targets: &Targets,
-    measured: &Measured,
-    decided: &Decided,
+    measured: &MeasuredPositions,
+    decided: &DecidedPairs,
     cycle: &Cycle,
 ) -> bool {
     let is_apart = |other: &Tracklet| {
         other.key.sensor == tracklet.key.sensor
             || !could_be(tracklet, other, tracklets, targets, cycle)
-            || !mutual::begins_near(tracklet, other, cycle.settings)
-            || mutual::llr(tracklet, other, cycle.settings).is_none_or(|llr| llr < MUTUAL_APART_LLR)
+            || !radar_pairs::begins_near(tracklet, other, cycle.settings)
+            || radar_pairs::llr(tracklet, other, cycle.settings).is_none_or(|llr| llr < MUTUAL_APART_LLR)
     };
     decided.target(tracklet.id).is_none()
         && tracklets.iter().all(is_apart)
@@ -134,7 +136,7 @@ fn is_unclaimed(
             .is_some_and(|radar| !reacquisition::begins_over_one(tracklet, radar, targets, measured, decided))
 }
 
-/// Whether another radar's track is of a target that no other track of this one's radar is now.
+/// Whether another radar's track is of a target that has no present track of this track's radar.
 fn could_be(
     tracklet: &Tracklet,
     other: &Tracklet,

@@ -1,12 +1,14 @@
-//! The pass that judges transponders: states from the evidence of radar tracks and from their own reports.
+//! The pass that assesses transponders, from radar tracks and from their own reports.
 //!
-//! Second by second each radar track is compared with the transponders around. It is evidence of one at most: *near* where it is
-//! where the transponder says, or has been and does not fly otherwise since; *far* where it is elsewhere and flies alike.
+//! Each second, every radar track is compared with the transponders around it. It is evidence on at most one of them. *Near*: the
+//! track is where the transponder reports, or was there and has not flown differently since. *Far*: the track is elsewhere, but
+//! flies the same motion.
 
 mod choice;
-mod judge;
+mod formation;
 mod lost;
 mod marks;
+mod monitor;
 mod watch;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,117 +16,124 @@ use std::collections::{BTreeMap, BTreeSet};
 use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 
-use super::correlation::Decided;
 use super::cycle::Cycle;
+use super::heights;
 use super::ids::{TargetId, TrackletId};
-use super::places::Places;
+use super::manual_association::DecidedPairs;
+use super::places::SpatialIndex;
 use super::registrations::Registrations;
-use super::settings::Settings;
+use super::settings::OperationalSettings;
 use super::targets::{Target, Targets};
 use super::tracklets::{Tracklet, Tracklets};
 use super::tuning::DRONE_SPEED_MAX_M_S;
 use crate::integrity::{
-    Action, Assessment, Concern, Delay, HeldWord, Jammed, Reason, ReportRules, Trust, Word,
+    Action, ActiveOverride, Assessment, Concern, Jammed, Reason, ReportRules, StampDelay, Trust,
+    TrustOverride,
 };
 use crate::point::Point;
 use crate::report::{Fix, Identity};
 use crate::slots::Slot;
 use crate::time::Time;
-use choice::{Claim, Claims};
-pub(super) use judge::Judge;
-use judge::Shown;
-use watch::{Curve, SECOND, TakenFor, Watch};
+use choice::{TrackClaim, TrackClaims};
+pub(super) use monitor::IdentityMonitor;
+use monitor::ShownPoint;
+use watch::{SECOND, SampledCurve, TrackAssociation, Watch};
 
-/// A radar track further away than this is not looked at, metres, beside so many deviations of its slow errors.
+/// Distance within which a radar track is compared with a transponder, metres. [`AROUND_SIGMAS`] deviations of the azimuth bias
+/// are added.
 const AROUND_M: f64 = 300.0;
 const AROUND_SIGMAS: f64 = 2.0;
-/// Who a radar track was seen to be counts for so long, seconds.
+/// Time for which an observation of a radar track as that of a transponder counts, seconds.
 const CLAIMED_S: i32 = 5;
-/// What is known of an identity is kept this long after its last report, where a radar was compared with it or it was flagged;
+/// Time after the last report for which an assessment is kept, if a radar was compared with the identity or it was flagged.
 const FORGOTTEN: SignedDuration = SignedDuration::from_hours(1);
-/// of more than so many identities only as long as they are published.
-const JUDGES_MAX: usize = 16_384;
+/// Number of identities above which assessments are kept only while the identity is a target.
+const MONITORS_MAX: usize = 16_384;
 
-/// A radar track that sees an aircraft where its transponder is not.
+/// A radar track that sees an aircraft away from its transponder's position.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Twin {
-    /// The target of that transponder.
+    /// Target of the transponder.
     liar: TargetId,
-    /// How much likelier it flies as the transponder does than as another aircraft, natural logarithm.
+    /// Log-likelihood ratio (natural) of the transponder's motion to that of another aircraft.
     pub(super) motion: f64,
 }
 
-/// All of them.
+/// All such radar tracks.
 pub(super) type Twins = BTreeMap<TrackletId, Twin>;
 
-/// What is known of every identity heard lately.
+/// Assessments of all identities with recent reports.
 #[derive(Debug, Default, Serialize, Deserialize)]
-pub(super) struct Integrities {
+pub(super) struct IdentityAssessments {
     reports: ReportRules,
-    judges: BTreeMap<Identity, Judge>,
-    claims: Claims,
-    /// The last second that all were judged in.
+    monitors: BTreeMap<Identity, IdentityMonitor>,
+    claims: TrackClaims,
+    /// Last second in which all identities were assessed.
     second: Option<i64>,
     twins: Twins,
-    /// What operators say, by identity.
-    words: BTreeMap<Identity, HeldWord>,
-    /// Identities of hosts that have steered a registration: no radar verifies them.
+    /// Operators' overrides by identity.
+    overrides: BTreeMap<Identity, ActiveOverride>,
+    /// Identities of hosts that have steered a registration: no radar verifies these.
     doubted: BTreeSet<Identity>,
 }
 
-impl Integrities {
-    /// Takes the reports that came since the last slot, by time.
-    pub(super) fn hear(&mut self, fixes: &[Fix], settings: &Settings) {
+impl IdentityAssessments {
+    /// Processes the reports received since the last slot, in order of time.
+    pub(super) fn add_reports(&mut self, fixes: &[Fix], settings: &OperationalSettings) {
         if settings.integrity.action == Action::Off {
             return;
         }
-        self.reports.take(fixes);
+        self.reports.add_reports(fixes);
     }
 
-    /// Judges every identity by what is known at the slot's deadline.
+    /// Assesses every identity with the reports up to the slot's deadline.
     pub(super) fn assess(&mut self, tracklets: &Tracklets, targets: &Targets, cycle: &Cycle) {
         if cycle.settings.integrity.action == Action::Off {
             return;
         }
-        self.reports.look(cycle.deadline);
-        self.claims.turn(cycle.centre + SECOND * -CLAIMED_S);
+        self.reports.evaluate(cycle.deadline);
+        self.claims.begin_slot(cycle.centre + SECOND * -CLAIMED_S);
         for &ended in tracklets.ended() {
             self.claims.end(ended);
-            self.judges.values_mut().for_each(|judge| _ = judge.watches.remove(&ended));
+            self.monitors.values_mut().for_each(|monitor| _ = monitor.watches.remove(&ended));
         }
-        self.watch(tracklets, targets, cycle);
-        self.settle(tracklets, targets, cycle);
+        self.observe_tracks(tracklets, targets, cycle);
+        self.update_states(tracklets, targets, cycle);
     }
 
-    /// Looks at the radar tracks around each transponder, second by second as soon as both are known. Whose each of them is
-    /// goes by what was seen up to the slot before, so that the order of the transponders does not matter.
-    fn watch<'t>(&mut self, tracklets: &'t Tracklets, targets: &Targets, cycle: &Cycle) {
+    /// Compares the radar tracks around each transponder, second by second, as soon as both are available. The owner of a track
+    /// follows from the observations up to the previous slot, so the order of the transponders does not matter.
+    fn observe_tracks<'t>(&mut self, tracklets: &'t Tracklets, targets: &Targets, cycle: &Cycle) {
         let settings = cycle.settings;
-        let begin = judge::first_end(cycle) + -SECOND;
+        let begin = monitor::first_end(cycle) + -SECOND;
         let last = |tracklet: &'t Tracklet| {
             let lasts = Some(tracklet).filter(|tracklet| tracklet.last() > begin);
             Some((lasts?.nearest(cycle.deadline)?.position, tracklet))
         };
-        let places = Places::of(tracklets.iter().filter_map(last));
+        let places = SpatialIndex::of(tracklets.iter().filter_map(last));
         let widest = settings.radars().map(|(_, radar)| radar.track_errors.bias_azimuth).fold(0.0, f64::max);
         let mut seen = Vec::new();
+        let mut formation: Option<BTreeSet<TargetId>> = None;
         for target in targets.iter() {
             let Some(transponder) = target.transponder() else { continue };
-            let judge = self.judges.entry(transponder.identity).or_insert_with(|| {
+            let monitor = self.monitors.entry(transponder.identity).or_insert_with(|| {
                 let delay = settings.delay(&transponder.identity, &transponder.kind()).unwrap_or_default();
-                Judge::new(
+                IdentityMonitor::new(
                     transponder.identity,
                     cycle.centre,
-                    Delay { mean_s: delay.mean_s - delay.applied_s, sigma_s: delay.sigma_s },
+                    StampDelay { mean_s: delay.mean_s - delay.applied_s, sigma_s: delay.sigma_s },
                 )
             });
-            judge.hear(transponder);
-            let pending: Vec<Time> = judge.pending(transponder, cycle).collect();
+            monitor.note_report(transponder);
+            let pending: Vec<Time> = monitor.pending(transponder, cycle).collect();
             let Some(&first) = pending.first() else { continue };
+            if formation.get_or_insert_with(|| formation::members(targets, cycle)).contains(&target.id()) {
+                continue;
+            }
             let jumps = self.reports.finding(transponder.identity).suspect.contains(Reason::Jump);
-            let Some(mut curve) = Curve::from(first, transponder, cycle) else { continue };
+            let Some(mut curve) = SampledCurve::from(first, transponder, cycle) else { continue };
             for end in pending {
-                let Some(place) = curve.turn(end) else { continue };
+                let Some(place) = curve.advance(end) else { continue };
                 let begin = end + -SECOND;
                 let around_m = AROUND_M + AROUND_SIGMAS * place.0.xy().norm() * widest;
                 let flown_m = DRONE_SPEED_MAX_M_S * cycle.deadline.seconds_since(end);
@@ -140,34 +149,35 @@ impl Integrities {
                     }
                     let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
                     let taken_for = match tracklet.target() {
-                        Some(own) if own == target.id() => TakenFor::Own,
+                        Some(own) if own == target.id() => TrackAssociation::Own,
                         Some(other) if targets.get(other).and_then(Target::transponder).is_some() => {
-                            TakenFor::Another
+                            TrackAssociation::Another
                         }
-                        Some(nobody) => TakenFor::Nobodys(nobody),
-                        None => TakenFor::Nothing,
+                        Some(nobody) => TrackAssociation::Nobodys(nobody),
+                        None => TrackAssociation::Nothing,
                     };
-                    let watch = judge.watches.entry(tracklet.id).or_insert_with(Watch::new);
-                    if let Some(judged) = watch.look(tracklet, &mut curve, (taken_for, jumps), radar) {
-                        seen.push((tracklet.id, Claim::of(transponder.identity, judged)));
+                    let watch = monitor.watches.entry(tracklet.id).or_insert_with(Watch::new);
+                    if let Some(judged) = watch.observe(tracklet, &mut curve, (taken_for, jumps), radar) {
+                        seen.push((tracklet.id, TrackClaim::of(transponder.identity, judged)));
                     }
                 }
-                judge.weigh(&self.claims, tracklets);
+                monitor.weigh_evidence(&self.claims, tracklets);
             }
-            judge.watches.values_mut().for_each(Watch::rest);
+            monitor.watches.values_mut().for_each(Watch::discard_ahead);
         }
-        seen.into_iter().for_each(|(tracklet, claim)| self.claims.note(tracklet, claim));
+        seen.into_iter().for_each(|(tracklet, claim)| self.claims.record(tracklet, claim));
     }
 
-    /// The states that follow.
-    fn settle(&mut self, tracklets: &Tracklets, targets: &Targets, cycle: &Cycle) {
-        let Self { reports, judges, claims, words, twins, second, doubted, .. } = self;
+    /// Updates the states from the evidence.
+    fn update_states(&mut self, tracklets: &Tracklets, targets: &Targets, cycle: &Cycle) {
+        let Self { reports, monitors, claims, overrides, twins, second, doubted, .. } = self;
         let rules = &cycle.settings.integrity;
         let now = cycle.centre.nanos().div_euclid(SECOND.as_nanos() as i64);
         let is_next = second.replace(now) != Some(now);
-        let is_crowd = judges.len() > JUDGES_MAX;
-        judges.retain(|&identity, judge| {
-            let is_of_note = !is_crowd && judge.is_of_note() && cycle.centre - judge.heard() <= FORGOTTEN;
+        let is_crowd = monitors.len() > MONITORS_MAX;
+        monitors.retain(|&identity, monitor| {
+            let is_of_note =
+                !is_crowd && monitor.is_of_note() && cycle.centre - monitor.last_report() <= FORGOTTEN;
             let is_kept = is_of_note || targets.of_identity(identity).is_some();
             if !is_kept {
                 claims.forget(identity);
@@ -175,22 +185,22 @@ impl Integrities {
             is_kept
         });
         twins.clear();
-        for (&identity, judge) in judges {
-            let trust = words.get(&identity).map(|held| held.word.trust);
+        for (&identity, monitor) in monitors {
+            let trust = overrides.get(&identity).map(|held| held.word.trust);
             let mut finding = reports.finding(identity);
-            if finding.still_since.is_some() && judge.is_seen_moving(tracklets, cycle.centre) {
+            if finding.still_since.is_some() && monitor.is_seen_moving(tracklets, cycle.centre) {
                 finding.failed.insert(Reason::Frozen);
             }
             if doubted.contains(&identity) && trust != Some(Trust::Trusted) {
-                judge.withdraw_agreement();
+                monitor.withdraw_agreement();
             }
-            // Where nothing has changed, once a second is enough.
-            if is_next || judge.has_news(&finding) {
-                judge.judge(cycle.centre, &finding, trust, rules);
+            // Without new evidence, one update a second is enough.
+            if is_next || monitor.is_outdated(&finding) {
+                monitor.evaluate(cycle.centre, &finding, trust, rules);
             }
-            judge.set_silent(finding.silent_since);
+            monitor.set_silent(finding.silent_since);
             if rules.show_twin
-                && let Some((tracklet, motion)) = judge.twin()
+                && let Some((tracklet, motion)) = monitor.twin()
                 && let Some(liar) = targets.of_identity(identity)
             {
                 twins.insert(tracklet, Twin { liar, motion });
@@ -198,13 +208,13 @@ impl Integrities {
         }
     }
 
-    /// What radars see where a suspect is not is another aircraft than what the suspect says; with `split` all they see is.
+    /// Separates a suspect from the radar tracks that see another aircraft; with `split`, from all radar tracks.
     pub(super) fn part(
         &self,
-        decided: &mut Decided,
+        decided: &mut DecidedPairs,
         tracklets: &Tracklets,
         targets: &Targets,
-        settings: &Settings,
+        settings: &OperationalSettings,
     ) {
         let rules = &settings.integrity;
         if rules.show_twin {
@@ -219,33 +229,33 @@ impl Integrities {
         }
     }
 
-    /// A suspect says nothing of registration and delays. Identities of a host that steered a registration are noted.
-    pub(super) fn protect(
+    /// Excludes suspects from registration and delays. Stores the identities of hosts that steered a registration.
+    pub(super) fn exclude_suspects(
         &mut self,
         registrations: &mut Registrations,
         targets: &Targets,
-        settings: &Settings,
+        settings: &OperationalSettings,
         now: Time,
     ) {
-        let trusted = self.words.values().filter(|held| held.word.trust == Trust::Trusted);
+        let trusted = self.overrides.values().filter(|held| held.word.trust == Trust::Trusted);
         registrations.trusted = trusted.map(|held| held.word.identity).collect();
         self.doubted = registrations.doubted(targets);
         if settings.integrity.protect {
-            registrations.disbelieve(self.flagged(targets).collect(), now);
+            registrations.exclude_targets(self.flagged(targets).collect(), now);
         }
     }
 
     fn flagged(&self, targets: &Targets) -> impl Iterator<Item = TargetId> {
-        let flagged = self.judges.iter().filter(|(_, judge)| judge.state().is_flagged());
+        let flagged = self.monitors.iter().filter(|(_, monitor)| monitor.state().is_flagged());
         flagged.filter_map(|(&identity, _)| targets.of_identity(identity))
     }
 
-    /// Radar tracks that see an aircraft where its transponder is not, as far as that is to be shown.
+    /// Radar tracks that see an aircraft away from its transponder's position, if these are published.
     pub(super) fn twins(&self) -> &Twins {
         &self.twins
     }
 
-    /// Marks the points of the slot, and says what is wrong at it.
+    /// Marks the points of the slot, and returns the problems with transponders.
     pub(super) fn mark(
         &mut self,
         points: &mut [Point],
@@ -257,41 +267,44 @@ impl Integrities {
         if rules.action == Action::Off {
             return Vec::new();
         }
-        let Self { reports, judges, twins, .. } = self;
+        let Self { reports, monitors, twins, .. } = self;
         for point in points.iter_mut() {
             match point.source.transponder() {
                 Some(part) => {
-                    if let Some(judge) = judges.get_mut(&part.identity) {
-                        judge
-                            .show(part, Shown { track: point.number, is_seen: marks::is_seen(point, cycle) });
+                    let shown = ShownPoint { track: point.number, is_seen: marks::is_detected(point, cycle) };
+                    for part in std::iter::once(part).chain(&point.also) {
+                        if let Some(monitor) = monitors.get_mut(&part.identity) {
+                            monitor.set_point(part, shown);
+                        }
                     }
                 }
-                None => marks::note_radar_only(point, judges, twins, tracklets, targets, cycle),
+                None => marks::note_radar_only(point, monitors, twins, tracklets, targets, cycle),
             }
         }
         lost::explain(points, reports, targets, cycle);
-        // A gap is no concern of anybody's; a jamming is one, and not as many as it silences.
+        // A usual gap is no concern. A jamming is one concern, and its silent identities are not reported singly.
         let concerns = |concern: &Concern| match concern {
             Concern::Silent { identity, .. } => reports.is_missed(*identity),
             _ => true,
         };
         let mut concerns: Vec<Concern> =
-            judges.values_mut().flat_map(Judge::concerns).filter(concerns).collect();
+            monitors.values_mut().flat_map(IdentityMonitor::concerns).filter(concerns).collect();
+        concerns.extend(heights::concerns(points, cycle));
         if let Some(Jammed { identities, places, since }) = reports.jammed().cloned() {
             concerns.push(Concern::Jamming { identities, places, since });
         }
-        marks::flag(points, judges, rules);
+        marks::flag(points, monitors, rules);
         concerns
     }
 
-    /// The same without radar tracks: what outlives a silence of all sensors.
+    /// The state without radar tracks, for a restart after silence of all sensors.
     pub(super) fn without_tracks(self) -> Self {
-        let Self { mut reports, words, .. } = self;
-        reports.start_afresh();
-        Self { reports, words, ..Self::default() }
+        let Self { mut reports, overrides, .. } = self;
+        reports.restart();
+        Self { reports, overrides, ..Self::default() }
     }
 
-    /// Marks the points of another picture of the deadline by what those of the slot have shown; nothing is learnt of them.
+    /// Marks the points of another picture of the deadline with the results of the slot. It adds no evidence.
     pub(super) fn flag(&self, points: &mut [Point], slot: &[Point], cycle: &Cycle) {
         let rules = &cycle.settings.integrity;
         if rules.action == Action::Off {
@@ -300,40 +313,50 @@ impl Integrities {
         let unexplained: BTreeSet<u32> =
             slot.iter().filter(|point| point.is_unexplained).map(|point| point.number).collect();
         points.iter_mut().for_each(|point| point.is_unexplained = unexplained.contains(&point.number));
-        marks::flag(points, &self.judges, rules);
+        marks::flag(points, &self.monitors, rules);
     }
 
-    /// An operator's word, from the slot `since` on.
-    pub(super) fn say(&mut self, word: Word, since: Slot) {
-        self.judges.get_mut(&word.identity).into_iter().for_each(Judge::wake);
+    /// Applies an operator's override from the slot `since` on.
+    pub(super) fn set_trust(&mut self, word: TrustOverride, since: Slot) {
+        self.monitors.get_mut(&word.identity).into_iter().for_each(IdentityMonitor::wake);
         match word.trust {
             Trust::Automatic => {
-                self.words.remove(&word.identity);
+                self.overrides.remove(&word.identity);
             }
             Trust::Trusted | Trust::Distrusted => {
-                self.words.insert(word.identity, HeldWord { word, since });
+                self.overrides.insert(word.identity, ActiveOverride { word, since });
             }
         }
     }
 
-    /// What is known of an identity.
-    pub(super) fn judge(&self, identity: Identity) -> Option<&Judge> {
-        self.judges.get(&identity)
+    /// Whether an identity is suspect or failed.
+    pub(super) fn is_flagged(&self, identity: Identity) -> bool {
+        self.monitors.get(&identity).is_some_and(|monitor| monitor.state().is_flagged())
     }
 
-    /// Goes on with what another engine knows of an identity.
-    pub(super) fn take_over(&mut self, identity: Identity, mut judge: Judge, tracklets: &Tracklets) {
-        judge.watches.retain(|&id, _| tracklets.get(id).is_some());
-        self.judges.insert(identity, judge);
+    /// State of an identity.
+    pub(super) fn monitor(&self, identity: Identity) -> Option<&IdentityMonitor> {
+        self.monitors.get(&identity)
     }
 
-    /// The operators' words in force, by identity.
-    pub(super) fn words(&self) -> impl Iterator<Item = HeldWord> {
-        self.words.values().copied()
+    /// Takes over an identity's state from another engine.
+    pub(super) fn take_over(
+        &mut self,
+        identity: Identity,
+        mut monitor: IdentityMonitor,
+        tracklets: &Tracklets,
+    ) {
+        monitor.watches.retain(|&id, _| tracklets.get(id).is_some());
+        self.monitors.insert(identity, monitor);
     }
 
-    /// What is known of each identity heard lately.
+    /// The operators' overrides in force, by identity.
+    pub(super) fn trust_overrides(&self) -> impl Iterator<Item = ActiveOverride> {
+        self.overrides.values().copied()
+    }
+
+    /// Assessments of all identities with recent reports.
     pub(super) fn assessments(&self) -> impl Iterator<Item = &Assessment> {
-        self.judges.values().map(Judge::known)
+        self.monitors.values().map(IdentityMonitor::published)
     }
 }

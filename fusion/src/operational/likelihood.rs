@@ -1,17 +1,17 @@
-//! Whether a radar track and a transponder are one aircraft: the likelihood ratio of the offset between them, over time.
+//! Likelihood ratio that a radar track and a transponder are one aircraft, from the offset between them over time.
 //!
-//! If they are, the offset from the transponder's curve to the radar's plots is the radar's bias, a first-order Gauss–Markov
-//! process of a size that the plots tell, and white noise. If they are not, it is the distance of two aircraft that move
-//! independently ([`axis`]). The logarithms of the plots' likelihood ratios are summed.
+//! If they are one, the offset of the radar's plots from the transponder's curve is the radar's bias, a first-order
+//! Gauss–Markov process whose size is estimated from the plots, and white noise. If not, it is the distance between two
+//! aircraft that move independently ([`axis`]). The logarithms of the plots' likelihood ratios are summed.
 
 mod axis;
 
 pub(super) use axis::Scales;
-use axis::{Axis, Errors};
+use axis::{OffsetAxis, PlotErrors};
 
 use serde::{Deserialize, Serialize};
 
-use super::settings::{Radar, Settings};
+use super::settings::{OperationalSettings, RadarSettings};
 use super::transponder::{Transponder, TransponderBias};
 use super::tuning::{
     BIAS_PENALTY_MAX_LLR, CHANGE_OVER_HZ, COMPARE_WITHIN_S, PAIR_LIKELY_LLR, PAIR_LLR_MAX, PLOT_LLR_MAX,
@@ -21,33 +21,33 @@ use crate::filter::{Bias, LineOfSight, Moments, RadarErrors};
 use crate::report::Plot;
 use crate::time::Time;
 
-/// Range, azimuth (as metres across), height.
+/// Number of axes: range, azimuth (as metres across), height.
 const AXES: usize = 3;
 const SEPARATIONS: [Separation; AXES] =
     [SEPARATION_OVER_GROUND, SEPARATION_OVER_GROUND, SEPARATION_IN_HEIGHT];
 
-/// The offset of a plot from the curve, and how well either is known.
+/// Offset of a plot from the curve, and the errors of both.
 #[derive(Clone, Copy, Debug)]
-struct Offset {
-    /// Outward, clockwise, up, metres; the last `None` where no height was measured.
+struct PlotOffset {
+    /// Outward, clockwise and up, metres; the last is `None` if no height was measured.
     metres: [Option<f64>; AXES],
-    errors: [Errors; AXES],
+    errors: [PlotErrors; AXES],
     /// Correlation time of the radar's bias, seconds.
     correlation_s: f64,
 }
 
-impl Offset {
-    /// Of a plot of the radar at this distance over ground; `curve_m`: sigma of the curve.
+impl PlotOffset {
+    /// Offset of a plot of the radar at this distance over ground; `curve_m`: standard deviation of the curve, metres.
     fn new(
         metres: [Option<f64>; AXES],
         range_m: f64,
-        radar: &Radar,
+        radar: &RadarSettings,
         curve_m: f64,
         bias: &TransponderBias,
     ) -> Self {
-        let Radar { errors, data_sheet: sheet, scales, .. } = radar;
+        let RadarSettings { errors, data_sheet: sheet, scales, .. } = radar;
         let across = range_m * errors.noise_azimuth;
-        let of = |bias_m, white_m, sheet_white_m, transponder_m2| Errors {
+        let of = |bias_m, white_m, sheet_white_m, transponder_m2| PlotErrors {
             bias_m,
             white_m,
             sheet_white_m,
@@ -67,27 +67,27 @@ impl Offset {
     }
 }
 
-/// The likelihood ratio of a pair, and what is expected of the next plot.
+/// Likelihood ratio of a pair, and the prediction for the next plot.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct PairLikelihood {
     /// Sum over the plots.
     pub(super) llr: f64,
-    /// The last plot after which they were likely to be one.
+    /// Time of the last plot after which the pair was likely.
     pub(super) last_likely: Option<Time>,
-    /// What the size of the bias that would explain the offset counts against the pair; the sum, made of changes from plot to
-    /// plot, does not hold it.
+    /// Penalty for the size of the bias that would explain the offset. It is not part of the sum, which is made of
+    /// changes from plot to plot.
     pub(super) bias_penalty: f64,
-    expected: Option<[Axis; AXES]>,
+    expected: Option<[OffsetAxis; AXES]>,
 }
 
 impl PairLikelihood {
-    /// The sum with the penalty; `None` where nothing was compared.
+    /// The sum with the penalty; `None` without a comparison.
     pub(super) fn total(&self) -> Option<f64> {
         self.expected.map(|_| self.llr - self.bias_penalty)
     }
 
-    /// The same as it counts at `time`: a track may have changed over to something else since it was compared last, so what
-    /// was said for the pair then is worth no more than the chance that it has not.
+    /// The likelihood as it counts at `time`. Since the last comparison the track may have changed to another object,
+    /// so evidence for the pair is limited by the probability that it has not.
     pub(super) fn at(mut self, time: Time) -> Self {
         let unheard_s = self.last_likely.map_or(0.0, |last| time.seconds_since(last) - COMPARE_WITHIN_S);
         if unheard_s > 0.0 {
@@ -96,7 +96,8 @@ impl PairLikelihood {
         self
     }
 
-    /// The radar's bias as known now, for a plot at this distance over ground, `dt` seconds later; `None`: nothing is known.
+    /// Estimate of the radar's bias for a plot at this distance over ground, `dt` seconds later; `None` without a
+    /// comparison.
     pub(super) fn bias(&self, range_m: f64, dt: f64, errors: &RadarErrors) -> Option<Bias> {
         let axes = self.expected?;
         let kept = (-dt / errors.correlation_s).exp();
@@ -112,16 +113,15 @@ impl PairLikelihood {
         })
     }
 
-    /// Takes in plots where the transponder tells where it was, in the order in which they are given: forward or backward in
-    /// time.
+    /// Adds plots at times with a transponder position, in the given order: forward or backward in time.
     pub(super) fn add_plots<'a>(
         &mut self,
         plots: impl Iterator<Item = &'a Plot>,
         transponder: &Transponder,
-        radar: &Radar,
-        settings: &Settings,
+        radar: &RadarSettings,
+        settings: &OperationalSettings,
     ) {
-        let mut before: Option<(Time, Offset)> = None;
+        let mut before: Option<(Time, PlotOffset)> = None;
         let bias = transponder.bias(settings).unwrap_or_default();
         for plot in plots {
             let Some(curve) = transponder.on_curve(plot.time, settings) else { continue };
@@ -132,7 +132,7 @@ impl PairLikelihood {
                 Some(seen.clockwise.dot(&apart.xy())),
                 (plot.height_measured && curve.height_measured).then_some(apart.z),
             ];
-            let offset = Offset::new(metres, seen.range_m, radar, curve.sigma_m, &bias);
+            let offset = PlotOffset::new(metres, seen.range_m, radar, curve.sigma_m, &bias);
             let dt = before.map_or(radar.period_s, |(before, _)| plot.time.seconds_since(before).abs());
             self.add(&offset, plot.time, dt);
             before = Some((plot.time, offset));
@@ -142,8 +142,8 @@ impl PairLikelihood {
         }
     }
 
-    /// Takes in a plot, `dt` seconds after the one before; the penalty remains to be worked out.
-    fn add(&mut self, offset: &Offset, time: Time, dt: f64) {
+    /// Adds a plot, `dt` seconds after the previous one, without updating the penalty.
+    fn add(&mut self, offset: &PlotOffset, time: Time, dt: f64) {
         let errors = &offset.errors;
         if let Some(axes) = &mut self.expected {
             let kept = (-dt / offset.correlation_s).exp();
@@ -151,7 +151,7 @@ impl PairLikelihood {
                 axis.predict(dt, kept, errors, separation);
             }
         }
-        let new = |index: usize| Axis::new(&errors[index], &SEPARATIONS[index]);
+        let new = |index: usize| OffsetAxis::new(&errors[index], &SEPARATIONS[index]);
         let axes = self.expected.get_or_insert_with(|| std::array::from_fn(new));
         for ((axis, metres), errors) in axes.iter_mut().zip(offset.metres).zip(errors) {
             if let Some(metres) = metres {
@@ -164,8 +164,8 @@ impl PairLikelihood {
         }
     }
 
-    /// Works out the penalty after the last plot.
-    fn penalise(&mut self, last: &Offset) {
+    /// Updates the penalty after the last plot.
+    fn penalise(&mut self, last: &PlotOffset) {
         let axes = self.expected.iter().flatten();
         let penalty: f64 = axes.zip(&last.errors).map(|(axis, errors)| axis.bias_penalty(errors)).sum();
         self.bias_penalty = penalty.min(BIAS_PENALTY_MAX_LLR);

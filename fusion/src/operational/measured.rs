@@ -1,9 +1,9 @@
-//! What reports and plots measure of a target, as its filter takes it.
+//! Measurements of a target from transponder reports and plots, as input of its filter.
 
 use super::ids::TrackletId;
 use super::likelihood::PairLikelihood;
-use super::settings::{Radar, Settings};
-use super::transponder::Transponder;
+use super::settings::{OperationalSettings, RadarSettings};
+use super::transponder::{Transponder, lowered};
 use super::tuning::{
     FRESH_SHARE, RADAR_VELOCITY_CORRELATION_S, TRANSPONDER_CLIMB_M_S, TRANSPONDER_VELOCITY_M_S,
 };
@@ -11,19 +11,19 @@ use crate::filter::{Bias, By, LineOfSight, Measurement, Owner};
 use crate::report::{Fix, Plot};
 use crate::time::Time;
 
-/// A report of a transponder. A coarse height is passed over where a radar measures the aircraft's height.
+/// Measurement from a transponder's report. A coarse height is ignored if a radar measures the aircraft's height.
 pub(super) fn measured_by_transponder(
     fix: &Fix,
     transponder: &Transponder,
     has_radar_height: bool,
-    settings: &Settings,
+    settings: &OperationalSettings,
 ) -> Option<Measurement> {
     let [horizontal_m, vertical_m] = transponder.white_m(settings.transponder(fix.sensor)?);
-    // Most of what is stated stays from report to report.
+    // Most of the stated height error is common to successive reports.
     let vertical_m = fix.height_sigma_m.map_or(vertical_m, |sigma_m| vertical_m.max(sigma_m * FRESH_SHARE));
     Some(Measurement {
         time: fix.time,
-        position: fix.position,
+        position: lowered(fix.position, settings.height_offset_m(&fix.identity)),
         height_measured: if has_radar_height { fix.has_fine_height() } else { fix.height_measured },
         by: By::Transponder { horizontal_m, vertical_m },
         velocity: fix.velocity.map(|velocity| (velocity, TRANSPONDER_VELOCITY_M_S)),
@@ -31,11 +31,11 @@ pub(super) fn measured_by_transponder(
     })
 }
 
-/// A plot, after the transponder's report of `last`, up to which `pair` tells the radar's bias.
+/// Measurement from a plot after the transponder's report of `last`. `pair` estimates the radar's bias up to that report.
 pub(super) fn measured_by_radar(
     plot: &Plot,
     tracklet: TrackletId,
-    radar: &Radar,
+    radar: &RadarSettings,
     last: Option<Time>,
     pair: Option<PairLikelihood>,
 ) -> Measurement {
@@ -61,10 +61,10 @@ pub(super) fn measured_by_radar(
     }
 }
 
-/// The height of a plot, and nothing else of it.
-pub(super) fn height_by_radar(plot: &Plot, radar: &Radar) -> Measurement {
+/// Measurement of the height of a plot alone.
+pub(super) fn height_by_radar(plot: &Plot, radar: &RadarSettings) -> Measurement {
     let errors = &radar.errors;
-    // Its bias is no state here: as many plots as its correlation time spans tell of it as one would.
+    // The bias is not a filter state here. Together, the plots of one correlation time have the weight of a single one.
     let spans = (2.0 * errors.correlation_s / radar.period_s.max(0.01)).max(1.0);
     Measurement {
         time: plot.time,
@@ -79,9 +79,9 @@ pub(super) fn height_by_radar(plot: &Plot, radar: &Radar) -> Measurement {
     }
 }
 
-/// Sigma for a radar track's velocity, by itself so wrong, that comes every `period_s` seconds, above zero. Its errors are correlated, and the
-/// filter takes each as new: the mean of many that go by x' = ρx + w, ρ = exp(-T/τ), has (1+ρ)/(1-ρ) = coth(T/2τ) times the
-/// variance that it would have of new ones.
+/// Sigma of a radar track's velocity for a filter that treats each error as independent. `sigma_m_s`: the true sigma; `period_s`:
+/// time between plots, above zero. For errors x' = ρx + w, ρ = exp(-T/τ), the variance of the mean of many is larger by the
+/// factor (1+ρ)/(1-ρ) = coth(T/2τ) than with independent errors.
 fn correlated_m_s(sigma_m_s: f64, period_s: f64) -> f64 {
     sigma_m_s / (period_s / (2.0 * RADAR_VELOCITY_CORRELATION_S)).tanh().sqrt()
 }

@@ -1,4 +1,4 @@
-//! How each radar is aligned: what its tracks of equipped drones tell, and the correction of its plots by that.
+//! Registration of each radar from its tracks of drones with a transponder, and correction of its plots.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::Scales;
-use super::residuals::{compared, residuals, seen};
-use super::settings::{Delay, Radar, Settings};
+use super::residuals::{compared, rate_plot, residuals};
+use super::settings::{OperationalSettings, RadarSettings, TransponderDelay};
 use super::shared;
 use super::targets::{Target, Targets};
 use super::tracklets::Tracklets;
@@ -25,55 +25,59 @@ use crate::learning::{
     VelocityVerdict,
 };
 use crate::registration::{
-    Checked, Correction, Creep, CreepGuard, DelaySums, Misalignment, Registration, RegistrationState,
-    RegistrationStateError, Taken, TrackComparison,
+    Correction, Creep, CreepGuard, DelaySums, GuardResult, HeightAlignment, Misalignment, Registration,
+    RegistrationState, RegistrationStateError, SampleOutcome, TrackComparison,
 };
 use crate::report::{Host, Identity, Plot, SensorIndex, TransponderType};
 use crate::settings::RegistrationMode;
 use crate::time::Time;
 
-/// One radar's registration, and its errors.
+mod heights;
+
+/// Registration and errors of one radar.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Registered {
     registration: Registration,
     learning: RadarLearning,
-    /// The errors as they have shown themselves, those of the data sheet before; `None` where they are not learnt.
+    /// Learnt errors, beginning with those of the data sheet; `None` if errors are not learnt.
     pub learnt: Option<LearntRadar>,
     correction: Correction,
-    /// What the tracks tell so far.
+    /// Misalignment estimated from the tracks so far.
     pub estimate: Misalignment,
-    /// The latest step.
+    /// The latest step of the misalignment.
     pub step: Option<Step>,
     guard: CreepGuard,
+    /// Its tilts and height where those of transponders have offsets, and the share of that which is used.
+    heights: Option<(HeightAlignment, f64)>,
 }
 
-/// A step of the misalignment: the latest tracks contradict those before.
+/// A step of the misalignment: the latest tracks contradict earlier ones.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Step {
-    /// When it was detected.
+    /// Time of the detection.
     pub time: Time,
-    /// The estimate before.
+    /// Estimate before the step.
     pub before: Misalignment,
-    /// The estimate from the latest tracks.
+    /// Estimate from the latest tracks.
     pub after: Misalignment,
 }
 
-/// Of a radar of which nothing is known.
+/// A radar without evidence.
 impl Default for Registered {
     fn default() -> Self {
         Self::new(Registration::default())
     }
 }
 
-/// What of a radar's registration is used.
+/// Values of a radar's registration that are applied.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Applied {
+pub(super) struct AppliedRegistration {
     learnt: Option<LearntRadar>,
     correction: Correction,
 }
 
-/// Nothing is known.
-impl Default for Applied {
+/// No correction, and no learnt errors.
+impl Default for AppliedRegistration {
     fn default() -> Self {
         Self { learnt: None, correction: Registered::default().correction }
     }
@@ -91,35 +95,37 @@ impl Registered {
             estimate,
             step: None,
             guard: CreepGuard::default(),
+            heights: None,
         }
     }
 
-    /// The latest alarm that the bearing which some identities show creeps.
+    /// The latest alarm on a creeping bearing.
     pub fn creep(&self) -> Option<Creep> {
         self.guard.alarm()
     }
 
-    /// All that outlives a restart.
+    /// The registration, for a restart.
     pub fn to_state(&self) -> RegistrationState {
         self.registration.to_state()
     }
 
-    /// Takes in a segment of a radar track, and gives to its transponder's type what it shows of that.
-    fn take(
+    /// Adds a segment of a radar track, also to the evidence on its transponder and the type.
+    fn add_segment(
         &mut self,
-        segment: &mut Segment,
+        segment: &mut TrackSegment,
         types: &mut TransponderTypes,
     ) -> Option<(TargetId, SensorIndex, Time, Time)> {
-        let mut sample = segment.along.take()?;
+        let mut sample = segment.along.take_sample()?;
         sample.weaken(self.guard.weight(segment.host, sample.time()));
-        self.learning.take(&mut segment.learning, sample.time());
-        match self.registration.take(&sample) {
-            Taken::Kept => {
+        self.learning.add_evidence(&mut segment.learning, sample.time());
+        types.heights.add_segment(segment.identity, segment.sensor, &sample, segment.height_m);
+        match self.registration.add(&sample) {
+            SampleOutcome::Kept => {
                 types.take_sample(segment.kind, segment.sensor, &sample);
                 types.take_own_sample(segment.identity, segment.kind, segment.sensor, &sample);
             }
-            Taken::Rejected => {}
-            Taken::Step { before, after } => {
+            SampleOutcome::Rejected => {}
+            SampleOutcome::Step { before, after } => {
                 self.step = Some(Step { time: sample.time(), before, after });
                 types.forget_radar(segment.sensor);
             }
@@ -128,7 +134,7 @@ impl Registered {
         Some((segment.target, segment.sensor, sample.begun(), sample.time()))
     }
 
-    /// Takes the track that began then out again.
+    /// Removes the track that began at this time.
     fn withdraw(&mut self, begun: Time) {
         self.registration.withdraw(begun);
         self.estimate();
@@ -136,31 +142,34 @@ impl Registered {
 
     fn estimate(&mut self) {
         self.estimate = self.guard.used(self.registration.estimate());
+        if let Some((alignment, share)) = &self.heights {
+            self.estimate = self.estimate.with_heights(alignment, *share);
+        }
         self.correction = Correction::of(&self.estimate);
     }
 
-    /// Looks whether what the transponders show of its bearing creeps; whether there is an alarm.
+    /// Checks whether the bearing creeps. Returns whether there is an alarm.
     fn check(&mut self, now: Time) -> bool {
         let checked = self.guard.check(&mut self.registration, now);
-        if checked != Checked::Unchanged {
+        if checked != GuardResult::Unchanged {
             self.estimate();
         }
-        checked == Checked::Alarm
+        checked == GuardResult::Alarm
     }
 
-    /// All that was learnt of its errors, to outlive a restart.
+    /// The learnt errors, for a restart.
     pub fn learning_state(&self) -> LearningState {
         self.learning.to_state()
     }
 
-    fn applied(&self) -> Applied {
-        Applied { learnt: self.learnt, correction: self.correction }
+    fn applied(&self) -> AppliedRegistration {
+        AppliedRegistration { learnt: self.learnt, correction: self.correction }
     }
 }
 
-impl Applied {
-    /// The radar as it has shown itself.
-    fn apply_to(&self, radar: &mut Radar) {
+impl AppliedRegistration {
+    /// Replaces the errors of a radar by the learnt ones.
+    fn apply_to(&self, radar: &mut RadarSettings) {
         if let Some(learnt) = &self.learnt {
             let steps = |of: fn(&RadarErrors) -> f64| {
                 let sheet = of(&radar.data_sheet);
@@ -188,8 +197,8 @@ impl Applied {
         radar.errors = self.errors(radar);
     }
 
-    /// The same with what is left of its misalignment.
-    fn errors(&self, radar: &Radar) -> RadarErrors {
+    /// The learnt errors with the remaining misalignment.
+    fn errors(&self, radar: &RadarSettings) -> RadarErrors {
         let left = self.correction.remaining(Enu::new(0.0, REMAINING_AT_NORTH_M, REMAINING_AT_UP_M));
         let with = |bias: f64, left: f64, most: f64| match radar.registration {
             RegistrationMode::Apply => in_steps(bias.hypot(left.min(most))),
@@ -205,58 +214,60 @@ impl Applied {
     }
 }
 
-/// A bias over that of the data sheet, as far as so many independent samples let it be believed: that a radar is better than its
-/// sheet, a few do not show, because what is off most has not been seen yet; that it is worse, they do.
+/// Ratio of a learnt bias to the data sheet's, limited by the number of independent samples. A few samples do not prove that a
+/// radar is better than its data sheet, because the largest biases may not have been seen yet. They do prove that it is worse.
 fn cautious(of_sheet: f64, samples: f64) -> f64 {
     if of_sheet < 1.0 { of_sheet.powf(samples / (samples + CAUTIOUS_SAMPLES)) } else { of_sheet }
 }
 
-/// An error in relative steps.
+/// Rounds an error to relative steps.
 fn in_steps(sigma: f64) -> f64 {
     ((sigma.ln() / ERROR_STEP).round() * ERROR_STEP).exp()
 }
 
-/// A part of a radar track that goes with a target.
+/// A segment of a radar track associated with a target.
 #[derive(Debug, Serialize, Deserialize)]
-struct Segment {
+struct TrackSegment {
     sensor: SensorIndex,
     target: TargetId,
     host: Host,
     identity: Identity,
     kind: TransponderType,
+    /// Sigma of what lasts of its heights' errors, metres.
+    height_m: f64,
     along: TrackComparison,
     learning: TrackLearning,
 }
 
-/// What a transponder has said so long before it is disbelieved is taken back, seconds.
+/// Maximum age of the samples that are withdrawn when a transponder is first ignored, seconds.
 const WITHDRAWN_S: f64 = 60.0;
 
 /// The registrations of all radars.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Registrations {
     radars: BTreeMap<SensorIndex, Registered>,
-    segments: BTreeMap<TrackletId, Segment>,
-    /// What was taken in lately: from which target, for which radar, the beginning of the track's part, and when.
+    segments: BTreeMap<TrackletId, TrackSegment>,
+    /// Samples added lately: target, radar, beginning of the radar track, end of the segment.
     lately: Vec<(TargetId, SensorIndex, Time, Time)>,
-    /// Targets whose transponders are believed nothing.
+    /// Targets whose transponders are ignored.
     disbelieved: BTreeSet<TargetId>,
-    /// Identities that an operator trusts: what they report counts, whatever their host.
+    /// Identities that an operator trusts. Their reports count, whatever their host.
     pub(super) trusted: BTreeSet<Identity>,
-    /// Of radar tracks of which no transponder tells, where their radar tells velocities.
+    /// Range rates of radar tracks without a transponder, for radars that report velocities.
     rates: BTreeMap<TrackletId, RangeRate>,
-    /// The transponders' delay as these radars show it.
-    delay: Option<Delay>,
-    /// What others have learnt; `None`: what it learns itself counts.
-    pub(super) shared: Option<BTreeMap<SensorIndex, Applied>>,
+    /// The transponders' delay estimated by these radars.
+    delay: Option<TransponderDelay>,
+    /// Values learnt by other engines, used instead of its own; `None`: its own values are used.
+    pub(super) shared: Option<BTreeMap<SensorIndex, AppliedRegistration>>,
 }
 
 impl Registrations {
-    /// Each radar that is registered.
+    /// All radars with a registration.
     pub(super) fn radars(&self) -> impl Iterator<Item = (SensorIndex, &Registered)> {
         self.radars.iter().map(|(&sensor, registered)| (sensor, registered))
     }
 
-    /// Takes over a radar's registration of before a restart.
+    /// Restores a radar's registration after a restart.
     pub(super) fn restore(
         &mut self,
         sensor: SensorIndex,
@@ -270,7 +281,7 @@ impl Registrations {
         Ok(())
     }
 
-    /// Takes over what was learnt of a radar's errors before a restart.
+    /// Restores a radar's learnt errors after a restart.
     pub(super) fn restore_learning(
         &mut self,
         sensor: SensorIndex,
@@ -281,7 +292,7 @@ impl Registrations {
         Ok(())
     }
 
-    /// The same radars, without tracks.
+    /// The registrations without tracks.
     pub(super) fn without_tracks(self) -> Self {
         Self { radars: self.radars, shared: self.shared, ..Self::default() }
     }
@@ -293,18 +304,18 @@ impl Registrations {
         }
     }
 
-    /// What was learnt of a radar.
-    pub(super) fn learnt(&self, sensor: SensorIndex) -> Option<Applied> {
+    /// Values learnt for a radar.
+    pub(super) fn learnt(&self, sensor: SensorIndex) -> Option<AppliedRegistration> {
         self.radars.get(&sensor).map(Registered::applied)
     }
 
-    /// What was learnt of the transponders' delay.
-    pub(super) fn delay(&self) -> Option<Delay> {
+    /// The learnt delay of the transponders.
+    pub(super) fn delay(&self) -> Option<TransponderDelay> {
         self.delay
     }
 
-    /// A plot as an aligned radar would have it, as far as that is known and is to be applied.
-    pub(super) fn correct(&self, mut plot: Plot, radar: &Radar) -> Plot {
+    /// Corrects a plot by the radar's misalignment, if it is observable and corrections are applied.
+    pub(super) fn correct(&self, mut plot: Plot, radar: &RadarSettings) -> Plot {
         if radar.registration == RegistrationMode::Apply
             && let Some(correction) = self.correction(plot.track.sensor)
         {
@@ -318,8 +329,12 @@ impl Registrations {
         plot
     }
 
-    /// The settings with what is known now: errors and delays.
-    pub(super) fn settings(&mut self, settings: &Settings, types: &mut TransponderTypes) -> Settings {
+    /// The settings with the current errors and delays.
+    pub(super) fn settings(
+        &mut self,
+        settings: &OperationalSettings,
+        types: &mut TransponderTypes,
+    ) -> OperationalSettings {
         let mut now = settings.clone();
         let (mean_s, sigma_s) = DELAY_PRIOR_S;
         let (mut information, mut vector) = (sigma_s.powi(-2), mean_s * sigma_s.powi(-2));
@@ -343,28 +358,30 @@ impl Registrations {
                 applied.push(sensor);
             }
         }
-        // What radars show of time is the transponders' delay: radars have clocks to go by, a transponder's time is that of
-        // its transmission.
-        now.delay = Delay::default().apart(vector / information, information.powf(-0.5));
+        // A time bias seen by radars is the transponders' delay: radars have clocks, whereas a transponder's time is that of its
+        // transmission.
+        now.delay = TransponderDelay::default().apart(vector / information, information.powf(-0.5));
         let given = |sensor: SensorIndex, sums: &DelaySums| {
             let radar = applied.contains(&sensor).then(|| self.radars.get(&sensor))??;
             Some(sums.given(&radar.estimate).weakened(DELAY_DEVIATIONS))
         };
         now.delays = types.delays(now.delay, given);
         now.own_delays = types.own_delays(now.delay, given);
+        now.heights = types.heights.corrections();
         self.delay = Some(now.delay);
         if let Some(shared) = &types.shared {
-            now.delay = shared.delay.unwrap_or_else(|| Delay::default().apart(mean_s, sigma_s));
+            now.delay = shared.delay.unwrap_or_else(|| TransponderDelay::default().apart(mean_s, sigma_s));
             now.delays.clone_from(&shared.delays);
-            // A cell has not learnt of transponders that come from another cell.
+            // A cell has not learnt the delays of transponders that come from another cell.
             now.own_delays.clear();
+            now.heights.clear();
         }
         now
     }
 
-    /// The transponders of these targets are believed nothing, nor are those that were not disbelieved before what they said of
-    /// the last minute.
-    pub(super) fn disbelieve(&mut self, targets: BTreeSet<TargetId>, now: Time) {
+    /// Ignores the transponders of these targets. For targets not ignored before, it also withdraws the samples of the last
+    /// minute.
+    pub(super) fn exclude_targets(&mut self, targets: BTreeSet<TargetId>, now: Time) {
         self.lately.retain(|taken| now.seconds_since(taken.3) <= WITHDRAWN_S);
         let new: Vec<TargetId> = targets.difference(&self.disbelieved).copied().collect();
         self.segments.retain(|_, segment| !targets.contains(&segment.target));
@@ -379,7 +396,7 @@ impl Registrations {
         self.disbelieved = targets;
     }
 
-    /// The identities of hosts of which some radar learns nothing any more.
+    /// Identities of hosts from which some radar learns nothing any more.
     pub(super) fn doubted(&self, targets: &Targets) -> BTreeSet<Identity> {
         let is_excluded = |host: Host| self.radars.values().any(|registered| registered.guard.excludes(host));
         let transponders = targets.iter().filter_map(Target::transponder);
@@ -387,20 +404,20 @@ impl Registrations {
         doubted.map(|transponder| transponder.identity).collect()
     }
 
-    /// Takes in the segments of tracklets that have been dropped.
+    /// Adds the segments of dropped tracklets.
     pub(super) fn end(&mut self, tracklets: &Tracklets, types: &mut TransponderTypes) {
         let Self { radars, segments, rates, lately, .. } = self;
         rates.retain(|&id, _| tracklets.get(id).is_some());
         segments.retain(|&id, segment| {
             let is_left = tracklets.get(id).is_some();
             if !is_left && let Some(registered) = radars.get_mut(&segment.sensor) {
-                lately.extend(registered.take(segment, types));
+                lately.extend(registered.add_segment(segment, types));
             }
             is_left
         });
     }
 
-    /// Compares radar tracks with the transponders they go with, for the plots since the last slot.
+    /// Compares radar tracks with the associated transponders, for the plots since the last slot.
     pub(super) fn register(
         &mut self,
         tracklets: &Tracklets,
@@ -431,7 +448,7 @@ impl Registrations {
                 self.segments.remove(&tracklet.id);
                 if registered.learning.asks_for_rates() {
                     let plots = tracklet.between(cycle.previous, cycle.centre);
-                    let seen = plots.filter_map(|plot| seen(plot, radar));
+                    let seen = plots.filter_map(|plot| rate_plot(plot, radar));
                     for seen in seen {
                         let rate = self.rates.entry(tracklet.id).or_default();
                         rate.add(seen, &radar.track_errors)
@@ -444,14 +461,16 @@ impl Registrations {
             if self.segments.get(&tracklet.id).is_some_and(|segment| segment.target != target) {
                 self.segments.remove(&tracklet.id);
             }
+            let bias = transponder.bias(cycle.settings);
             for (plot, residual) in residuals {
-                // The radar's own errors: what is left of its misalignment is what is asked for.
-                let segment = self.segments.entry(tracklet.id).or_insert_with(|| Segment {
+                // The radar's own errors, because the misalignment is the quantity to be estimated.
+                let segment = self.segments.entry(tracklet.id).or_insert_with(|| TrackSegment {
                     sensor,
                     target,
                     host: transponder.host,
                     identity: transponder.identity,
                     kind: transponder.kind(),
+                    height_m: bias.map_or(radar.errors.bias_height_m, |bias| bias.vertical_m2.sqrt()),
                     along: TrackComparison::new(&radar.track_errors),
                     learning: TrackLearning::new(radar.track_errors.correlation_s),
                 });
@@ -469,8 +488,9 @@ impl Registrations {
             if let Some(segment) = self.segments.get_mut(&tracklet.id)
                 && segment.along.gathered_s() >= SEGMENT_S
             {
-                self.lately.extend(registered.take(segment, types));
+                self.lately.extend(registered.add_segment(segment, types));
             }
         }
+        self.judge_heights(types, cycle);
     }
 }

@@ -1,20 +1,21 @@
-//! What a radar and its transponders learn from: plots against where the transponder was that their track goes with.
+//! Residuals from which radars and transponders are learnt: plots minus the transponder's position.
 
 use nalgebra::Vector2;
 
 use super::cycle::Cycle;
-use super::settings::{Radar, Settings};
+use super::settings::{OperationalSettings, RadarSettings};
 use super::targets::{Target, Targets};
 use super::tracklets::{CorrectedPlot, Tracklet};
-use super::transponder::Transponder;
+use super::transponder::{Transponder, lowered};
 use super::tuning::{NEAR_M, STEEP, VELOCITY_HALF_BASE_S};
 use crate::filter::LineOfSight;
-use crate::learning::{Compared, Seen};
+use crate::frames::Enu;
+use crate::learning::{ComparedPlot, RatePlot};
 use crate::registration::{Correction, Residual};
 use crate::report::Plot;
 use crate::time::{SECOND, Time};
 
-/// The plots since the last slot, each against where the transponder was that the radar track goes with.
+/// The plots since the last slot, each compared with the position of the associated transponder.
 pub(super) fn residuals<'a>(
     tracklet: &'a Tracklet,
     targets: &Targets,
@@ -27,47 +28,62 @@ pub(super) fn residuals<'a>(
     plots.filter_map(|plot| Some((plot, residual(plot, target, radar, cycle.settings)?))).collect()
 }
 
-/// A plot, uncorrected, against where the transponder was by its time as it is stamped. `None` outside its curve, and where that
-/// leads to a jump or back: a place and a speed that were made up look like a delay, and a certain one.
-fn residual(plot: &CorrectedPlot, target: &Target, radar: &Radar, settings: &Settings) -> Option<Residual> {
+/// Compares an uncorrected plot with the transponder's position by its time stamps.
+///
+/// Position and velocity come from the curve with the applied delay. The position is then moved back by the velocity times that
+/// delay, so the velocity is correct for late time stamps. `None` outside the curve, and where the curve leads to a jump or back:
+/// a false position and speed would appear as an accurately known delay.
+fn residual(
+    plot: &CorrectedPlot,
+    target: &Target,
+    radar: &RadarSettings,
+    settings: &OperationalSettings,
+) -> Option<Residual> {
     let transponder = target.transponder()?;
     let receiver = settings.transponder(transponder.sensor)?;
     let delay_s = settings.delay(&transponder.identity, &transponder.kind())?.applied_s;
     let CorrectedPlot { plot, raw } = plot;
-    let stamped = |after_s: f64| {
-        Time::from_nanos(plot.time.nanos() + ((after_s - delay_s) * SECOND as f64).round() as i64)
+    let at = |after_s: f64| {
+        let time = Time::from_nanos(plot.time.nanos() + (after_s * SECOND as f64).round() as i64);
+        transponder.on_curve(time, settings)
     };
-    let at = |after_s: f64| transponder.on_curve(stamped(after_s), settings);
     let (here, before, after) = (at(0.0)?, at(-VELOCITY_HALF_BASE_S)?, at(VELOCITY_HALF_BASE_S)?);
-    if target.jumps_at(stamped(0.0)) {
+    if target.jumps_at(plot.time) {
         return None;
     }
+    let velocity = (after.position.0 - before.position.0) / (2.0 * VELOCITY_HALF_BASE_S);
     Some(Residual {
         time: plot.time,
         plot: radar.frame.from_site(*raw),
-        target: radar.frame.from_site(here.position),
-        velocity: radar.frame.vector_from_site(after.position.0 - before.position.0)
-            / (2.0 * VELOCITY_HALF_BASE_S),
+        // The reported height: the offset that is taken off it rests on this.
+        target: radar.frame.from_site(lowered(
+            Enu::from(here.position.0 - velocity * delay_s),
+            -settings.height_offset_m(&transponder.identity),
+        )),
+        velocity: radar.frame.vector_from_site(velocity),
         height_measured: plot.height_measured && here.height_measured,
-        sigma_m: here.sigma_m.hypot(receiver.horizontal_m),
+        lasting_m: receiver.horizontal_m,
+        curve_m: here.sigma_m,
+        spacing_s: here.spacing_s,
     })
 }
 
-/// How far a plot lies away over ground, and how fast the radar says that it goes away; `None` where it does not say.
-pub(super) fn seen(plot: &Plot, radar: &Radar) -> Option<Seen> {
+/// Ground range of a plot, and its rate as reported by the radar; `None` if the radar reports no velocity.
+pub(super) fn rate_plot(plot: &Plot, radar: &RadarSettings) -> Option<RatePlot> {
     let LineOfSight { range_m, outward, .. } = LineOfSight::from(radar.position, plot.position);
-    Some(Seen { time: plot.time, range_m, told_m_s: plot.velocity?.dot(&outward) })
+    Some(RatePlot { time: plot.time, range_m, reported_m_s: plot.velocity?.dot(&outward) })
 }
 
-/// The residual as an aligned radar would have it, by axis; `None` where azimuth means little.
+/// The residual on each axis, after correction of the plot. `None` where the azimuth is inaccurate.
 pub(super) fn compared(
     residual: &Residual,
     plot: &CorrectedPlot,
     correction: &Correction,
     transponder: &Transponder,
-    settings: &Settings,
-) -> Option<Compared> {
-    let Residual { time, plot: seen, target, velocity, height_measured, sigma_m } = *residual;
+    settings: &OperationalSettings,
+) -> Option<ComparedPlot> {
+    let Residual { time, plot: seen, mut target, velocity, height_measured, curve_m, .. } = *residual;
+    target.0.z -= settings.height_offset_m(&transponder.identity);
     let bias = transponder.bias(settings)?;
     let receiver = settings.transponder(transponder.sensor)?;
     let (corrected, target) = match height_measured {
@@ -83,11 +99,11 @@ pub(super) fn compared(
     let milli_m = 1000.0 / ground_m;
     let turned = corrected.xy().dot(&clockwise).atan2(corrected.xy().dot(&target.xy()) / ground_m);
     let rates = [velocity.dot(&target) / target.norm(), velocity.xy().dot(&clockwise) * milli_m, velocity.z];
-    let curve_m2 = (sigma_m * sigma_m - receiver.horizontal_m * receiver.horizontal_m).max(0.0);
+    let curve_m2 = curve_m * curve_m;
     let [_, climb_m] = transponder.white_m(receiver);
     let climb_m2 = climb_m * climb_m;
     let left = [left.range_m, left.azimuth * 1000.0, left.height_m];
-    Some(Compared {
+    Some(ComparedPlot {
         time,
         offsets: [
             Some(corrected.norm() - target.norm()),
@@ -100,6 +116,6 @@ pub(super) fn compared(
             left[axis] * left[axis] + bias.time_s2 * rates[axis] * rates[axis]
         }),
         velocity: velocity.xy(),
-        told_velocity: plot.plot.velocity,
+        reported_velocity: plot.plot.velocity,
     })
 }

@@ -1,4 +1,4 @@
-//! Settings of the `operational` profile, and what registration adds to it.
+//! Settings of the `operational` profile, with the values that registration and learning add.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
@@ -6,6 +6,7 @@ use std::num::NonZeroUsize;
 use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 
+use super::heights::HeightCorrection;
 use super::likelihood::Scales;
 use super::tuning::{self, DELAY_BETWEEN_TRANSPONDERS_S};
 use crate::filter::{Dynamics, LineOfSight, RadarErrors};
@@ -15,44 +16,47 @@ pub(super) use crate::settings::Camera;
 use crate::settings::{self, IntegrityRules, OperationalRules, RegistrationMode, Sensor};
 use crate::time::SECOND;
 
-/// The sensors as their data sheets have them, and how drones move.
+/// Sensors with the errors of their data sheets, and the motion of drones.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Settings {
-    /// By sensor: `None` for a transponder receiver.
-    pub radars: Vec<Option<Radar>>,
-    /// By sensor: `None` for a radar.
-    pub transponders: Vec<Option<Transponder>>,
-    /// By sensor: `None` for all others.
+pub struct OperationalSettings {
+    /// Radars by sensor index; `None` for other sensors.
+    pub radars: Vec<Option<RadarSettings>>,
+    /// Transponder receivers by sensor index; `None` for other sensors.
+    pub transponders: Vec<Option<ReceiverSettings>>,
+    /// Cameras by sensor index; `None` for other sensors.
     pub cameras: Vec<Option<Camera>>,
-    /// A transponder's position is interpolated between two reports no further apart than this, nanoseconds.
+    /// Maximum gap between two reports across which a transponder's position is interpolated, nanoseconds.
     pub max_gap_ns: i64,
-    /// How drones move.
+    /// Motion models of drones.
     pub motion: Dynamics,
-    /// Threads that share the work of a slot.
+    /// Number of threads that share the work of a slot.
     pub threads: NonZeroUsize,
-    /// From the opening of a slot to its deadline.
+    /// Time from the opening of a slot to its deadline.
     pub latency: SignedDuration,
-    /// Whether each deadline also yields where aircraft are by then.
+    /// Whether each deadline also publishes positions predicted for that time.
     pub now: bool,
-    /// Whether transponders can be trusted.
+    /// Rules on the integrity of transponders.
     pub integrity: IntegrityRules,
-    /// Delay of transponders of which no more is known, and by type; not read from the settings but learnt.
-    pub(super) delay: Delay,
-    pub(super) delays: BTreeMap<TransponderType, Delay>,
-    /// The delays of single transponders of which radars tell.
-    pub(super) own_delays: BTreeMap<Identity, Delay>,
+    /// Default delay of transponders; learnt, not configured.
+    pub(super) delay: TransponderDelay,
+    /// Learnt delays by type of transponder.
+    pub(super) delays: BTreeMap<TransponderType, TransponderDelay>,
+    /// Learnt delays of single transponders.
+    pub(super) own_delays: BTreeMap<Identity, TransponderDelay>,
+    /// How the heights of single transponders are corrected.
+    pub(super) heights: BTreeMap<Identity, HeightCorrection>,
 }
 
-impl Settings {
-    /// From the sensors, the time from the opening of a slot to its deadline, and the profile's rules.
+impl OperationalSettings {
+    /// Creates the settings from the sensors, the time from the opening of a slot to its deadline, and the profile's rules.
     pub(crate) fn new(sensors: &[Sensor], latency: SignedDuration, rules: &OperationalRules) -> Self {
         let radar = |sensor: &Sensor| match sensor {
-            Sensor::Radar(radar) => Some(Radar::from(radar)),
+            Sensor::Radar(radar) => Some(RadarSettings::from(radar)),
             Sensor::Receiver(_) | Sensor::Camera(_) => None,
         };
         let transponder = |sensor: &Sensor| match sensor {
             Sensor::Radar(_) | Sensor::Camera(_) => None,
-            Sensor::Receiver(receiver) => Some(Transponder::from(receiver)),
+            Sensor::Receiver(receiver) => Some(ReceiverSettings::from(receiver)),
         };
         let camera = |sensor: &Sensor| match sensor {
             Sensor::Camera(camera) => Some(*camera),
@@ -68,37 +72,43 @@ impl Settings {
             latency,
             now: rules.now,
             integrity: rules.integrity,
-            delay: Delay::default(),
+            delay: TransponderDelay::default(),
             delays: BTreeMap::new(),
             own_delays: BTreeMap::new(),
+            heights: BTreeMap::new(),
         }
     }
 
-    /// The radar of that index.
-    pub(super) fn radar(&self, sensor: SensorIndex) -> Option<&Radar> {
+    /// The radar with this index.
+    pub(super) fn radar(&self, sensor: SensorIndex) -> Option<&RadarSettings> {
         self.radars.get(usize::from(sensor.0))?.as_ref()
     }
 
     /// All radars.
-    pub(super) fn radars(&self) -> impl Iterator<Item = (SensorIndex, &Radar)> {
+    pub(super) fn radars(&self) -> impl Iterator<Item = (SensorIndex, &RadarSettings)> {
         let radar = |(index, radar): (usize, _)| Some((SensorIndex(index as u16), Option::as_ref(radar)?));
         self.radars.iter().enumerate().filter_map(radar)
     }
 
-    /// The transponder receiver of that index.
-    pub(super) fn transponder(&self, sensor: SensorIndex) -> Option<&Transponder> {
+    /// The transponder receiver with this index.
+    pub(super) fn transponder(&self, sensor: SensorIndex) -> Option<&ReceiverSettings> {
         self.transponders.get(usize::from(sensor.0))?.as_ref()
     }
 
-    /// The camera of that index.
+    /// The camera with this index.
     pub(super) fn camera(&self, sensor: SensorIndex) -> Option<&Camera> {
         self.cameras.get(usize::from(sensor.0))?.as_ref()
     }
 
-    /// The delay of a transponder of that type; `None`: there is no such receiver.
-    pub(super) fn delay(&self, identity: &Identity, kind: &TransponderType) -> Option<Delay> {
+    /// The offset that is taken off the heights of a transponder, metres.
+    pub(super) fn height_offset_m(&self, identity: &Identity) -> f64 {
+        self.heights.get(identity).map_or(0.0, |heights| heights.applied_m)
+    }
+
+    /// Delay of a transponder of this type; `None`: the receiver is not configured.
+    pub(super) fn delay(&self, identity: &Identity, kind: &TransponderType) -> Option<TransponderDelay> {
         let receiver = self.transponder(kind.receiver)?;
-        if let Some(configured) = receiver.delay_s.map(Delay::configured) {
+        if let Some(configured) = receiver.delay_s.map(TransponderDelay::configured) {
             return Some(configured.of_one());
         }
         let of_type = || self.delays.get(kind).copied().unwrap_or(self.delay).of_one();
@@ -106,28 +116,28 @@ impl Settings {
     }
 }
 
-/// Delay of transponders' times behind the measurement, seconds.
+/// Delay of transponders' time stamps behind the measurement, seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Delay {
-    /// The best guess, and its standard deviation.
+pub struct TransponderDelay {
+    /// Mean of the estimate.
+    /// Standard deviation of the estimate.
     pub(super) mean_s: f64,
     pub(super) sigma_s: f64,
-    /// The delay that is applied: the best guess, never below zero.
+    /// Delay that is applied: the mean, but never below zero.
     pub(super) applied_s: f64,
 }
 
-impl Delay {
+impl TransponderDelay {
     pub(super) fn configured(delay_s: f64) -> Self {
         Self { mean_s: delay_s, sigma_s: 0.0, applied_s: delay_s }
     }
 
-    /// The delay of one transponder where only that of its type is known.
+    /// Delay of one transponder when only that of its type is known.
     pub(super) fn of_one(self) -> Self {
         Self { sigma_s: self.sigma_s.hypot(DELAY_BETWEEN_TRANSPONDERS_S), ..self }
     }
 
-    /// Apart from the part of this that is applied by `mean_s`, with this standard deviation. Nothing is sent before it is
-    /// measured.
+    /// The delay with `mean_s` added to its applied part, and this standard deviation. No report is sent before it is measured.
     pub(super) fn apart(&self, mean_s: f64, sigma_s: f64) -> Self {
         let mean_s = self.applied_s + mean_s;
         Self { mean_s, sigma_s, applied_s: mean_s.max(0.0) }
@@ -136,37 +146,36 @@ impl Delay {
 
 /// A radar.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Radar {
+pub struct RadarSettings {
     /// Position.
     pub position: Enu,
-    /// Its own axes.
+    /// The radar's own axes.
     pub frame: RadarFrame,
-    /// Errors of an aligned radar as its data sheet has them.
+    /// Errors of an aligned radar according to its data sheet.
     pub data_sheet: RadarErrors,
-    /// The same or, where they are learnt, as they have shown themselves; the latter not read from the settings.
+    /// Errors of an aligned radar: learnt, or those of the data sheet.
     pub track_errors: RadarErrors,
-    /// The multiples of their size that they may have; nearer to 1 the better they are known. Not read from the settings.
+    /// Multiples of these errors that are possible; learning narrows them towards 1.
     pub(super) scales: Scales,
-    /// Errors of the radar as it is aligned now; not read from the settings but set by the registration.
+    /// Errors of the radar with its present alignment, set by the registration.
     pub errors: RadarErrors,
-    /// What is done about misalignment.
+    /// Handling of the radar's misalignment.
     pub registration: RegistrationMode,
-    /// Whether its errors are learnt.
+    /// Whether the radar's errors are learnt.
     pub learns_accuracy: bool,
-    /// Sigma of the velocities that it tells, each axis, metres a second; `None`: they are not used. Not read from the settings
-    /// but, where errors are learnt, set by what is.
+    /// Sigma of the radar's velocities, each axis, metres a second, possibly learnt; `None`: velocities are ignored.
     pub velocity_sigma_m_s: Option<f64>,
     /// Time between two detections of one target, seconds.
     pub period_s: f64,
 }
 
-impl Radar {
-    /// A track number heard again after a longer silence is another track.
+impl RadarSettings {
+    /// Minimum silence after which a track number means another track.
     pub(super) fn track_break(&self) -> SignedDuration {
         tuning::TRACK_BREAK.max(periods(tuning::TRACK_BREAK_PERIODS, self.period_s))
     }
 
-    /// Sigma of a place as its plots have it, from their bias alone: mean of the axes over ground, metres.
+    /// Sigma of a plot at `place` due to its bias alone: root mean square of the axes over ground, metres.
     pub(super) fn plot_sigma_m(&self, place: Enu) -> f64 {
         let covariance = LineOfSight::from(self.position, place)
             .spread(self.errors.bias_range_m, self.errors.bias_azimuth);
@@ -176,12 +185,12 @@ impl Radar {
 
 /// A transponder receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Transponder {
+pub struct ReceiverSettings {
     /// Standard deviation of a report's horizontal distance from the true position, metres.
     pub horizontal_m: f64,
     /// Standard deviation of a report's height, metres.
     pub vertical_m: f64,
-    /// Delay of the reports' time stamps behind the measurement, seconds; `None`: learnt with the registration of the radars.
+    /// Delay of the time stamps behind the measurement, seconds; `None`: learnt with the registration of the radars.
     pub delay_s: Option<f64>,
     /// Time between two reports of one transponder, seconds.
     pub period_s: f64,
@@ -189,7 +198,7 @@ pub struct Transponder {
     pub max_new_per_s: u32,
 }
 
-impl From<&settings::Radar> for Radar {
+impl From<&settings::Radar> for RadarSettings {
     fn from(radar: &settings::Radar) -> Self {
         let settings::Radar { frame, errors, learns_accuracy, registration, period_s } = *radar;
         Self {
@@ -207,14 +216,14 @@ impl From<&settings::Radar> for Radar {
     }
 }
 
-impl From<&settings::Receiver> for Transponder {
+impl From<&settings::Receiver> for ReceiverSettings {
     fn from(receiver: &settings::Receiver) -> Self {
         let settings::Receiver { horizontal_m, vertical_m, delay_s, period_s, max_new_per_s } = *receiver;
         Self { horizontal_m, vertical_m, delay_s, period_s, max_new_per_s }
     }
 }
 
-/// So many periods.
+/// Duration of a number of periods.
 pub(super) fn periods(count: f64, period_s: f64) -> SignedDuration {
     SignedDuration::from_nanos((count * period_s * SECOND as f64) as i64)
 }

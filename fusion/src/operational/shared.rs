@@ -1,16 +1,16 @@
-//! Work that threads share: on each thing by itself, so that how many threads there are shows only in the time it takes.
+//! Work shared by threads, on each item independently, so that the number of threads affects only the duration.
 
 use std::num::NonZeroUsize;
 use std::thread;
 
 use super::tuning::THREAD_LEAST;
 
-/// How many things a thread takes, so that each is worth its start.
+/// Number of items for a thread, so that each is worth its start.
 fn share(count: usize, threads: NonZeroUsize) -> usize {
     count.div_ceil(threads.get()).max(THREAD_LEAST)
 }
 
-/// Works on parts of these, each on a thread of its own, the first on this one.
+/// Processes parts of the items, each on a thread of its own, the first on this one.
 pub(super) fn on_parts<T: Send>(threads: NonZeroUsize, things: &mut [T], work: impl Fn(&mut [T]) + Sync) {
     let share = share(things.len(), threads);
     if things.len() <= share {
@@ -26,12 +26,12 @@ pub(super) fn on_parts<T: Send>(threads: NonZeroUsize, things: &mut [T], work: i
     });
 }
 
-/// Works on each of these.
+/// Processes each item.
 pub(super) fn on_each<T: Send>(threads: NonZeroUsize, things: &mut [T], work: impl Fn(&mut T) + Sync) {
     on_parts(threads, things, |part| part.iter_mut().for_each(&work));
 }
 
-/// What becomes of each of these, in their order.
+/// Maps each item; the results are in the same order.
 pub(super) fn map<'a, T: Sync, R: Send>(
     threads: NonZeroUsize,
     things: &'a [T],

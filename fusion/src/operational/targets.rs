@@ -1,4 +1,6 @@
-//! Aircraft as the engine knows them, whichever sensor sees them.
+//! Targets: aircraft with the sensors that see them.
+
+mod together;
 
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -9,15 +11,15 @@ use super::aircraft_class::AircraftClass;
 use super::by_id::ById;
 use super::cameras::Cameras;
 use super::cycle::{Cycle, EARLIEST, LATEST};
-use super::doubt::Doubt;
 use super::ids::{Begun, TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
 use super::measured::{height_by_radar, measured_by_radar, measured_by_transponder};
-use super::settings::{Radar, Settings};
+use super::reacquisition_doubt::Doubt;
+use super::settings::{OperationalSettings, RadarSettings};
 use super::shared;
 use super::track_numbers::{TrackNumber, TrackNumbers};
 use super::tracklets::{Tracklet, Tracklets};
-use super::transponder::{OnCurve, Transponder};
+use super::transponder::{CurvePosition, Transponder};
 use super::transponder_types::TransponderTypes;
 use super::tuning::{RADAR_HEIGHT_S, TARGET_SILENT_MAX, TRANSPONDER_SILENT_S};
 use crate::filter::{Measurement, StateEstimate, TargetFilter};
@@ -26,27 +28,28 @@ use crate::point::{CameraPart, RadarPart, Source};
 use crate::report::{CameraTrackKey, Fix, Identity, Plot, SensorIndex};
 use crate::slots::Slot;
 use crate::time::Time;
+use together::Membership;
 
 /// An aircraft.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Target {
     id: TargetId,
     transponder: Option<Transponder>,
-    /// The radar tracks that it is followed by, one of a radar, in the order in which they came.
+    /// Radar tracks of this target, at most one per radar, in order of association.
     followed: Vec<(SensorIndex, TrackletId)>,
-    /// The latest part of a radar in it, and the sigma of its plot, metres.
+    /// Latest contribution of a radar, and the sigma of its plot, metres.
     radar: Option<(RadarPart, f64)>,
     filter: TargetFilter,
     number: Option<TrackNumber>,
     class: AircraftClass,
-    /// That the radar tracks since its transponder was heard last are not its own.
+    /// Doubt whether the radar tracks followed since the transponder's last report belong to this aircraft.
     doubt: Option<Doubt>,
     /// Time of the newest measurement.
     newest: Time,
 }
 
 impl Target {
-    fn new(id: TargetId, newest: Time, settings: &Settings) -> Self {
+    fn new(id: TargetId, newest: Time, settings: &OperationalSettings) -> Self {
         let filter = TargetFilter::new(&settings.motion, settings.radars().count());
         Self {
             id,
@@ -73,7 +76,7 @@ impl Target {
         self.transponder.as_ref().map(|transponder| transponder.identity)
     }
 
-    /// The radar tracks that it is followed by, one of a radar, in the order in which they came.
+    /// Radar tracks of this target, at most one per radar, in order of association.
     pub(super) fn followed<'a>(
         &self,
         tracklets: &'a Tracklets,
@@ -81,12 +84,12 @@ impl Target {
         self.followed.iter().filter_map(|&(_, id)| tracklets.get(id))
     }
 
-    /// Whether it is followed by that radar track.
+    /// Whether the target follows this radar track.
     pub(super) fn is_followed_by(&self, id: TrackletId) -> bool {
         self.followed.iter().any(|followed| followed.1 == id)
     }
 
-    /// The number that it was published under.
+    /// Track number under which the target is published.
     pub(super) fn number(&self) -> Option<TrackNumber> {
         self.number
     }
@@ -95,8 +98,8 @@ impl Target {
         self.radar
     }
 
-    /// LLR that a track is of this aircraft, by how both look to the radar. That it is a drone at all, one without a
-    /// transponder has to show again and again.
+    /// LLR of the class that a radar track is this aircraft. Without a transponder, doubt that the track is a drone counts
+    /// against it.
     pub(super) fn class_llr(&self, tracklet: &Tracklet) -> f64 {
         let is_drone = match self.transponder {
             Some(_) => 0.0,
@@ -105,13 +108,13 @@ impl Target {
         self.class.llr(tracklet) + is_drone
     }
 
-    /// What it adds to the variance of its place, on each axis over ground, m², that it may be another aircraft that radars see.
+    /// Variance added to the position on each axis over ground, m², because the radar tracks may be another aircraft.
     pub(super) fn doubted_m2(&self, time: Time) -> f64 {
         self.doubt.map_or(0.0, |doubt| doubt.variance_m2(time))
     }
 
-    /// What was published up to the slot is settled.
-    fn settle(&mut self, tracklets: &Tracklets, cycle: &Cycle) {
+    /// Finalises the state up to the slot, which is published.
+    fn finalise(&mut self, tracklets: &Tracklets, cycle: &Cycle) {
         let Cycle { centre, previous, .. } = *cycle;
         self.filter.forget_before(centre);
         let is_heard = |doubt: &Doubt| {
@@ -122,13 +125,13 @@ impl Target {
         for tracklet in self.followed.iter().filter_map(|&(_, id)| tracklets.get(id)) {
             let is_now = tracklet.first() <= centre && tracklet.last() >= centre;
             if is_now && (self.transponder.is_none() || was_likely(tracklet, self.id)) {
-                self.class.take(tracklet, centre.seconds_since(previous));
+                self.class.update(tracklet, centre.seconds_since(previous));
             }
         }
     }
 
-    /// Goes on here as another engine has known it, with these reports if they are newer and under this number.
-    pub(super) fn go_on(&mut self, mut fixes: Vec<Fix>, number: Option<TrackNumber>) {
+    /// Continues a target of another engine: sets its number, and adds the reports that are newer.
+    pub(super) fn resume(&mut self, mut fixes: Vec<Fix>, number: Option<TrackNumber>) {
         self.number = number;
         fixes.sort_by_key(|fix| fix.time);
         let heard = self.transponder.as_ref().and_then(Transponder::last_heard);
@@ -136,24 +139,24 @@ impl Target {
         fixes.into_iter().for_each(|fix| self.insert(fix));
     }
 
-    /// A report of its transponder.
+    /// Adds a report of the transponder.
     pub(super) fn insert(&mut self, fix: Fix) {
         self.newest = self.newest.max(fix.time);
         self.transponder.get_or_insert_with(|| Transponder::new(&fix)).insert(fix);
     }
 
-    /// A plot of its radar track takes part in the published slot.
-    pub(super) fn take_part(&mut self, plot: &Plot, settings: &Settings) {
+    /// Sets the radar's contribution to the published slot.
+    pub(super) fn set_radar_part(&mut self, plot: &Plot, settings: &OperationalSettings) {
         let Some(radar) = settings.radar(plot.track.sensor) else { return };
         self.radar = Some((RadarPart::from(plot), radar.plot_sigma_m(plot.position)));
     }
 
-    /// Where its transponder says it was.
-    pub(super) fn on_curve(&self, time: Time, settings: &Settings) -> Option<OnCurve> {
+    /// Position according to the transponder.
+    pub(super) fn on_curve(&self, time: Time, settings: &OperationalSettings) -> Option<CurvePosition> {
         self.transponder.as_ref()?.on_curve(time, settings)
     }
 
-    /// Whether its transponder is heard around the slot, or is not known yet to have fallen silent.
+    /// Whether the transponder reports around the slot, or is not yet known to be silent.
     pub(super) fn is_heard(&self, cycle: &Cycle) -> bool {
         let Some(transponder) = &self.transponder else { return false };
         let since = |last: Time| cycle.silent_s(last) <= TRANSPONDER_SILENT_S;
@@ -161,41 +164,41 @@ impl Target {
             || transponder.last_until(cycle.centre).is_some_and(since)
     }
 
-    /// Where it is.
+    /// Estimate of the filter.
     pub(super) fn estimate(&self, time: Time) -> Option<StateEstimate> {
         self.filter.at(time)
     }
 
-    /// Whether one of the reports that shape its transponder's curve at `time` was a jump.
+    /// Whether one of the reports that shape the transponder's curve at `time` was a jump.
     pub(super) fn jumps_at(&self, time: Time) -> bool {
         let shaped = self.transponder.as_ref().and_then(|own| own.shaped_at(time));
         shaped.is_some_and(|(from, until)| self.filter.has_jumped(from, until))
     }
 
-    /// What was measured of it last.
+    /// The last measurement.
     pub(super) fn last_measurement(&self) -> Option<&Measurement> {
         self.filter.newest()
     }
 
-    /// Whether no sensor sees it now.
+    /// Whether no sensor sees the target at the slot.
     pub(super) fn is_unseen(&self, tracklets: &Tracklets, cycle: &Cycle) -> bool {
         self.followed(tracklets).all(|tracklet| tracklet.last() < cycle.centre)
             && self.on_curve(cycle.centre, cycle.settings).is_none()
     }
 
-    /// Whether a track of that radar could begin to see it: none does now, and no transponder is heard.
+    /// Whether a new track of this radar could be the target: no track of this radar follows it now, and its transponder is
+    /// silent.
     pub(super) fn is_open_to(&self, sensor: SensorIndex, tracklets: &Tracklets, cycle: &Cycle) -> bool {
         self.followed(tracklets)
             .all(|tracklet| tracklet.key.sensor != sensor || tracklet.last() < cycle.centre)
             && self.on_curve(cycle.centre, cycle.settings).is_none()
     }
 
-    /// Brings the filter to what is known now; what lies up to `since` is settled.
+    /// Updates the filter with all measurements. The state up to `since` is final.
     fn filter(&mut self, since: Time, tracklets: &Tracklets, cameras: &Cameras, cycle: &Cycle) {
         let settings = cycle.settings;
         let mut measurements: Vec<Measurement> = Vec::new();
-        // Of a target that is new nothing is settled: however long its transponder's first report has waited or, where it has
-        // none, whenever its radar track began.
+        // A new target has no final state, however long its transponder's first report has waited or its radar track has lasted.
         let is_new = self.filter.newest().is_none();
         let settled = if is_new { EARLIEST } else { since };
         let since = if self.transponder.is_none() { settled } else { since };
@@ -207,7 +210,7 @@ impl Target {
         }
         for tracklet in self.followed(tracklets) {
             let Some(radar) = settings.radar(tracklet.key.sensor) else { continue };
-            // Few plots are used, so that is seldom asked for.
+            // Computed on demand, because few plots are used.
             let pair = OnceCell::new();
             let pair = || *pair.get_or_init(|| self.pair_ahead(tracklet, radar, cycle));
             let silence = |time| self.transponder.as_ref()?.silence(time, tracklet.last());
@@ -221,11 +224,11 @@ impl Target {
                 }
             }));
         }
-        // A direction alone is no beginning.
+        // Bearings alone cannot start a filter.
         if !is_new {
-            measurements.extend(self.looks(cameras, settled, settings).map(|(_, look)| look));
+            measurements.extend(self.bearings(cameras, settled, settings).map(|(_, look)| look));
         }
-        // Of one time the transponder comes first, then radars in their order.
+        // Measurements of one time: the transponder first, then radars in their order.
         measurements.sort_by_key(|measurement| (measurement.time, measurement.sensor()));
         self.filter.measure(settled, &measurements);
         self.newest = self.newest.max(self.filter.newest().map_or(self.newest, |newest| newest.time));
@@ -240,22 +243,22 @@ impl Target {
                 .any(|tracklet| tracklet.between(since, LATEST).any(|plot| plot.height_measured))
     }
 
-    /// What cameras measured of it after `since`, while its transponder does not say where it is.
-    fn looks<'a>(
+    /// Bearings of cameras after `since`, while the transponder is silent.
+    fn bearings<'a>(
         &'a self,
         cameras: &'a Cameras,
         since: Time,
-        settings: &'a Settings,
+        settings: &'a OperationalSettings,
     ) -> impl Iterator<Item = (CameraTrackKey, Measurement)> + 'a {
         let silent = |time| self.transponder.as_ref()?.silence(time, time).map(|(_, silent_s)| silent_s);
         let is_used = move |time| silent(time).is_none_or(|silent_s| silent_s > TRANSPONDER_SILENT_S);
         cameras.of(self, since, settings).filter(move |(_, look)| is_used(look.time))
     }
 
-    /// The cameras' tracks whose bearings it rests on, each with the latest one up to the slot's end.
+    /// Camera tracks that contribute bearings, each with the time of its latest one up to the slot's end.
     pub(super) fn looked_at_by(&self, cameras: &Cameras, cycle: &Cycle) -> Vec<CameraPart> {
         let mut parts: Vec<CameraPart> = Vec::new();
-        let looks = self.looks(cameras, EARLIEST, cycle.settings);
+        let looks = self.bearings(cameras, EARLIEST, cycle.settings);
         for (track, Measurement { time, .. }) in looks.filter(|(_, look)| look.time <= cycle.end) {
             match parts.last_mut().filter(|part| part.track == track) {
                 Some(part) => part.time = time,
@@ -265,8 +268,13 @@ impl Target {
         parts
     }
 
-    /// Its likelihood with a tracklet, with the plots after the slot.
-    fn pair_ahead(&self, tracklet: &Tracklet, radar: &Radar, cycle: &Cycle) -> Option<PairLikelihood> {
+    /// Likelihood of the target and a tracklet, including the plots after the slot.
+    fn pair_ahead(
+        &self,
+        tracklet: &Tracklet,
+        radar: &RadarSettings,
+        cycle: &Cycle,
+    ) -> Option<PairLikelihood> {
         let mut pair = *tracklet.pair(self.id)?;
         let plots = tracklet.between(cycle.centre, LATEST);
         pair.add_plots(plots, self.transponder.as_ref()?, radar, cycle.settings);
@@ -274,12 +282,14 @@ impl Target {
     }
 }
 
-/// All of them.
+/// All targets.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Targets {
     all: ById<TargetId, Target>,
     by_identity: BTreeMap<Identity, TargetId>,
     numbers: TrackNumbers,
+    /// Targets of aircraft with several transponders, one per transponder.
+    together: BTreeMap<TargetId, Membership>,
 }
 
 impl Targets {
@@ -295,7 +305,7 @@ impl Targets {
         self.all.values().iter()
     }
 
-    /// All of them, in the order in which they began.
+    /// All targets, in order of creation.
     pub(super) fn as_slice(&self) -> &[Target] {
         self.all.values()
     }
@@ -304,18 +314,18 @@ impl Targets {
         self.by_identity.get(&identity).copied()
     }
 
-    /// The transponders that are targets.
+    /// Identities of all targets.
     pub(super) fn identities(&self) -> impl Iterator<Item = Identity> {
         self.by_identity.keys().copied()
     }
 
-    /// A target that a transponder tells of, at its place.
+    /// Creates a target from a transponder's reports.
     pub(super) fn insert_transponder(
         &mut self,
         id: TargetId,
         waited: Vec<Fix>,
         fix: Fix,
-        settings: &Settings,
+        settings: &OperationalSettings,
     ) {
         let mut target = Target::new(id, fix.time, settings);
         waited.into_iter().chain([fix]).for_each(|fix| target.insert(fix));
@@ -323,33 +333,40 @@ impl Targets {
         self.all.insert(id, target);
     }
 
-    /// A target that a radar track shows, of which nothing is known yet.
+    /// Creates a target from a radar track, without further data.
     pub(super) fn insert_unknown(&mut self, track: TrackletId, cycle: &Cycle) -> TargetId {
         let id = TargetId { slot: cycle.slot, begun: Begun::Track(track) };
         self.all.insert(id, Target::new(id, cycle.centre, cycle.settings));
         id
     }
 
-    /// Learns from each transponder's reports up to `until` how large their white noise is.
-    pub(super) fn learn(&mut self, until: Time, types: &mut TransponderTypes, settings: &Settings) {
+    /// Learns the white noise of each transponder from its reports up to `until`.
+    pub(super) fn learn(
+        &mut self,
+        until: Time,
+        types: &mut TransponderTypes,
+        settings: &OperationalSettings,
+    ) {
         let transponders = self.all.values_mut().iter_mut().filter_map(|target| target.transponder.as_mut());
         transponders.for_each(|transponder| transponder.learn(until, types, settings));
     }
 
-    /// Brings each target's filter to what is known now.
+    /// Updates the filter of each target.
     pub(super) fn filter_all(&mut self, tracklets: &Tracklets, cameras: &Cameras, cycle: &Cycle) {
         let filter = |target: &mut Target| target.filter(cycle.previous, tracklets, cameras, cycle);
         shared::on_each(cycle.settings.threads, self.all.values_mut(), filter);
     }
 
-    /// What was filtered up to a slot that was published is settled.
-    pub(super) fn settle(&mut self, tracklets: &Tracklets, cycle: &Cycle) {
-        self.all.values_mut().iter_mut().for_each(|target| target.settle(tracklets, cycle));
+    /// Finalises all targets up to a published slot.
+    pub(super) fn finalise(&mut self, tracklets: &Tracklets, cycle: &Cycle) {
+        self.all.values_mut().iter_mut().for_each(|target| target.finalise(tracklets, cycle));
     }
 
-    /// Forgets reports from before `kept`, and drops the targets of which nothing was measured for too long at `time`.
-    pub(super) fn forget_before(&mut self, kept: Time, time: Time, tracklets: &Tracklets) {
+    /// Drops reports before `kept`, and targets without a measurement for too long at `time`. Returns the identities of dropped
+    /// targets.
+    pub(super) fn forget_before(&mut self, kept: Time, time: Time, tracklets: &Tracklets) -> Vec<Identity> {
         let Self { all, by_identity, numbers, .. } = self;
+        let mut ended = Vec::new();
         all.retain(|_, target| {
             target.followed.retain(|&(_, id)| tracklets.get(id).is_some());
             if let Some(transponder) = &mut target.transponder {
@@ -357,13 +374,15 @@ impl Targets {
             }
             let is_left = time - target.newest <= TARGET_SILENT_MAX || !target.followed.is_empty();
             if !is_left {
+                ended.extend(target.identity());
                 end(target, by_identity, numbers);
             }
             is_left
         });
+        ended
     }
 
-    /// Drops these.
+    /// Drops these targets.
     pub(super) fn forget_all(&mut self, ids: &BTreeSet<TargetId>) {
         let Self { all, by_identity, numbers, .. } = self;
         if ids.is_empty() {
@@ -378,34 +397,34 @@ impl Targets {
         });
     }
 
-    /// Takes a target out, to be put in again or another one for it: its number stays in use.
-    pub(super) fn take(&mut self, id: TargetId) -> Option<Target> {
+    /// Removes a target whose number stays in use, because the target or its successor will be put back.
+    pub(super) fn detach(&mut self, id: TargetId) -> Option<Target> {
         let target = self.all.remove(id)?;
         target.identity().into_iter().for_each(|identity| _ = self.by_identity.remove(&identity));
         Some(target)
     }
 
-    /// Puts one in that another engine knows.
-    pub(super) fn put(&mut self, target: Target) {
+    /// Adds a target from another engine.
+    pub(super) fn insert(&mut self, target: Target) {
         target.identity().into_iter().for_each(|identity| _ = self.by_identity.insert(identity, target.id));
         self.all.insert(target.id, target);
     }
 
-    /// A radar track is not this target. If that was nothing else it ends; the number that it had, which stays in use.
-    pub(super) fn leave(&mut self, id: TargetId, track: TrackletId) -> Option<TrackNumber> {
+    /// Dissociates a radar track from a target. A target without any other sensor ends; its number is returned, and stays in use.
+    pub(super) fn dissociate(&mut self, id: TargetId, track: TrackletId) -> Option<TrackNumber> {
         let left = self.all.get_mut(id)?;
         left.followed.retain(|followed| followed.1 != track);
         let is_over = left.followed.is_empty() && left.transponder.is_none();
-        is_over.then(|| self.take(id))??.number
+        is_over.then(|| self.detach(id))??.number
     }
 
-    /// Nobody has this number any more.
+    /// Releases a number that is no longer used.
     pub(super) fn release(&mut self, number: TrackNumber) {
         self.numbers.release(number);
     }
 
-    /// A target that carries a transponder is a radar track from now on, by its place where that is in doubt.
-    pub(super) fn find(&mut self, id: TargetId, doubt: Option<Doubt>) {
+    /// Records the doubt, if any, when a target with a transponder is associated with a radar track by position.
+    pub(super) fn record_doubt(&mut self, id: TargetId, doubt: Option<Doubt>) {
         if let Some(target) = self.all.get_mut(id).filter(|target| target.transponder.is_some())
             && let Some(doubt) = doubt
         {
@@ -413,9 +432,9 @@ impl Targets {
         }
     }
 
-    /// What a tracklet is taken for, by its place alone, it is not. The target was not where the tracklet was: while it is silent
-    /// it is filtered anew, from its transponder's reports.
-    pub(super) fn disbelieve(&mut self, tracklets: &Tracklets, id: TrackletId, cycle: &Cycle) {
+    /// Marks the association of a tracklet, made by position alone, as wrong. The target was elsewhere, so while its transponder
+    /// is silent its filter restarts from the transponder's reports.
+    pub(super) fn mark_wrong(&mut self, tracklets: &Tracklets, id: TrackletId, cycle: &Cycle) {
         let Some(tracklet) = tracklets.get(id) else { return };
         let Some(left) = tracklet.target().and_then(|left| self.all.get_mut(left)) else { return };
         let is_alone = left.followed.len() == 1 && left.is_followed_by(id);
@@ -427,9 +446,9 @@ impl Targets {
         }
     }
 
-    /// Makes a tracklet part of that target, or of none. A target that was this tracklet alone has then turned out to be the
-    /// other one, which takes its number over; but who comes back has its own again.
-    pub(super) fn follow(&mut self, tracklets: &mut Tracklets, id: TrackletId, now: Option<TargetId>) {
+    /// Associates a tracklet with a target, or with none. A target that consisted of this tracklet alone ends, and the new target
+    /// takes over its number, unless it has a number already.
+    pub(super) fn assign_track(&mut self, tracklets: &mut Tracklets, id: TrackletId, now: Option<TargetId>) {
         let Some(tracklet) = tracklets.get_mut(id) else { return };
         let sensor = tracklet.key.sensor;
         let before = tracklet.replace_target(now);
@@ -457,7 +476,7 @@ impl Targets {
         number.into_iter().for_each(|number| self.numbers.release(number));
     }
 
-    /// Makes a tracklet part of that target, together with those of other radars that are likely to be one with it.
+    /// Associates a tracklet with a target, together with tracklets of other radars that are likely to be the same aircraft.
     pub(super) fn follow_together(&mut self, tracklets: &mut Tracklets, id: TrackletId, now: TargetId) {
         let before = tracklets.get(id).and_then(Tracklet::target).filter(|&before| before != now);
         let left = before.and_then(|before| self.all.get(before)).filter(|left| left.transponder.is_none());
@@ -472,12 +491,12 @@ impl Targets {
             .filter(goes_along)
             .map(|other| other.id)
             .collect();
-        self.follow(tracklets, id, Some(now));
-        others.into_iter().for_each(|other| self.follow(tracklets, other, Some(now)));
+        self.assign_track(tracklets, id, Some(now));
+        others.into_iter().for_each(|other| self.assign_track(tracklets, other, Some(now)));
     }
 
-    /// Gives a target's transponder its number for this slot; `false`: all are used up. `returned`: how many changes of
-    /// transponder numbers were looked at in this slot.
+    /// Assigns a target's transponder its number for this slot; `false` if all numbers are in use. `returned`: changes of
+    /// transponder numbers already processed in this slot.
     pub(super) fn number_transponder(
         &mut self,
         id: TargetId,
@@ -493,7 +512,7 @@ impl Targets {
             numbers.note_unnumbered();
             return false;
         }
-        // With its number goes what was made of it, but for who flies: that one's lasts as long as it does.
+        // A returned transponder number releases the track number made from it, unless the aircraft is still a target.
         for change in &numbers.changes()[*returned..] {
             if let NumberChange::Returned(given) = change
                 && !self.by_identity.contains_key(&given.identity)
@@ -505,29 +524,30 @@ impl Targets {
         true
     }
 
-    /// The numbers that transponders' aircraft keep.
+    /// Track numbers kept for aircraft with a transponder.
     pub(super) fn kept_numbers(&self) -> impl Iterator<Item = (Identity, u32, Slot)> {
-        self.numbers.kept()
+        self.numbers.recorded()
     }
 
-    /// Takes over a number that a transponder's aircraft had before a restart.
+    /// Restores the track number of a transponder's aircraft after a restart.
     pub(super) fn remember_number(&mut self, identity: Identity, number: u32, since: Slot) {
         self.numbers.remember(identity, number, since);
     }
 
-    /// The number of a target that is published as `source`.
+    /// Track number of a target that is published as `source`.
     pub(super) fn number(&mut self, id: TargetId, source: &Source, slot: Slot) -> Option<TrackNumber> {
         let target = self.all.get_mut(id)?;
         let identity = target.identity();
         let known = target.number.or_else(|| self.numbers.of(identity?));
-        let number = known.unwrap_or_else(|| self.numbers.give(source, slot));
+        let number = known.unwrap_or_else(|| self.numbers.assign(source, slot));
         target.number = Some(number);
-        identity.into_iter().for_each(|identity| self.numbers.keep(identity, number));
-        Some(number)
+        identity.into_iter().for_each(|identity| self.numbers.record(identity, number));
+        // Several transponders of one aircraft share the oldest number.
+        Some(self.together.get(&id).and_then(Membership::number).unwrap_or(number))
     }
 }
 
-/// A target ends: a transponder's aircraft keeps its number.
+/// Ends a target. The aircraft of a transponder keeps its number.
 fn end(target: &Target, by_identity: &mut BTreeMap<Identity, TargetId>, numbers: &mut TrackNumbers) {
     match &target.transponder {
         Some(transponder) => _ = by_identity.remove(&transponder.identity),
@@ -535,7 +555,7 @@ fn end(target: &Target, by_identity: &mut BTreeMap<Identity, TargetId>, numbers:
     }
 }
 
-/// Whether a transponder has ever spoken for a tracklet's being that target.
+/// Whether the transponder's reports ever supported this tracklet as that target.
 fn was_likely(tracklet: &Tracklet, target: TargetId) -> bool {
     tracklet.pair(target).is_some_and(|pair| pair.last_likely.is_some())
 }

@@ -1,14 +1,16 @@
-//! Small hand-built cases of the passes, and two drones whose flight other tests fly.
+//! Small hand-built cases of the passes, and two drones whose flight other tests use.
 
-mod acquainted;
 mod ahead;
 mod associating;
+mod barometric;
 mod comparing;
+mod handover;
 mod hypotheses;
 mod initiating;
 mod now;
 mod publishing;
 mod registering;
+mod same_aircraft;
 mod several_radars;
 pub(super) mod two_drones;
 mod unexplained;
@@ -16,7 +18,7 @@ mod unexplained;
 use super::cycle::EARLIEST;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
-use super::reacquisition::Measured;
+use super::reacquisition::MeasuredPositions;
 use super::*;
 use crate::frames::Enu;
 use crate::numbering::Keeping;
@@ -26,15 +28,15 @@ use crate::settings::OperationalRules;
 
 const GRID: SlotGrid = SlotGrid::new(jiff::SignedDuration::from_millis(250));
 const LATENCY: jiff::SignedDuration = jiff::SignedDuration::from_millis(6250);
-/// The slot of most cases has its centre here, seconds.
+/// Centre of the slot of most cases, seconds.
 const NOW_S: f64 = 100.125;
 
-/// Radars 0 and 2 at one place and receiver 1; radar tracks and transponders 1500 m north of the radars, 100 m up.
+/// Radars 0 and 2 at one position, and receiver 1; radar tracks and transponders 1500 m north of the radars, 100 m up.
 struct Case {
     air: Operational,
-    settings: Settings,
+    settings: OperationalSettings,
     numbers: Numbers,
-    /// Slots in which something began.
+    /// Number of slots in which a track or transponder began.
     begun: i64,
 }
 
@@ -42,7 +44,7 @@ fn at(second: f64) -> Time {
     Time::from_nanos((second * SECOND as f64) as i64)
 }
 
-/// Every half second from one to the other.
+/// Times every half second between two limits.
 fn halves(from_s: f64, to_s: f64) -> Vec<f64> {
     (0..).map(|half| from_s + 0.5 * f64::from(half)).take_while(|&second| second <= to_s).collect()
 }
@@ -57,12 +59,12 @@ impl Case {
     fn new() -> Self {
         let mut sensors = two_drones::settings(true).sensors;
         sensors.push(sensors[0].clone());
-        let settings = Settings::new(&sensors, LATENCY, &OperationalRules::default());
+        let settings = OperationalSettings::new(&sensors, LATENCY, &OperationalRules::default());
         let numbers = Numbers::new(GRID, Keeping::ADay, std::collections::BTreeMap::new());
         Self { air: Operational::default(), settings, numbers, begun: 0 }
     }
 
-    /// A plot of a radar's track, so far east and with this probability of a drone.
+    /// A plot of a radar's track at this distance east, with this probability of a drone.
     fn plot(&mut self, (radar, number): (u16, u16), second: f64, east_m: f64, uav_probability: f64) {
         self.air.handle(Report::Plot(Plot {
             track: RadarTrackKey { sensor: SensorIndex(radar), number },
@@ -89,7 +91,7 @@ impl Case {
         self.air.handle(Report::Fix(Fix::new(SensorIndex(1), identity(which), at(second), place)));
     }
 
-    /// A transponder with reports at these seconds, two at least.
+    /// A transponder with reports at these seconds, at least two.
     fn transponder(&mut self, which: usize, seconds: &[f64], east_m: f64) -> TargetId {
         seconds.iter().for_each(|&second| self.fix(which, second, east_m));
         self.air.pass(at(seconds[0]), &self.settings);
@@ -98,7 +100,7 @@ impl Case {
         self.air.targets.of_identity(identity(which)).unwrap()
     }
 
-    /// Makes the likelihood of a pair what the case is about.
+    /// Sets the likelihood of a pair.
     fn pair(&mut self, tracklet: TrackletId, target: TargetId, llr: f64) {
         let pair = PairLikelihood::with_llr(llr, None);
         self.air.tracklets.get_mut(tracklet).unwrap().set_pair(target, pair);
@@ -113,19 +115,19 @@ impl Case {
 
     fn decide(&mut self, tracklet: TrackletId, which: usize, verdict: Verdict) {
         let radar = self.air.tracklets.get(tracklet).unwrap().key;
-        let correlation = Correlation { radar, transponder: identity(which), verdict };
-        self.air.correlations.hold(tracklet, correlation, Slot(0), &self.air.tracklets);
+        let correlation = ManualAssociation { radar, transponder: identity(which), verdict };
+        self.air.correlations.apply(tracklet, correlation, Slot(0), &self.air.tracklets);
     }
 
     fn associate(&mut self) {
         self.run(|air, _, cycle| {
             let decided = air.correlations.decided(&air.tracklets, &air.targets);
-            let measured = Measured::of(&air.targets);
+            let measured = MeasuredPositions::of(&air.targets);
             association::associate(&mut air.tracklets, &mut air.targets, &measured, &decided, cycle);
         });
     }
 
-    /// Publishes the slots from one second to the other by all passes, with what is known six seconds later.
+    /// Publishes the slots between two times by all passes, with the reports of the six seconds after each.
     fn publish(
         &mut self,
         from_s: f64,
@@ -135,7 +137,7 @@ impl Case {
         let slots = GRID.of(at(from_s)).0..GRID.of(at(to_s)).0;
         let publish = |slot| {
             heard(self, slot as f64 / 4.0);
-            self.numbers.turn(Slot(slot));
+            self.numbers.begin_slot(Slot(slot));
             let points = self.air.emit(Slot(slot), GRID, &self.settings, &mut self.numbers).points;
             self.numbers.take_changes();
             (GRID.centre(Slot(slot)).seconds_since(at(0.0)), points)

@@ -1,4 +1,4 @@
-//! Radar tracks for as long as the radar keeps them.
+//! Radar tracks, for as long as the radar keeps them.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
@@ -11,44 +11,44 @@ use super::cycle::{Cycle, EARLIEST, LATEST};
 use super::existence::Existence;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::PairLikelihood;
-use super::mutual::Evidence;
-use super::settings::{Radar, Settings};
+use super::radar_pairs::RadarPairEvidence;
+use super::settings::{OperationalSettings, RadarSettings};
 use super::shared;
 use super::transponder::Transponder;
 use super::tuning::{
-    CLASS_TOLD_AFTER_S, DRONE_SPEED_MAX_M_S, GATE_M, INITIATION_HOLD, PAIR_LLR_MAX, TRACK_GATE_SIGMAS,
+    CLASS_SETTLES_AFTER_S, DRONE_SPEED_MAX_M_S, GATE_M, INITIATION_HOLD, PAIR_LLR_MAX, TRACK_GATE_SIGMAS,
 };
 use crate::frames::Enu;
 use crate::report::{Plot, RadarTrackKey, SensorIndex};
 use crate::slots::Slot;
 use crate::time::Time;
 
-/// A plot, and its position before the radar's misalignment was corrected.
+/// A plot, and its position before the correction of the radar's misalignment.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct CorrectedPlot {
     pub(super) plot: Plot,
     pub(super) raw: Enu,
 }
 
-/// What is asked of the plots in every slot.
+/// Values about the plots that are needed in every slot.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Marks {
-    /// Times of the first plot and of the last.
+    /// Times of the first and the last plot.
     first: Time,
     last: Time,
-    /// The centres of this slot and of the one before, each with how many plots there are up to it.
+    /// Centres of this slot and of the previous one, each with the number of plots up to it.
     centres: [(Time, usize); 2],
 }
 
 impl Marks {
-    /// A plot came.
-    fn note(&mut self, time: Time) {
+    /// Notes a new plot.
+    fn add_plot(&mut self, time: Time) {
         self.first = self.first.min(time);
         self.last = self.last.max(time);
         self.centres.iter_mut().filter(|centre| time <= centre.0).for_each(|centre| centre.1 += 1);
     }
 
-    /// The first plot went; that was before the slot. `first`: the time of the next one.
+    /// Notes that the first plot, which was before the slot, was removed. `first` is the time of the next one.
     fn forget_first(&mut self, first: Time) {
         self.first = first;
         self.centres.iter_mut().for_each(|centre| centre.1 = centre.1.saturating_sub(1));
@@ -60,21 +60,21 @@ impl Marks {
 pub(super) struct Tracklet {
     pub(super) id: TrackletId,
     pub(super) key: RadarTrackKey,
-    /// The target that it is.
+    /// The target to which it belongs.
     target: Option<TargetId>,
-    /// By time; one at least.
+    /// Plots by time, at least one.
     plots: VecDeque<CorrectedPlot>,
     marks: Marks,
-    /// Likelihoods that it is one with the targets that came near; by target.
+    /// Likelihoods with the targets that came near; by target.
     pairs: Vec<(TargetId, PairLikelihood)>,
-    /// Likelihoods that it is one with tracks of other radars that came near.
-    mutual: Vec<(TrackletId, Evidence)>,
-    /// By the plots up to the last slot, with its centre;
+    /// Likelihoods with tracks of other radars that came near.
+    radar_pairs: Vec<(TrackletId, RadarPairEvidence)>,
+    /// Evidence from the plots up to the last slot, with its centre.
     settled: (Existence, Time),
-    /// by all of them, with the time of the last.
+    /// Evidence from all plots, with the time of the last.
     ahead: (Existence, Time),
-    /// Whether it has told of the class.
-    class_told: bool,
+    /// Whether it has been counted in the class statistics.
+    is_class_settled: bool,
 }
 
 impl Tracklet {
@@ -82,7 +82,7 @@ impl Tracklet {
         let unknown = (Existence::default(), EARLIEST);
         let (key, plots) = (plot.plot.track, VecDeque::from([plot]));
         let marks = Marks { first: plot.plot.time, last: plot.plot.time, centres: [(EARLIEST, 0); 2] };
-        let (pairs, mutual) = (Vec::new(), Vec::new());
+        let (pairs, radar_pairs) = (Vec::new(), Vec::new());
         Self {
             id,
             key,
@@ -90,18 +90,18 @@ impl Tracklet {
             plots,
             marks,
             pairs,
-            mutual,
+            radar_pairs,
             settled: unknown,
             ahead: unknown,
-            class_told: false,
+            is_class_settled: false,
         }
     }
 
-    /// A plot: of two of one time the last received counts.
+    /// Adds a plot; of two with one time, the last received counts.
     fn insert(&mut self, new: CorrectedPlot) {
         let time = new.plot.time;
         if time <= self.ahead.1 {
-            // Out of order: from the last slot anew.
+            // Out of order: starts again from the last slot.
             self.ahead = self.settled;
         }
         let index = self.index(time);
@@ -109,20 +109,20 @@ impl Tracklet {
             Some(same) if same.plot.time == time => *same = new,
             _ => {
                 self.plots.insert(index, new);
-                self.marks.note(time);
+                self.marks.add_plot(time);
             }
         }
     }
 
-    /// Takes in the plots after its last one of the same track as another engine has seen it.
-    pub(super) fn absorb(&mut self, other: Self) {
+    /// Adds the plots after its last one from the same track of another engine.
+    pub(super) fn merge(&mut self, other: Self) {
         let last = self.last();
         other.plots.into_iter().filter(|plot| plot.plot.time > last).for_each(|plot| self.insert(plot));
     }
 
-    /// Whether a plot with its number is one of its own: without a break, and where a drone could get to, since a radar may
-    /// give a number from one drone to another at once.
-    fn continues_with(&self, plot: &Plot, radar: &Radar) -> bool {
+    /// Whether a plot with its number belongs to it: without a break, and within the reach of a drone, since a radar
+    /// may reassign a number at once.
+    fn continues_with(&self, plot: &Plot, radar: &RadarSettings) -> bool {
         let track_break = radar.track_break();
         plot.time - self.last() <= track_break
             && self.first() - plot.time <= track_break
@@ -133,7 +133,7 @@ impl Tracklet {
             })
     }
 
-    /// Forgets the plots before `time`; whether any is left.
+    /// Removes the plots before `time`; returns whether any is left.
     fn forget_before(&mut self, time: Time) -> bool {
         while self.first() < time {
             self.plots.pop_front();
@@ -142,8 +142,8 @@ impl Tracklet {
         !self.plots.is_empty()
     }
 
-    /// The slot's centre is this one from now on.
-    fn turn(&mut self, centre: Time) {
+    /// Advances to the slot with this centre.
+    fn advance(&mut self, centre: Time) {
         let [(_, mut count), _] = self.marks.centres;
         while self.plots.get(count).is_some_and(|plot| plot.plot.time <= centre) {
             count += 1;
@@ -151,8 +151,8 @@ impl Tracklet {
         self.marks.centres = [(centre, count), self.marks.centres[0]];
     }
 
-    /// Whether a plot with its number would at `time` be one of another track.
-    pub(super) fn has_ended(&self, time: Time, settings: &Settings) -> bool {
+    /// Whether a plot with its number at `time` would belong to another track.
+    pub(super) fn has_ended(&self, time: Time, settings: &OperationalSettings) -> bool {
         settings.radar(self.key.sensor).is_none_or(|radar| time - self.last() > radar.track_break())
     }
 
@@ -181,21 +181,21 @@ impl Tracklet {
         self.first() < cycle.end && self.last() >= cycle.begin
     }
 
-    /// Whether it begins after the slot, and within so many seconds.
+    /// Whether it begins after the slot, and within `seconds`.
     pub(super) fn begins_within(&self, seconds: f64, cycle: &Cycle) -> bool {
         self.first() >= cycle.end && self.first().seconds_since(cycle.end) < seconds
     }
 
     /// The plot nearest to a time.
     pub(super) fn nearest(&self, time: Time) -> Option<&Plot> {
-        // Of two plots beside a time, also where one of them is at that time.
+        // Compares the two plots around a time, also if one of them is at that time.
         let index = self.count_until(time);
         let beside = [index.checked_sub(1), Some(index)].into_iter().flatten();
         let beside = beside.filter_map(|index| Some(&self.plots.get(index)?.plot));
         beside.min_by_key(|plot| (plot.time.nanos() - time.nanos()).abs())
     }
 
-    /// The index of the first plot from `time` on.
+    /// Index of the first plot from `time` on.
     fn index(&self, time: Time) -> usize {
         let (first, last) = (self.first(), self.last());
         if last < time {
@@ -204,7 +204,7 @@ impl Tracklet {
         if time <= first {
             return 0;
         }
-        // Plots come evenly: it is a step or two from where it would be if they did exactly.
+        // Plots are evenly spaced: the index is a step or two from the proportional one.
         let share = time.seconds_since(first) / last.seconds_since(first);
         let mut index = (share * self.plots.len() as f64) as usize;
         while self.plots.get(index).is_some_and(|plot| plot.plot.time < time) {
@@ -221,7 +221,7 @@ impl Tracklet {
         self.corrected_between(since, until).map(|plot| &plot.plot)
     }
 
-    /// The same with their positions before the correction.
+    /// Plots after `since`, up to `until`, with their positions before the correction.
     pub(super) fn corrected_between(
         &self,
         since: Time,
@@ -230,13 +230,13 @@ impl Tracklet {
         self.plots.range(self.indices(since, until))
     }
 
-    /// The indices of the plots after `since`, up to `until`.
+    /// Indices of the plots after `since`, up to `until`.
     fn indices(&self, since: Time, until: Time) -> Range<usize> {
         let from = self.count_until(since);
         from..self.count_until(until).max(from)
     }
 
-    /// How many plots there are up to a time.
+    /// Number of plots up to a time.
     fn count_until(&self, time: Time) -> usize {
         match self.marks.centres.iter().find(|centre| centre.0 == time) {
             Some(&(_, count)) => count,
@@ -244,68 +244,69 @@ impl Tracklet {
         }
     }
 
-    /// Whether it is a drone, by all its plots.
+    /// Evidence that it is a drone, from all its plots.
     pub(super) fn existence(&self) -> &Existence {
         &self.ahead.0
     }
 
-    /// The mean class probability of the plots up to the slot; once, when there are enough of them.
+    /// Returns the mean class probability of the plots up to the slot; once, when there are enough of them.
     pub(super) fn take_class(&mut self) -> Option<f64> {
         let (class_s, mean) = self.settled.0.class();
-        let is_told = std::mem::replace(&mut self.class_told, class_s >= CLASS_TOLD_AFTER_S);
-        (self.class_told && !is_told).then_some(mean)
+        let was_settled = std::mem::replace(&mut self.is_class_settled, class_s >= CLASS_SETTLES_AFTER_S);
+        (self.is_class_settled && !was_settled).then_some(mean)
     }
 
-    /// The target that it is.
+    /// The target to which it belongs.
     pub(super) fn target(&self) -> Option<TargetId> {
         self.target
     }
 
-    /// Makes it part of that target, or of none; which it was part of before.
+    /// Sets its target, or none; returns the previous one.
     pub(super) fn replace_target(&mut self, target: Option<TargetId>) -> Option<TargetId> {
         std::mem::replace(&mut self.target, target)
     }
 
-    /// The targets that it was compared with.
+    /// The targets with which it was compared.
     pub(super) fn pairs(&self) -> &[(TargetId, PairLikelihood)] {
         &self.pairs
     }
 
-    /// How likely it is that target, by the plots up to the slot; `None` where they were never compared.
+    /// Likelihood with that target, from the plots up to the slot; `None` without a comparison.
     pub(super) fn pair(&self, target: TargetId) -> Option<&PairLikelihood> {
         let index = self.pairs.binary_search_by_key(&target, |pair| pair.0).ok()?;
         Some(&self.pairs[index].1)
     }
 
-    /// Its sum with the penalty.
+    /// LLR with that target, including the penalty.
     pub(super) fn pair_llr(&self, target: TargetId) -> Option<f64> {
         self.pair(target)?.total()
     }
 
-    /// The tracks of other radars that it was compared with.
-    pub(super) fn mutual(&self) -> &[(TrackletId, Evidence)] {
-        &self.mutual
+    /// The tracks of other radars with which it was compared.
+    pub(super) fn radar_pairs(&self) -> &[(TrackletId, RadarPairEvidence)] {
+        &self.radar_pairs
     }
 
-    /// How likely it is one with a track of another radar, by the plots up to the slot.
-    pub(super) fn mutual_with(&self, other: TrackletId) -> Option<&Evidence> {
-        self.mutual.iter().find(|pair| pair.0 == other).map(|pair| &pair.1)
+    /// Likelihood with a track of another radar, from the plots up to the slot.
+    pub(super) fn mutual_with(&self, other: TrackletId) -> Option<&RadarPairEvidence> {
+        self.radar_pairs.iter().find(|pair| pair.0 == other).map(|pair| &pair.1)
     }
 
-    /// The likelihood with another radar's track, with the plots up to the slot.
-    pub(super) fn set_mutual(&mut self, other: TrackletId, pair: Evidence) {
-        match self.mutual.iter_mut().find(|known| known.0 == other) {
+    /// Sets the likelihood with another radar's track, from the plots up to the slot.
+    pub(super) fn set_mutual(&mut self, other: TrackletId, pair: RadarPairEvidence) {
+        match self.radar_pairs.iter_mut().find(|known| known.0 == other) {
             Some(known) => known.1 = pair,
-            None => self.mutual.push((other, pair)),
+            None => self.radar_pairs.push((other, pair)),
         }
     }
 
-    /// Forgets the tracks that it was not likely to be one with since then.
+    /// Forgets the tracks with which it was not likely to be one since then.
     pub(super) fn forget_mutual(&mut self, since: Time) {
-        self.mutual.retain(|(_, pair)| pair.last_likely.is_some_and(|likely| likely > since));
+        self.radar_pairs.retain(|(_, pair)| pair.last_likely.is_some_and(|likely| likely > since));
     }
 
-    /// Where it was between two plots that are no further apart than that, and the times from them and to them, seconds.
+    /// Position between two plots that are at most `apart_s` apart, and the times from the first and to the second,
+    /// seconds.
     pub(super) fn place_at(&self, time: Time, apart_s: f64) -> Option<(Enu, f64, f64)> {
         let after = self.index(time);
         let next = &self.plots.get(after)?.plot;
@@ -319,14 +320,14 @@ impl Tracklet {
         (since_s + until_s <= apart_s).then(|| (Enu::from(place), since_s, until_s))
     }
 
-    /// Compares the plots up to `until` with a transponder: those after `since`, or all where it came near only now.
+    /// Compares the plots up to `until` with a transponder: those after `since`, or all if it was not compared before.
     pub(super) fn compare(
         &mut self,
         target: TargetId,
         transponder: &Transponder,
         (since, until): (Time, Time),
-        radar: &Radar,
-        settings: &Settings,
+        radar: &RadarSettings,
+        settings: &OperationalSettings,
     ) {
         let (index, from) = match self.pairs.binary_search_by_key(&target, |pair| pair.0) {
             Ok(index) => (index, since),
@@ -339,7 +340,7 @@ impl Tracklet {
         self.pairs[index].1.add_plots(plots, transponder, radar, settings);
     }
 
-    /// Its likelihood with a target as another engine knows it.
+    /// Sets its likelihood with a target, as handed over by another engine.
     pub(super) fn set_known_pair(&mut self, target: TargetId, pair: PairLikelihood) {
         match self.pairs.binary_search_by_key(&target, |pair| pair.0) {
             Ok(index) => self.pairs[index].1 = pair,
@@ -347,8 +348,8 @@ impl Tracklet {
         }
     }
 
-    /// Ends the pairs with targets that are not `near`, which are in order, where everything speaks against them and did
-    /// for a while at `time`. Whoever comes near again is compared anew with all the plots.
+    /// Removes the pairs with targets that are not in `near`, which is sorted, if their evidence is entirely negative
+    /// and was so for a while at `time`. A target that comes near again is compared with all the plots again.
     pub(super) fn end_pairs(&mut self, near: &[TargetId], time: Time) {
         let own = self.target;
         self.pairs.retain(|(target, pair)| {
@@ -359,12 +360,12 @@ impl Tracklet {
     }
 }
 
-/// All of them.
+/// All tracklets.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Tracklets {
     all: ById<TrackletId, Tracklet>,
     by_key: BTreeMap<RadarTrackKey, Vec<TrackletId>>,
-    /// Those that were dropped last.
+    /// Tracklets that were dropped last.
     ended: Vec<TrackletId>,
 }
 
@@ -381,7 +382,7 @@ impl Tracklets {
         self.all.values().iter()
     }
 
-    /// Those of one radar, in the order in which they began.
+    /// Tracklets of one radar, in the order in which they began.
     pub(super) fn of_radar(&self, sensor: SensorIndex) -> impl Iterator<Item = &Tracklet> {
         let of = |number| RadarTrackKey { sensor, number };
         let ids = self.by_key.range(of(u16::MIN)..=of(u16::MAX)).flat_map(|(_, ids)| ids);
@@ -390,7 +391,7 @@ impl Tracklets {
         ids.into_iter().filter_map(|id| self.all.get(id))
     }
 
-    /// All of them, in the order in which they began.
+    /// All tracklets, in the order in which they began.
     pub(super) fn as_slice(&self) -> &[Tracklet] {
         self.all.values()
     }
@@ -399,13 +400,13 @@ impl Tracklets {
         self.all.values_mut().iter_mut()
     }
 
-    /// All of them, in the order in which they began.
+    /// All tracklets, in the order in which they began.
     pub(super) fn as_mut_slice(&mut self) -> &mut [Tracklet] {
         self.all.values_mut()
     }
 
-    /// A plot of one that there is, or of a new one; it came with this slot.
-    pub(super) fn insert(&mut self, plot: Plot, raw: Enu, slot: Slot, radar: &Radar) {
+    /// Adds a plot, received in this slot, to its tracklet, or to a new one.
+    pub(super) fn insert(&mut self, plot: Plot, raw: Enu, slot: Slot, radar: &RadarSettings) {
         let new = CorrectedPlot { plot, raw };
         let ids = self.by_key.entry(plot.track).or_default();
         let continues = |id: &&TrackletId| {
@@ -426,8 +427,8 @@ impl Tracklets {
         }
     }
 
-    /// Takes those out that are the same track as this one of another engine.
-    pub(super) fn take_same(&mut self, other: &Tracklet, radar: &Radar) -> Vec<Tracklet> {
+    /// Removes and returns the tracklets that are the same track as this one of another engine.
+    pub(super) fn take_same(&mut self, other: &Tracklet, radar: &RadarSettings) -> Vec<Tracklet> {
         let Self { all, by_key, .. } = self;
         let Some(ids) = by_key.get_mut(&other.key) else { return Vec::new() };
         let is_same = |id: &TrackletId| {
@@ -438,8 +439,8 @@ impl Tracklets {
         same.into_iter().filter_map(|id| all.remove(id)).collect()
     }
 
-    /// Puts one in that another engine knows.
-    pub(super) fn put(&mut self, tracklet: Tracklet) {
+    /// Inserts a tracklet handed over by another engine.
+    pub(super) fn insert_handover(&mut self, tracklet: Tracklet) {
         let ids = self.by_key.entry(tracklet.key).or_default();
         ids.retain(|id| *id != tracklet.id);
         ids.push(tracklet.id);
@@ -447,8 +448,8 @@ impl Tracklets {
         self.all.insert(tracklet.id, tracklet);
     }
 
-    /// Takes the plots that came into what is known of each one's class and flight.
-    pub(super) fn look_ahead(&mut self, classes: &Classes, settings: &Settings) {
+    /// Adds the new plots to the evidence on each tracklet's class and motion.
+    pub(super) fn update_evidence(&mut self, classes: &Classes, settings: &OperationalSettings) {
         shared::on_each(settings.threads, self.all.values_mut(), |tracklet| {
             if let Some(radar) = settings.radar(tracklet.key.sensor) {
                 let last = tracklet.last();
@@ -461,13 +462,13 @@ impl Tracklets {
         });
     }
 
-    /// The slot's centre is this one from now on.
-    pub(super) fn turn(&mut self, centre: Time) {
-        self.iter_mut().for_each(|tracklet| tracklet.turn(centre));
+    /// Advances to the slot with this centre.
+    pub(super) fn advance(&mut self, centre: Time) {
+        self.iter_mut().for_each(|tracklet| tracklet.advance(centre));
     }
 
-    /// The plots up to a slot that was published are settled.
-    pub(super) fn settle(&mut self, until: Time, settings: &Settings) {
+    /// Settles the plots up to a published slot.
+    pub(super) fn finalise(&mut self, until: Time, settings: &OperationalSettings) {
         shared::on_each(settings.threads, self.all.values_mut(), |tracklet| {
             if let Some(radar) = settings.radar(tracklet.key.sensor) {
                 let new = tracklet.indices(tracklet.settled.1, until);
@@ -478,7 +479,7 @@ impl Tracklets {
         });
     }
 
-    /// Forgets plots before `time`, and drops the tracklets that have no other.
+    /// Removes plots before `time`, and drops the tracklets without other plots.
     pub(super) fn forget_before(&mut self, time: Time) {
         let Self { all, by_key, ended, .. } = self;
         ended.clear();
@@ -497,7 +498,7 @@ impl Tracklets {
         });
     }
 
-    /// Those that were dropped when plots were forgotten last.
+    /// Tracklets that were dropped when plots were last removed.
     pub(super) fn ended(&self) -> &[TrackletId] {
         &self.ended
     }
@@ -510,12 +511,12 @@ impl Tracklets {
         }
     }
 
-    /// The radar track that has this number in the slot of this centre; where none has, one that is about to.
+    /// The radar track with this number in the slot with this centre; otherwise one that begins later.
     pub(super) fn with_number(
         &self,
         key: RadarTrackKey,
         time: Time,
-        settings: &Settings,
+        settings: &OperationalSettings,
     ) -> Option<&Tracklet> {
         let tracklets = self.by_key.get(&key)?.iter().filter_map(|&id| self.all.get(id));
         let lasting = tracklets.filter(|tracklet| !tracklet.has_ended(time, settings));

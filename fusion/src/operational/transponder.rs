@@ -5,7 +5,7 @@ use std::f64::consts::{LN_2, SQRT_2};
 use serde::{Deserialize, Serialize};
 
 use super::cycle::EARLIEST;
-use super::settings::{self, Settings};
+use super::settings::{self, OperationalSettings};
 use super::transponder_types::TransponderTypes;
 use super::tuning::{
     BETWEEN_REPORTS_M_S2, FRESH_SHARE, HEIGHT_KEPT_S, NOISE_CHANGE_S, POORER, SAME_REPORT,
@@ -13,7 +13,7 @@ use super::tuning::{
 };
 use crate::filter::speed_factor;
 use crate::frames::Enu;
-use crate::interpolation::{Curve, Knot, Piece};
+use crate::interpolation::{CubicPiece, HermiteCurve, Knot};
 use crate::learning::{Likelihoods, WhiteNoise, likelihoods};
 use crate::numbering::Numbered;
 use crate::point::TransponderPart;
@@ -24,73 +24,78 @@ use crate::time::Time;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Transponder {
     pub(super) identity: Identity,
-    /// The receiver of the latest report.
+    /// Receiver of the latest report.
     pub(super) sensor: SensorIndex,
-    /// The host that sent the latest report.
+    /// Host that sent the latest report.
     pub(super) host: Host,
     pub(super) numbered: Option<Numbered>,
     items: UasItems,
     aircraft: Aircraft,
-    /// By time; at the time at which the position was measured.
+    /// Reports in order of measurement time.
     fixes: Vec<Fix>,
-    /// How many of them state no height, or a coarse one.
+    /// Number of reports without a height, or with a coarse one.
     unheighted: usize,
-    /// Through their positions.
-    curve: Curve,
-    noise: Noise,
+    /// Curve through the reported positions.
+    curve: HermiteCurve,
+    noise: PositionNoise,
 }
 
-/// The white noise of its positions.
+/// White noise of a transponder's positions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Noise {
+struct PositionNoise {
     /// Over ground, and in height.
     axes: [WhiteNoise; 2],
-    /// Its reports up to then are in it; [`EARLIEST`]: none, and what its type has shown is not either.
+    /// Time up to which reports are included; [`EARLIEST`]: none, not even the prior from the type.
     until: Time,
 }
 
-/// A place on the curve.
+/// A position on the curve.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct OnCurve {
+pub(super) struct CurvePosition {
     pub(super) position: Enu,
-    /// From interpolation and from what is new with each report.
+    /// Sigma of interpolation and white noise, metres.
     pub(super) sigma_m: f64,
-    /// Whether all reports that are kept state their height, and none coarsely.
+    /// Time between the reports before and after, seconds; 0 at a report.
+    pub(super) spacing_s: f64,
+    /// Whether all kept reports state a height that is not coarse.
     pub(super) height_measured: bool,
 }
 
-/// The bias of a transponder, which does not show from report to report: variances.
+/// Variances of a transponder's bias, which is common to successive reports.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct TransponderBias {
-    /// Of the position over ground, each axis.
+    /// Variance of the position over ground, each axis, m².
     pub(super) horizontal_m2: f64,
     pub(super) vertical_m2: f64,
-    /// Of the time.
+    /// Variance of the time stamp, s².
     pub(super) time_s2: f64,
 }
 
-/// A walk along the curve of a transponder: of successive times many are between the same two reports.
+/// Evaluation of a transponder's curve at successive times. It caches the piece between two reports.
 #[derive(Debug)]
-pub(super) struct Walk<'a> {
-    curve: &'a Curve,
+pub(super) struct CurveCursor<'a> {
+    curve: &'a HermiteCurve,
     /// Sigma of the white noise over ground, metres.
     white_m: f64,
     height_measured: bool,
-    /// Reports that are further apart are not connected.
+    /// Taken off its heights, metres.
+    height_offset_m: f64,
+    /// Maximum time between two reports that are connected, nanoseconds.
     max_gap_ns: i64,
-    /// Where it is.
-    piece: Option<Piece>,
+    /// Piece of the curve that contains the last time.
+    piece: Option<CubicPiece>,
 }
 
-impl Walk<'_> {
-    /// Where the transponder was; `None` outside its reports, and between two that are too far apart.
-    pub(super) fn at(&mut self, time: Time) -> Option<OnCurve> {
+impl CurveCursor<'_> {
+    /// Position at a time; `None` outside the reports, and between two reports that are too far apart.
+    pub(super) fn at(&mut self, time: Time) -> Option<CurvePosition> {
         if self.piece.as_ref().is_none_or(|piece| !piece.spans(time)) {
             match self.find(time)? {
-                Found::Between(piece) => self.piece = Some(piece),
-                Found::At(position) => {
+                CurveLocation::Between(piece) => self.piece = Some(piece),
+                CurveLocation::At(position) => {
                     let Self { white_m: sigma_m, height_measured, .. } = *self;
-                    return Some(OnCurve { position, sigma_m, height_measured });
+                    let position = self.corrected(position);
+                    return Some(CurvePosition { position, sigma_m, spacing_s: 0.0, height_measured });
                 }
             }
         }
@@ -98,14 +103,19 @@ impl Walk<'_> {
         let (since_s, until_s) = piece.apart_s(time);
         let acceleration_m_s2 = BETWEEN_REPORTS_M_S2 * speed_factor(piece.speed_m_s()).powi(2);
         let between_m = 0.5 * acceleration_m_s2 * since_s * until_s;
-        Some(OnCurve {
-            position: Enu::from(piece.at(time)),
+        Some(CurvePosition {
+            position: self.corrected(Enu::from(piece.at(time))),
             sigma_m: between_m.hypot(self.white_m),
+            spacing_s: since_s + until_s,
             height_measured: self.height_measured,
         })
     }
 
-    fn find(&self, time: Time) -> Option<Found> {
+    fn corrected(&self, position: Enu) -> Enu {
+        lowered(position, self.height_offset_m)
+    }
+
+    fn find(&self, time: Time) -> Option<CurveLocation> {
         let knots = self.curve.knots();
         if knots.len() < 2 {
             return None;
@@ -113,19 +123,24 @@ impl Walk<'_> {
         let after = knots.partition_point(|knot| knot.time < time);
         let next = knots.get(after)?;
         if next.time == time {
-            return Some(Found::At(Enu::from(next.position)));
+            return Some(CurveLocation::At(Enu::from(next.position)));
         }
         let index = after.checked_sub(1)?;
         let is_apart = next.time.nanos() - knots[index].time.nanos() > self.max_gap_ns;
-        (!is_apart).then(|| Found::Between(self.curve.piece(index)))
+        (!is_apart).then(|| CurveLocation::Between(self.curve.piece(index)))
     }
 }
 
-/// Where on the curve a time is.
-enum Found {
-    /// At a report.
+/// A position with this taken off its height.
+pub(super) fn lowered(position: Enu, by_m: f64) -> Enu {
+    Enu::new(position.east(), position.north(), position.up() - by_m)
+}
+
+/// Location of a time on the curve.
+enum CurveLocation {
+    /// Exactly at a report.
     At(Enu),
-    Between(Piece),
+    Between(CubicPiece),
 }
 
 impl Transponder {
@@ -139,12 +154,12 @@ impl Transponder {
             aircraft: fix.aircraft,
             fixes: Vec::new(),
             unheighted: 0,
-            curve: Curve::default(),
-            noise: Noise { axes: Default::default(), until: EARLIEST },
+            curve: HermiteCurve::default(),
+            noise: PositionNoise { axes: Default::default(), until: EARLIEST },
         }
     }
 
-    /// A report; of two of one time the last received counts.
+    /// Adds a report. It replaces an earlier one of the same time.
     pub(super) fn insert(&mut self, fix: Fix) {
         self.items = fix.items;
         self.aircraft = fix.aircraft.or(self.aircraft);
@@ -167,7 +182,7 @@ impl Transponder {
         }
     }
 
-    /// Forgets reports before `time`, but for the last two of them.
+    /// Drops reports before `time`, except for the last two of them.
     pub(super) fn forget_before(&mut self, time: Time) {
         let old = self.fixes.partition_point(|fix| fix.time < time).saturating_sub(2);
         self.unheighted -= self.fixes.drain(..old).filter(|fix| !fix.has_fine_height()).count();
@@ -179,21 +194,21 @@ impl Transponder {
         &self.fixes[self.fixes.partition_point(|fix| fix.time <= time)..]
     }
 
-    /// The time of the last report up to `time`.
+    /// Time of the last report up to `time`.
     pub(super) fn last_until(&self, time: Time) -> Option<Time> {
         let after = self.fixes.partition_point(|fix| fix.time <= time);
         Some(self.fixes[after.checked_sub(1)?].time)
     }
 
-    /// From when to when the reports are that shape its curve at `time`: two before, and two after.
+    /// Times of the first and last report that shape the curve at `time`: two before, and two after.
     pub(super) fn shaped_at(&self, time: Time) -> Option<(Time, Time)> {
         let after = self.fixes.partition_point(|fix| fix.time <= time);
         let shaping = &self.fixes[after.saturating_sub(2)..self.fixes.len().min(after + 2)];
         Some((shaping.first()?.time, shaping.last()?.time))
     }
 
-    /// The last report up to `time`, and how long it is silent then, seconds: to the next one or, where there is none yet,
-    /// to `until`.
+    /// Last report up to `time`, and the silence after it, seconds: until the next report or, if there is none yet, until
+    /// `until`.
     pub(super) fn silence(&self, time: Time, until: Time) -> Option<(Time, f64)> {
         let after = self.fixes.partition_point(|fix| fix.time <= time);
         let last = self.fixes[after.checked_sub(1)?].time;
@@ -201,18 +216,23 @@ impl Transponder {
         Some((last, next.seconds_since(last)))
     }
 
-    /// The time of its newest report.
+    /// Time of the newest report.
     pub(super) fn last_heard(&self) -> Option<Time> {
         self.fixes.last().map(|fix| fix.time)
     }
 
-    /// Its type.
+    /// Type of the transponder.
     pub(super) fn kind(&self) -> TransponderType {
         TransponderType::of(self.sensor, &self.items)
     }
 
-    /// Learns from the reports up to `until` how large their white noise is, its own and that of its type.
-    pub(super) fn learn(&mut self, until: Time, types: &mut TransponderTypes, settings: &Settings) {
+    /// Learns the white noise of the transponder and of its type from the reports up to `until`.
+    pub(super) fn learn(
+        &mut self,
+        until: Time,
+        types: &mut TransponderTypes,
+        settings: &OperationalSettings,
+    ) {
         let Some(receiver) = settings.transponder(self.sensor) else { return };
         let kind = self.kind();
         if self.noise.until == EARLIEST {
@@ -227,7 +247,7 @@ impl Transponder {
             self.noise.until = after.time;
             if let Some(mut report) = likelihoods([before, at, after], configured_m) {
                 if !three.iter().all(Fix::has_fine_height) {
-                    // An assumed height has no noise, which shows nothing of that of measured ones.
+                    // An assumed height has no noise, and is no evidence on that of measured heights.
                     report[1] = Likelihoods::default();
                 }
                 let dt = after.time.seconds_since(at.time);
@@ -239,33 +259,34 @@ impl Transponder {
         }
     }
 
-    /// Sigma of the white noise of its positions: each axis over ground, and in height, metres.
-    pub(super) fn white_m(&self, receiver: &settings::Transponder) -> [f64; 2] {
+    /// Sigma of the white noise of the positions: each axis over ground, and in height, metres.
+    pub(super) fn white_m(&self, receiver: &settings::ReceiverSettings) -> [f64; 2] {
         let [over_ground, in_height] = &self.noise.axes;
         [over_ground.scale().0 * receiver.horizontal_m, in_height.scale().0 * receiver.vertical_m]
             .map(|sigma_m| sigma_m * FRESH_SHARE)
     }
 
-    /// Where it was; `None` outside its reports, and between two that are too far apart.
-    pub(super) fn on_curve(&self, time: Time, settings: &Settings) -> Option<OnCurve> {
+    /// Position at a time; `None` outside the reports, and between two reports that are too far apart.
+    pub(super) fn on_curve(&self, time: Time, settings: &OperationalSettings) -> Option<CurvePosition> {
         self.walk(settings)?.at(time)
     }
 
-    /// A walk along its curve.
-    pub(super) fn walk(&self, settings: &Settings) -> Option<Walk<'_>> {
+    /// An evaluator of the curve for successive times.
+    pub(super) fn walk(&self, settings: &OperationalSettings) -> Option<CurveCursor<'_>> {
         let [white_m, _] = self.white_m(settings.transponder(self.sensor)?);
         let height_measured = self.unheighted == 0;
-        Some(Walk {
+        Some(CurveCursor {
             curve: &self.curve,
             white_m,
             height_measured,
+            height_offset_m: settings.height_offset_m(&self.identity),
             max_gap_ns: settings.max_gap_ns,
             piece: None,
         })
     }
 
-    /// Its bias, by what it states of its accuracy (I129/110), else by the receiver's configuration.
-    pub(super) fn bias(&self, settings: &Settings) -> Option<TransponderBias> {
+    /// Bias from the stated accuracy (I129/110), or else from the receiver's configuration.
+    pub(super) fn bias(&self, settings: &OperationalSettings) -> Option<TransponderBias> {
         let receiver = settings.transponder(self.sensor)?;
         let share = 1.0 - FRESH_SHARE * FRESH_SHARE;
         let delay_s = settings.delay(&self.identity, &self.kind())?.sigma_s;
@@ -276,32 +297,31 @@ impl Transponder {
         })
     }
 
-    /// Sigma of a position on each axis over ground.
-    fn axis_sigma_m(&self, receiver: &settings::Transponder) -> f64 {
+    /// Sigma of a position on each axis over ground, metres.
+    fn axis_sigma_m(&self, receiver: &settings::ReceiverSettings) -> f64 {
         let stated_m = self.fixes.last().and_then(|fix| fix.accuracy_m);
-        // A stated radius holds half of the errors (1.177 sigma); a configured sigma is that of the distance.
+        // A stated radius contains half of the errors (1.177 sigma). A configured sigma applies to the distance.
         stated_m.map_or(receiver.horizontal_m / SQRT_2, |half_m| half_m / (2.0 * LN_2).sqrt())
     }
 
-    /// Sigma of a height.
-    fn height_sigma_m(&self, receiver: &settings::Transponder) -> f64 {
+    /// Sigma of a height, metres.
+    fn height_sigma_m(&self, receiver: &settings::ReceiverSettings) -> f64 {
         self.fixes.last().and_then(|fix| fix.height_sigma_m).unwrap_or(receiver.vertical_m)
     }
 
-    /// Whether its reports state no height, or a coarse one: a radar's is better.
+    /// Whether the reports state no height, or a coarse one; a radar's height is better.
     pub(super) fn lacks_height(&self) -> bool {
         self.fixes.last().is_some_and(|last| !last.has_fine_height())
     }
 
-    /// Variance of its height that is not in its filter because it is coarse, m².
+    /// Variance of a coarse height, which is not in the filter, m².
     pub(super) fn coarse_height_m2(&self) -> f64 {
         let coarse = self.fixes.last().filter(|fix| fix.height_measured && !fix.has_fine_height());
         coarse.and_then(|fix| fix.height_sigma_m).map_or(0.0, |sigma_m| sigma_m * sigma_m)
     }
 
-    /// Whether a report is passed over: that of another receiver whose positions are far better was heard last, and it has not
-    /// fallen silent.
-    pub(super) fn has_better(&self, fix: &Fix, settings: &Settings) -> bool {
+    /// Whether a report is ignored because another receiver with far better positions reported last, and is not silent.
+    pub(super) fn has_better(&self, fix: &Fix, settings: &OperationalSettings) -> bool {
         let sigma_m = |sensor| settings.transponder(sensor).map(|receiver| receiver.horizontal_m);
         let Some((own_m, other_m)) = sigma_m(self.sensor).zip(sigma_m(fix.sensor)) else { return false };
         let last = self.last_heard();
@@ -309,8 +329,7 @@ impl Transponder {
             && last.is_some_and(|last| fix.time.seconds_since(last).abs() <= TRANSPONDER_SILENT_S)
     }
 
-    /// Whether a report states its height: that of the index or, because reports alternate between heights and none, one of
-    /// the last seconds before it.
+    /// Whether a report or one of the last seconds before it states a height; reports may alternate between heights and none.
     fn states_height(&self, index: usize) -> bool {
         let Some(last) = self.fixes.get(index) else { return false };
         let mut lately = self.fixes[..=index]
@@ -320,7 +339,7 @@ impl Transponder {
         lately.any(|fix| fix.height_measured)
     }
 
-    /// Its part in a point of a slot that ends at `end`.
+    /// Contribution to a point of a slot that ends at `end`.
     pub(super) fn part(&self, end: Time) -> Option<TransponderPart> {
         let heard = self.fixes.partition_point(|fix| fix.time < end).checked_sub(1);
         Some(TransponderPart {
@@ -330,7 +349,7 @@ impl Transponder {
             time: heard.map(|index| self.fixes[index].time),
             items: self.items,
             aircraft: self.aircraft,
-            // Before the first report the height of that report is published.
+            // Before the first report, the height of that report is published.
             height_measured: self.states_height(heard.unwrap_or(0)),
         })
     }

@@ -1,10 +1,11 @@
-//! What is known of the types of transponders: white noise and delay.
+//! Learnt white noise and delay of each type of transponder.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::settings::{Delay, Settings};
+use super::heights::TransponderHeights;
+use super::settings::{OperationalSettings, TransponderDelay};
 use super::tuning::{DELAY_BETWEEN_TYPES_S, FRESH_SHARE, TRANSPONDERS_MAX, TYPE_NOISE_CHANGE_S, TYPES_MAX};
 use crate::learning::{
     LearningStateError, LearntType, LearntValue, Likelihoods, TypeLearning, TypeState, WhiteNoise,
@@ -13,15 +14,17 @@ use crate::registration::{DelaySums, Sample, TimeInformation};
 use crate::report::{Identity, SensorIndex, TransponderType};
 use crate::time::Time;
 
-/// The types that have been heard.
+/// The types that have been received.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct TransponderTypes {
     known: BTreeMap<TransponderType, TypeLearning>,
-    /// As [`Self::delays`] had them last.
-    delays: BTreeMap<TransponderType, Delay>,
+    /// Result of the last call of [`Self::delays`].
+    delays: BTreeMap<TransponderType, TransponderDelay>,
     /// Evidence of the delays of single transponders.
     own: BTreeMap<Identity, OwnDelay>,
-    /// What another engine has learnt; `None`: what it learns itself counts.
+    /// Their heights against those of radars.
+    pub(super) heights: TransponderHeights,
+    /// Values learnt by another engine, used instead of its own; `None`: its own values are used.
     pub(super) shared: Option<TypeValues>,
 }
 
@@ -30,16 +33,16 @@ pub(super) struct TransponderTypes {
 struct OwnDelay {
     kind: TransponderType,
     by_radar: BTreeMap<SensorIndex, DelaySums>,
-    /// When the latest piece of a radar's track ended.
+    /// End of the latest segment of a radar track.
     seen: Time,
 }
 
-/// What is used of the types' delays and noise.
+/// Delays and noise of the types that are applied.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct TypeValues {
-    /// Of those of which no more is known.
-    pub(super) delay: Option<Delay>,
-    pub(super) delays: BTreeMap<TransponderType, Delay>,
+    /// Delay of transponders without a value of their type.
+    pub(super) delay: Option<TransponderDelay>,
+    pub(super) delays: BTreeMap<TransponderType, TransponderDelay>,
     noise: BTreeMap<TransponderType, [WhiteNoise; 2]>,
 }
 
@@ -48,7 +51,7 @@ fn of_type(learning: &TypeLearning) -> [WhiteNoise; 2] {
 }
 
 impl TransponderTypes {
-    /// White noise of a transponder of this type of which nothing else is known: over ground, and in height.
+    /// White noise of a transponder of this type without evidence of its own: over ground, and in height.
     pub(super) fn noise(&self, kind: &TransponderType) -> [WhiteNoise; 2] {
         if let Some(shared) = &self.shared {
             return shared.noise.get(kind).copied().unwrap_or_default();
@@ -56,13 +59,13 @@ impl TransponderTypes {
         self.known.get(kind).map(of_type).unwrap_or_default()
     }
 
-    /// What has shown itself here; `delay`: that of all.
-    pub(super) fn values(&self, delay: Option<Delay>) -> TypeValues {
+    /// Values learnt by this engine; `delay`: common delay of all types.
+    pub(super) fn values(&self, delay: Option<TransponderDelay>) -> TypeValues {
         let noise = self.known.iter().map(|(kind, learning)| (*kind, of_type(learning)));
         TypeValues { delay, delays: self.delays.clone(), noise: noise.collect() }
     }
 
-    /// Takes in a report of one of this type, `dt` seconds after the one before it.
+    /// Adds a report of a transponder of this type, `dt` seconds after the one before it.
     pub(super) fn take_report(
         &mut self,
         kind: TransponderType,
@@ -73,12 +76,12 @@ impl TransponderTypes {
         self.of(kind).take_report(at, report, dt, TYPE_NOISE_CHANGE_S);
     }
 
-    /// Takes in a piece of a radar's track of one of this type.
+    /// Adds a segment of a radar track of a transponder of this type.
     pub(super) fn take_sample(&mut self, kind: TransponderType, radar: SensorIndex, sample: &Sample) {
         self.of(kind).take_sample(radar, sample);
     }
 
-    /// The same of the transponder itself.
+    /// Adds a segment of a radar track to the evidence on one transponder.
     pub(super) fn take_own_sample(
         &mut self,
         identity: Identity,
@@ -94,7 +97,7 @@ impl TransponderTypes {
         }
         let new = || OwnDelay { kind, by_radar: BTreeMap::new(), seen: sample.time() };
         let own = self.own.entry(identity).or_insert_with(new);
-        // Behind another receiver it may be stamped otherwise.
+        // Another receiver may stamp its reports differently.
         if own.kind != kind {
             *own = new();
         }
@@ -102,18 +105,19 @@ impl TransponderTypes {
         own.by_radar.entry(radar).or_insert(DelaySums::NONE).add(sample);
     }
 
-    /// What this radar has shown of delays no longer holds: it was moved.
+    /// Drops a radar's evidence on delays: the radar was moved.
     pub(super) fn forget_radar(&mut self, radar: SensorIndex) {
         self.known.values_mut().for_each(|learning| learning.forget_radar(radar));
         self.own.values_mut().for_each(|own| _ = own.by_radar.remove(&radar));
+        self.heights.forget_radar(radar);
     }
 
-    /// The delay of each transponder of which radars tell; that of its type, or `common`, is what it begins with.
+    /// Delay of each transponder with radar evidence. The prior is that of its type, or `common`.
     pub(super) fn own_delays(
         &self,
-        common: Delay,
+        common: TransponderDelay,
         given: impl Fn(SensorIndex, &DelaySums) -> Option<TimeInformation>,
-    ) -> BTreeMap<Identity, Delay> {
+    ) -> BTreeMap<Identity, TransponderDelay> {
         let of = |own: &OwnDelay| {
             let of_type = self.delays.get(&own.kind).copied().unwrap_or(common);
             let (mut inverse_variance, mut vector) = (0.0, 0.0);
@@ -128,19 +132,19 @@ impl TransponderTypes {
         self.own.iter().map(|(identity, own)| (*identity, of(own))).collect()
     }
 
-    /// The delay of each type, unless it is configured; `common` is that of all, `given` what the sums of a radar show.
+    /// Learnt delay of each type; `common`: delay of all types; `given`: evidence from the sums of a radar.
     pub(super) fn delays(
         &mut self,
-        common: Delay,
+        common: TransponderDelay,
         given: impl Fn(SensorIndex, &DelaySums) -> Option<TimeInformation>,
-    ) -> BTreeMap<TransponderType, Delay> {
+    ) -> BTreeMap<TransponderType, TransponderDelay> {
         let of = |learning: &TypeLearning| {
             let of_type = learning.delay(&given);
             if of_type.inverse_variance <= 0.0 {
                 return common;
             }
-            // Its tracks are among those of all, whose delay is only what this begins with: where there is one type, what
-            // is apart of it is next to nothing.
+            // These tracks are also part of the common delay, which serves as prior only. With a single type the difference is
+            // close to zero.
             let information = of_type.inverse_variance + DELAY_BETWEEN_TYPES_S.powi(-2);
             let apart_s = (of_type.weighted_mean - common.applied_s * of_type.inverse_variance) / information;
             common.apart(apart_s, information.powf(-0.5))
@@ -149,26 +153,26 @@ impl TransponderTypes {
         self.delays.clone()
     }
 
-    /// Each type as it is published; only where its receiver is configured.
-    pub(super) fn learnt(&self, settings: &Settings) -> Vec<(TransponderType, LearntType)> {
+    /// Each type as published; only if its receiver is configured.
+    pub(super) fn learnt(&self, settings: &OperationalSettings) -> Vec<(TransponderType, LearntType)> {
         let of = |(kind, learning): (&TransponderType, &TypeLearning)| {
             let receiver = settings.transponder(kind.receiver)?;
             let configured_m =
                 [receiver.horizontal_m, receiver.vertical_m].map(|sigma_m| sigma_m * FRESH_SHARE);
             let learnt = || self.delays.get(kind).copied().unwrap_or_default();
-            let delay = receiver.delay_s.map_or_else(learnt, Delay::configured);
+            let delay = receiver.delay_s.map_or_else(learnt, TransponderDelay::configured);
             let delay_s = LearntValue { value: delay.mean_s, deviation: delay.sigma_s };
             Some((*kind, learning.learnt(configured_m, delay_s, delay.applied_s)))
         };
         self.known.iter().filter_map(of).collect()
     }
 
-    /// All that outlives a restart.
+    /// The types, for a restart.
     pub(super) fn to_states(&self) -> Vec<TypeState> {
         self.known.iter().map(|(kind, learning)| TypeState::of(kind, learning)).collect()
     }
 
-    /// Takes over what was known of a type before a restart.
+    /// Restores a type after a restart.
     pub(super) fn restore(&mut self, state: &TypeState) -> Result<(), LearningStateError> {
         let (kind, learning) = state.restored()?;
         *self.of(kind) = learning;
@@ -179,7 +183,7 @@ impl TransponderTypes {
         if self.known.len() >= TYPES_MAX
             && !self.known.contains_key(&kind)
             && let Some(oldest) =
-                self.known.iter().min_by_key(|(_, learning)| learning.heard()).map(|known| *known.0)
+                self.known.iter().min_by_key(|(_, learning)| learning.last_report()).map(|known| *known.0)
         {
             self.known.remove(&oldest);
         }
@@ -194,7 +198,7 @@ mod tests {
     use crate::registration::tests::World;
     use crate::report::UasItems;
 
-    /// Where the delay stands among what misaligns a radar.
+    /// Index of the delay among the parameters of a radar's misalignment.
     const TIME: usize = 5;
 
     #[test]
@@ -211,22 +215,22 @@ mod tests {
                 let which = track % 2;
                 world.bias[TIME] = delays_s[which];
                 let sample = world.sample(60.0, 2.0);
-                registration.take(&sample);
+                registration.add(&sample);
                 types.take_sample(kind, radar, &sample);
                 types.take_own_sample(identities[which], kind, radar, &sample);
             }
             let estimate = registration.estimate();
             let given = |_, sums: &DelaySums| Some(sums.given(&estimate));
-            let of_type = types.delays(Delay::default(), given)[&kind];
-            let own = types.own_delays(Delay::default(), given);
+            let of_type = types.delays(TransponderDelay::default(), given)[&kind];
+            let own = types.own_delays(TransponderDelay::default(), given);
             let [first, second] = identities.map(|identity| own[&identity]);
             assert!(first.applied_s < of_type.applied_s && of_type.applied_s < second.applied_s, "{own:?}");
             for (delay, true_s) in [(first, delays_s[0]), (second, delays_s[1])] {
                 assert!((delay.mean_s - true_s).abs() < 4.0 * delay.sigma_s, "{seed}: {delay:?}");
             }
             types.forget_radar(radar);
-            types.delays(Delay::default(), given);
-            let nothing = types.own_delays(Delay::default(), given);
+            types.delays(TransponderDelay::default(), given);
+            let nothing = types.own_delays(TransponderDelay::default(), given);
             assert!(nothing.values().all(|delay| delay.mean_s == 0.0), "{nothing:?}");
         }
     }

@@ -1,35 +1,34 @@
-//! Which radar tracks are this aircraft: by distance threshold and ratio.
+//! Association of radar tracks with a transponder, by distance threshold and ratio.
 
 use serde::{Deserialize, Serialize};
 
 use super::radar::Detections;
-use super::transponder::Curve;
+use super::transponder::IdentityCurve;
 use crate::point::SlotRatio;
 use crate::report::RadarTrackKey;
 use crate::settings::ReferenceRules;
 use crate::slots::{Slot, SlotSet, Window};
 
-/// The radar tracks that came within the threshold of one transponder somewhere in the window.
-///
-/// Only these are looked at: a radar track that was never near costs nothing.
+/// The radar tracks that came within the threshold of one transponder in the window. Others are not stored.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Pairs(Vec<Pair>);
+pub(super) struct TrackAgreements(Vec<TrackAgreement>);
 
-/// A radar track that came near.
+/// A radar track that came within the threshold.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct Pair {
+pub(super) struct TrackAgreement {
     pub(super) track: RadarTrackKey,
-    /// Slots where both have a point and their distance is within the threshold.
+    /// Slots in which both have a point and their distance is within the threshold.
     within: SlotSet,
 }
 
-impl Pairs {
-    /// Compares curve and detections again in the slots of `changed`; forgets pairs that are nowhere near any more.
+impl TrackAgreements {
+    /// Compares curve and detections again in the slots of `changed`; removes pairs that are no longer within the
+    /// threshold.
     pub(super) fn update(
         &mut self,
         window: &Window,
         changed: SlotSet,
-        curve: &Curve,
+        curve: &IdentityCurve,
         detections: &Detections,
     ) {
         let unchanged = window.evaluated().without(changed);
@@ -44,16 +43,16 @@ impl Pairs {
         self.0.retain(|pair| !pair.within.is_empty());
     }
 
-    fn entry(&mut self, track: RadarTrackKey) -> &mut Pair {
+    fn entry(&mut self, track: RadarTrackKey) -> &mut TrackAgreement {
         let index = self.0.binary_search_by_key(&track, |pair| pair.track).unwrap_or_else(|index| {
-            self.0.insert(index, Pair { track, within: SlotSet::EMPTY });
+            self.0.insert(index, TrackAgreement { track, within: SlotSet::EMPTY });
             index
         });
         &mut self.0[index]
     }
 
     /// The pairs, by radar track.
-    pub(super) fn iter(&self) -> impl Iterator<Item = &Pair> {
+    pub(super) fn iter(&self) -> impl Iterator<Item = &TrackAgreement> {
         self.0.iter()
     }
 
@@ -62,7 +61,7 @@ impl Pairs {
         &self,
         (from, to): (Slot, Slot),
         window: &Window,
-        curve: &Curve,
+        curve: &IdentityCurve,
         detections: &Detections,
         rules: &ReferenceRules,
     ) -> bool {
@@ -76,8 +75,8 @@ impl Pairs {
     }
 }
 
-impl Pair {
-    /// The ratio at `slot` if the pair is associated there; `both`: the slots where both have a point.
+impl TrackAgreement {
+    /// The ratio at `slot` if the pair is associated there; `both` are the slots in which both have a point.
     pub(super) fn associated(
         &self,
         slot: Slot,

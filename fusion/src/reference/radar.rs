@@ -1,8 +1,8 @@
-//! The window's radar detections: by slot, by track, and by place.
+//! The window's radar detections: by slot, by track, and by position.
 
 use serde::{Deserialize, Serialize};
 
-use crate::cells::Cells;
+use crate::cells::GroundCells;
 use crate::frames::Enu;
 use crate::report::{Plot, RadarTrackKey};
 use crate::settings::Threshold;
@@ -17,21 +17,21 @@ pub(super) struct Detection {
 }
 
 impl Detection {
-    /// Distance to a transponder's point: horizontal where the radar measured no height.
+    /// Distance from a transponder's point, metres: horizontal if the radar measured no height.
     pub(super) fn distance_m(&self, point: Enu) -> f64 {
         let offset = self.plot.position.0 - point.0;
         if self.plot.height_measured { offset.norm() } else { offset.xy().norm() }
     }
 }
 
-/// A radar track's slots.
+/// The slots of a radar track.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct TrackSlots {
-    /// Slots that hold a detection.
+    /// Slots with a detection.
     pub(super) present: SlotSet,
-    /// Slots whose detection is a UAV with probability above zero.
+    /// Slots whose detection is a UAV with a probability above zero.
     pub(super) uav: SlotSet,
-    /// The first slot that was emitted with a detection of it.
+    /// The first slot that was emitted with a detection of the track.
     pub(super) first_seen: Option<Slot>,
 }
 
@@ -40,43 +40,44 @@ pub(super) struct TrackSlots {
 pub(super) struct Detections {
     grid: SlotGrid,
     threshold: Threshold,
-    /// Side of a square cell: the widest threshold, so that a detection within its threshold is in the same or a neighbouring cell.
+    /// Side of a square cell: the widest threshold, so that a detection within its threshold lies in the same or an
+    /// adjacent cell.
     cell_m: f64,
     slots: Box<[SlotDetections]>,
-    /// By sensor and track number; those that hold no detection are as new.
+    /// Slots by sensor and track number; a track without a detection has its initial value.
     tracks: Vec<Vec<TrackSlots>>,
-    /// Slots that got plots since they were last settled.
+    /// Slots with new plots since they were last settled.
     unsettled: SlotSet,
-    /// Kept between slots only so that settling allocates nothing.
+    /// Buffer of `settle`, kept so that it does not allocate.
     order: Vec<((RadarTrackKey, Time), usize)>,
     sorted: Vec<Detection>,
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct SlotDetections {
-    /// Settled: one detection a track, by track. Plots that came since stand behind, in order of reception.
+    /// Settled: one detection for each track, by track. Later plots follow in order of reception.
     detections: Vec<Detection>,
-    /// Of the settled ones, and where each is: what is looked for lies close together in memory.
-    cells: Cells,
-    outlines: Vec<Outline>,
+    /// Spatial index of the settled detections. `outlines` has their positions close together in memory.
+    cells: GroundCells,
+    outlines: Vec<DetectionOutline>,
 }
 
-/// Where a detection is over ground, metres, and how far a transponder may be from it.
+/// Position of a detection over ground, and its threshold, metres.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Outline {
+struct DetectionOutline {
     east: f64,
     north: f64,
     threshold_m: f64,
 }
 
-impl Outline {
+impl DetectionOutline {
     fn of(detection: &Detection) -> Self {
         let Detection { plot, threshold_m } = detection;
         Self { east: plot.position.east(), north: plot.position.north(), threshold_m: *threshold_m }
     }
 
-    /// Whether the detection could be within its threshold of `point`: `false` where it is too far over ground already, by
-    /// more than rounding.
+    /// Whether the detection can be within its threshold of `point`: `false` if its distance over ground alone exceeds
+    /// the threshold by more than rounding.
     fn may_reach(&self, point: Enu) -> bool {
         let (east, north) = (self.east - point.east(), self.north - point.north());
         east * east + north * north <= self.threshold_m * self.threshold_m * (1.0 + 1e-9)
@@ -99,7 +100,7 @@ impl Detections {
         }
     }
 
-    /// A plot of a slot in the ring.
+    /// Adds a plot whose slot is in the ring.
     pub(super) fn insert(&mut self, plot: Plot) {
         let slot = self.grid.of(plot.time);
         let threshold_m = self.threshold.at(plot.slant_range_m);
@@ -107,7 +108,7 @@ impl Detections {
         self.unsettled.set(slot, true);
     }
 
-    /// Takes out a slot that left the window, after [`Self::settle`]: a track that has no other slot is as new.
+    /// Removes a slot that left the window, after [`Self::sort_evaluated`]; a track without other slots gets its initial value.
     pub(super) fn remove(&mut self, slot: Slot) {
         let left = &mut self.slots[ring_place(slot)];
         for detection in left.detections.drain(..) {
@@ -123,12 +124,12 @@ impl Detections {
         self.unsettled.set(slot, false);
     }
 
-    /// Brings the evaluated slots in order; returns those whose detections changed.
-    pub(super) fn settle(&mut self, window: &Window) -> SlotSet {
+    /// Sorts the evaluated slots; returns those whose detections changed.
+    pub(super) fn sort_evaluated(&mut self, window: &Window) -> SlotSet {
         let stale = self.unsettled.and(window.evaluated());
         for slot in stale.slots_from(window.first) {
             let SlotDetections { detections, cells, outlines } = &mut self.slots[ring_place(slot)];
-            // By track and time, what was received later behind: the last of a track is kept.
+            // By track, time and order of reception: the last detection of a track is kept.
             self.order.clear();
             let keys = detections.iter().map(|detection| (detection.plot.track, detection.plot.time));
             self.order.extend(keys.zip(0..));
@@ -145,13 +146,13 @@ impl Detections {
             }
             cells.fill(detections.iter().map(|detection| detection.plot.position), self.cell_m);
             outlines.clear();
-            outlines.extend(detections.iter().map(Outline::of));
+            outlines.extend(detections.iter().map(DetectionOutline::of));
         }
         self.unsettled = self.unsettled.without(stale);
         stale
     }
 
-    /// One detection a track, by track, of a settled slot.
+    /// One detection for each track, by track, in a settled slot.
     pub(super) fn of_slot(&self, slot: Slot) -> &[Detection] {
         debug_assert!(!self.unsettled.contains(slot));
         &self.slots[ring_place(slot)].detections
@@ -179,7 +180,7 @@ impl Detections {
         tracks.and_then(|tracks| tracks.get(usize::from(key.number))).copied().unwrap_or_default()
     }
 
-    /// Notes that the detections of `slot` have now been emitted.
+    /// Marks the detections of `slot` as emitted.
     pub(super) fn mark_seen(&mut self, slot: Slot) {
         for detection in &self.slots[ring_place(slot)].detections {
             track_mut(&mut self.tracks, detection.plot.track).first_seen.get_or_insert(slot);
@@ -219,7 +220,7 @@ mod tests {
                 uav_probability: None,
                 velocity: None,
             });
-            detections.settle(&window);
+            detections.sort_evaluated(&window);
             assert_eq!(
                 detections.within_threshold(Slot(0), Enu::new(0.0, 0.0, 0.0)).count(),
                 count,

@@ -1,4 +1,4 @@
-//! One unmanned aircraft as its transponder tells it: the knots of the window and the curve through them.
+//! A transponder's reports: the knots of the window and the curve through them.
 
 use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
@@ -11,23 +11,24 @@ use crate::time::Time;
 
 /// The curve of one identity over the window.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Curve {
-    /// By time. Those of slots ahead of the window wait at the end and are no knots yet.
+pub(super) struct IdentityCurve {
+    /// Knots by time. Those ahead of the window are at the end and do not take part yet.
     knots: Vec<Knot>,
-    /// Times of knots that came, or changed, since the last emission or that wait ahead of the window.
+    /// Times of knots that were added or changed since the last emission, or that wait ahead of the window.
     fresh: Vec<Time>,
-    /// Slots that have a point.
+    /// Slots with a point.
     present: SlotSet,
-    /// By place in the ring; empty until the first point, because a flood of invented identities sends one report each.
+    /// Points by index in the ring; empty until the first point, because a flood of invented identities has one report
+    /// each.
     points: Vec<Enu>,
 }
 
-impl Curve {
+impl IdentityCurve {
     pub(super) fn new() -> Self {
         Self { knots: Vec::new(), fresh: Vec::new(), present: SlotSet::EMPTY, points: Vec::new() }
     }
 
-    /// A report: of two with one time the last received counts.
+    /// Adds a report; of two with one time, the last received counts.
     pub(super) fn insert(&mut self, fix: &Fix) {
         let knot = Knot { time: fix.time, position: fix.position.0 };
         let index = self.knots.partition_point(|earlier| earlier.time < knot.time);
@@ -38,12 +39,12 @@ impl Curve {
         self.fresh.push(knot.time);
     }
 
-    /// Whether nothing is left, neither knots nor reports that wait.
+    /// Whether there are neither knots nor waiting reports.
     pub(super) fn is_empty(&self) -> bool {
         self.knots.is_empty()
     }
 
-    /// Slots that have a point.
+    /// Slots with a point.
     pub(super) fn present(&self) -> SlotSet {
         self.present
     }
@@ -54,10 +55,11 @@ impl Curve {
         self.points[ring_place(slot)]
     }
 
-    /// Brings the curve to `window`; returns the slots whose point changed, appeared or vanished.
+    /// Updates the curve to `window`; returns the slots whose point changed, appeared or vanished.
     ///
-    /// A knot's slope depends on its neighbours, at an end on the next two knots. So a knot that comes or changes moves
-    /// the curve over the two pieces on either side of it, and a knot that leaves moves the piece after the new first one.
+    /// A knot's slope depends on the adjacent knots, at an end on the next two. So a knot that is added or changed
+    /// moves the curve over two pieces on either side of it, and a knot that is removed moves the piece after the new
+    /// first one.
     pub(super) fn update(&mut self, window: &Window, grid: SlotGrid, max_gap: SignedDuration) -> SlotSet {
         let evaluated = window.evaluated();
         self.present = self.present.and(evaluated);
@@ -102,7 +104,7 @@ impl Curve {
     }
 }
 
-/// The curve's point at `time`; nothing inside a gap longer than `max_gap`.
+/// Position of the curve at `time`; `None` inside a gap longer than `max_gap`.
 pub(super) fn evaluate(knots: &[Knot], time: Time, max_gap: SignedDuration) -> Option<Enu> {
     let after = knots.partition_point(|knot| knot.time < time);
     if let (Some(before), Some(next)) = (after.checked_sub(1), knots.get(after))

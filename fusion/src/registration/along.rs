@@ -2,46 +2,51 @@
 //!
 //! In each of azimuth, range and height the offset of a plot is aᵀp + bias + the reference's error + white error, where
 //! p is the misalignment of the radar. A Kalman filter follows the two errors that last, and with them how its mean would
-//! change with p: its innovations are then white, and each tells of p what is new in it. The sum of that is the exact solution
+//! change with p: its innovations are then white, and each adds what is new about p. The sum of that is the exact solution
 //! with the dense covariance of all plots; information about a bias grows as 1 + D / 2T with the track's duration D and the
 //! errors' correlation time T, however many plots there are.
 
 use nalgebra::{Matrix4, Matrix4x6, Matrix6, RowVector4, RowVector6, Vector3, Vector4, Vector6};
 use serde::{Deserialize, Serialize};
 
-use super::creep::Turned;
+use super::creep::AzimuthOffset;
 use super::parameters::{AXES, AZIMUTH, BEARING, HEIGHT, OWN, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME};
 use crate::filter::RadarErrors;
 use crate::frames::{AtRadar, Enu};
 use crate::time::Time;
 
-/// A plot against where its target was at that time, both as seen from the radar.
+/// A plot and the position of its target at that time, both relative to the radar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Residual {
-    /// When, as the radar says.
+    /// Time of the plot, according to the radar.
     pub time: Time,
-    /// Where the radar saw it, without any registration applied.
+    /// Position of the plot, without any registration applied.
     pub plot: Enu<AtRadar>,
-    /// Where its transponder says it was at `time`.
+    /// Position according to the transponder at `time`.
     pub target: Enu<AtRadar>,
     /// The target's velocity in the radar's axes, m/s.
     pub velocity: Vector3<f64>,
-    /// Whether the radar measured the height; if not, the plot's is an assumed one, and tells nothing.
+    /// Whether the radar measured the height; if not, the plot's height is assumed, and is ignored.
     pub height_measured: bool,
-    /// Standard deviation of `target`, each axis, metres.
-    pub sigma_m: f64,
+    /// Standard deviation of the persistent error of `target`, each axis, metres.
+    pub lasting_m: f64,
+    /// Standard deviation of the error of `target` that changes with each report, interpolation included, each axis, metres.
+    pub curve_m: f64,
+    /// Time between the transponder's reports before and after `time`, seconds.
+    pub spacing_s: f64,
 }
 
 impl Residual {
-    /// The offset in azimuth, of a radar track that began then; `None` where azimuth means little, or where it is no number.
-    pub(crate) fn turned(&self, begun: Time) -> Option<Turned> {
+    /// Offset in azimuth, for a radar track that began at `begun`; `None` near the radar, at steep elevations, or if it is not a
+    /// number.
+    pub(crate) fn turned(&self, begun: Time) -> Option<AzimuthOffset> {
         let Self { time, plot, target, velocity, .. } = self;
         let (plot, target) = (&plot.0, &target.0);
         let ground_m = target.xy().norm();
         let is_far = ground_m.min(plot.xy().norm()) >= NEAR_M && target.z.abs() <= STEEP * ground_m;
         let offset = wrapped(plot.x.atan2(plot.y) - target.x.atan2(target.y));
         let rate = (velocity.x * target.y - velocity.y * target.x) / (ground_m * ground_m);
-        (is_far && offset.is_finite() && rate.is_finite()).then_some(Turned {
+        (is_far && offset.is_finite() && rate.is_finite()).then_some(AzimuthOffset {
             time: *time,
             begun,
             offset,
@@ -50,64 +55,64 @@ impl Residual {
     }
 }
 
-/// What is known of p: inverse covariance, and that times the mean.
+/// Information about p: inverse covariance, and inverse covariance times mean.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Information {
     pub(super) matrix: Matrix6<f64>,
     pub(super) vector: Vector6<f64>,
 }
 
-/// The mean offset of an axis.
+/// Mean offset on an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Offset {
+pub(super) struct MeanOffset {
     pub(super) mean: f64,
     pub(super) variance: f64,
-    /// How it changes with p.
+    /// Derivative of the offset with respect to p.
     pub(super) row: Vector6<f64>,
 }
 
-/// What a piece of a radar track tells.
+/// Information from a segment of a radar track.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// When the radar track began: tells tracks apart.
+    /// Beginning of the radar track; distinguishes tracks.
     pub(super) begun: Time,
-    /// When the piece ended.
+    /// End of the segment.
     pub(super) time: Time,
     pub(super) axes: [Information; AXES],
 }
 
-/// One radar track of one target.
+/// Comparison of one radar track with its target.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TrackComparison {
     correlation_s: f64,
-    axes: [Axis; AXES],
-    /// First and newest plot; first plot since the last take.
+    axes: [ResidualAxis; AXES],
+    /// First and newest plot; first plot since the last [`Self::take_sample`].
     begun: Option<Time>,
     newest: Time,
     since: Option<Time>,
 }
 
-/// A satellite receiver's error is forgotten to 1/e in this time, seconds: it lasts for a minute. So all of `sigma_m` counts
-/// as an error that lasts, which is on the safe side where part of it is new with each report.
+/// Time in which the persistent error of a GNSS receiver decays to 1/e, seconds.
 const REFERENCE_S: f64 = 60.0;
-/// An innovation beyond so many deviations is given less weight (Huber).
+/// Number of deviations beyond which an innovation has less weight (Huber).
 const FAR: f64 = 3.0;
-/// Nearer, azimuth means little, metres over ground.
+/// Minimum ground distance at which azimuth is compared, metres.
 const NEAR_M: f64 = 100.0;
-/// Steeper, likewise: height over distance over ground.
+/// Maximum ratio of height to ground distance at which azimuth is compared.
 const STEEP: f64 = 2.0;
 
-/// An axis: its errors that last (the radar's in the axis' unit; the reference's east, north, up, as shares of its deviation,
-/// because a target that passes by turns them from one axis into another), and how their mean changes with p.
+/// One axis. Its state holds the persistent errors and the change of their mean with p: the radar's bias in the unit of the axis,
+/// and the reference's error east, north and up in deviations. The reference's error is kept in these directions because a
+/// passing target rotates it from one axis into another.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-struct Axis {
+struct ResidualAxis {
     own: usize,
     bias_sigma: f64,
     noise_sigma: f64,
     mean: Vector4<f64>,
     sensitivity: Matrix4x6<f64>,
     covariance: Matrix4<f64>,
-    /// What is known of the axis' offset as a whole, for finding outliers: inverse variance, and that times the mean.
+    /// Estimate of the total offset, for the detection of outliers: inverse variance, and inverse variance times mean.
     offset: Option<(f64, f64)>,
     information: Information,
 }
@@ -122,11 +127,11 @@ impl Information {
         self.vector += other.vector * weight;
     }
 
-    /// The mean offset of axis `axis`; `None`: nothing was measured.
-    pub(super) fn offset(&self, axis: usize) -> Option<Offset> {
+    /// Mean offset on axis `axis`; `None` without a measurement.
+    pub(super) fn offset(&self, axis: usize) -> Option<MeanOffset> {
         let own = OWN[axis];
         let information = self.matrix[(own, own)];
-        (information > 0.0).then(|| Offset {
+        (information > 0.0).then(|| MeanOffset {
             mean: self.vector[own] / information,
             variance: 1.0 / information,
             row: self.matrix.column(own) / information,
@@ -135,12 +140,12 @@ impl Information {
 }
 
 impl Sample {
-    /// When the track began.
+    /// Beginning of the radar track.
     pub fn begun(&self) -> Time {
         self.begun
     }
 
-    /// Counts this much, 0 to 1.
+    /// Scales the information by a weight of 0 to 1.
     pub(crate) fn weaken(&mut self, weight: f64) {
         for axis in &mut self.axes {
             axis.matrix *= weight;
@@ -148,47 +153,51 @@ impl Sample {
         }
     }
 
-    /// When the piece ended.
+    /// End of the segment.
     pub fn time(&self) -> Time {
         self.time
     }
 
-    /// The mean offset in azimuth of the piece, plot minus target, and its standard deviation; radians.
+    /// Mean offset in azimuth of the segment, plot minus target, and its standard deviation; radians.
     pub fn azimuth(&self) -> Option<(f64, f64)> {
         self.axes[AZIMUTH].offset(AZIMUTH).map(|offset| (offset.mean, offset.variance.sqrt()))
     }
 }
 
 impl TrackComparison {
-    /// A radar track of which nothing is known yet, of a radar that errs so when it is aligned.
+    /// An empty comparison. `errors`: errors of the radar when aligned.
     pub fn new(errors: &RadarErrors) -> Self {
         let slow = [errors.bias_azimuth, errors.bias_range_m, errors.bias_height_m];
         let fast = [errors.noise_azimuth, errors.noise_range_m, errors.noise_height_m];
         Self {
             correlation_s: errors.correlation_s,
-            axes: std::array::from_fn(|axis| Axis::new(OWN[axis], slow[axis], fast[axis])),
+            axes: std::array::from_fn(|axis| ResidualAxis::new(OWN[axis], slow[axis], fast[axis])),
             begun: None,
             newest: Time::default(),
             since: None,
         }
     }
 
-    /// One plot more. One that is no later than the newest, too near, too steep, or no number, is left out.
+    /// Adds a plot. It is ignored if it is not newer than the last one, too near, too steep, or not a number.
     pub fn add(&mut self, residual: &Residual) {
-        let Residual { time, plot, target, velocity, height_measured, sigma_m } = residual;
+        let Residual { time, plot, target, velocity, height_measured, lasting_m, curve_m, spacing_s } =
+            residual;
         let (plot, target) = (&plot.0, &target.0);
         let (ground_m, range_m) = (target.xy().norm(), target.norm());
         let numbers = [plot, target, velocity].iter().all(|vector| vector.iter().all(|x| x.is_finite()));
         if !numbers
-            || !sigma_m.is_finite()
+            || !(lasting_m + curve_m + spacing_s).is_finite()
             || (self.begun.is_some() && *time <= self.newest)
             || ground_m.min(plot.xy().norm()) < NEAR_M
             || target.z.abs() > STEEP * ground_m
         {
             return;
         }
+        // Number of plots between the same two reports, which share the interpolation error.
+        let mut sharing = 1.0;
         if self.begun.is_some() {
             let dt = time.seconds_since(self.newest);
+            sharing = (spacing_s / dt).max(1.0);
             for axis in &mut self.axes {
                 axis.predict((-dt / self.correlation_s).exp(), (-dt / REFERENCE_S).exp());
             }
@@ -201,33 +210,38 @@ impl TrackComparison {
         let [azimuth, range, height] = rows(target, velocity, turned);
         let [azimuths, ranges, heights] = &mut self.axes;
         let clockwise = Vector3::new(target.y, -target.x, 0.0) / (ground_m * ground_m);
-        azimuths.measure(turned, &azimuth, &(clockwise * *sigma_m));
-        ranges.measure(plot.norm() - range_m, &range, &(target / range_m * *sigma_m));
+        // In azimuth and height the plot's own errors are far larger, so the whole error of the reference may count as
+        // persistent.
+        let reference_m = lasting_m.hypot(*curve_m);
+        azimuths.measure(turned, &azimuth, &(clockwise * reference_m), 0.0, 1.0);
+        let along = target / range_m;
+        ranges.measure(plot.norm() - range_m, &range, &(along * *lasting_m), curve_m * curve_m, sharing);
         if *height_measured {
-            heights.measure(plot.z - target.z, &height, &(Vector3::z() * *sigma_m));
+            heights.measure(plot.z - target.z, &height, &(Vector3::z() * reference_m), 0.0, 1.0);
         }
     }
 
-    /// What was gathered since the last take; `None`: nothing. The pieces of a track add up to what the whole would have told.
-    pub fn take(&mut self) -> Option<Sample> {
+    /// Information since the last call; `None` without a plot. The segments of a track add up to the information of the whole
+    /// track.
+    pub fn take_sample(&mut self) -> Option<Sample> {
         self.since.take()?;
         let axes =
             self.axes.each_mut().map(|axis| std::mem::replace(&mut axis.information, Information::none()));
         Some(Sample { begun: self.begun?, time: self.newest, axes })
     }
 
-    /// When it began.
+    /// Beginning of the radar track.
     pub(crate) fn begun(&self) -> Option<Time> {
         self.begun
     }
 
-    /// From the first plot to the newest since the last take, seconds.
+    /// Time from the first to the newest plot since the last [`Self::take_sample`], seconds.
     pub fn gathered_s(&self) -> f64 {
         self.since.map_or(0.0, |since| self.newest.seconds_since(since))
     }
 }
 
-impl Axis {
+impl ResidualAxis {
     fn new(own: usize, bias_sigma: f64, noise_sigma: f64) -> Self {
         Self {
             own,
@@ -241,7 +255,7 @@ impl Axis {
         }
     }
 
-    /// Of the bias and of the reference's, these shares are kept.
+    /// Propagates the state; these shares of the radar's bias and of the reference's error remain.
     fn predict(&mut self, slow: f64, reference: f64) {
         let kept = Vector4::new(slow, reference, reference, reference);
         let both = Matrix4::from_diagonal(&kept);
@@ -251,21 +265,31 @@ impl Axis {
         self.covariance += stationary(self.bias_sigma) * (Matrix4::identity() - both * both);
     }
 
-    /// An offset, how it changes with p, and with the reference's errors (in their deviations).
-    fn measure(&mut self, offset: f64, row: &Vector6<f64>, reference: &Vector3<f64>) {
+    /// Adds an offset. `row` and `reference`: derivatives by p and by the reference's persistent errors (in deviations). `curve`:
+    /// variance of the reference's other errors, one of which is common to `sharing` plots.
+    fn measure(
+        &mut self,
+        offset: f64,
+        row: &Vector6<f64>,
+        reference: &Vector3<f64>,
+        curve: f64,
+        sharing: f64,
+    ) {
         let seen = RowVector4::new(1.0, reference.x, reference.y, reference.z);
         let innovation = offset - (seen * self.mean)[0];
         let row_new: RowVector6<f64> = row.transpose() - seen * self.sensitivity;
         let across = self.covariance * seen.transpose();
-        let mut variance = (seen * across)[0] + self.noise_sigma * self.noise_sigma;
+        let mut variance = (seen * across)[0] + self.noise_sigma * self.noise_sigma + curve;
 
-        // An outlier is one that the track as a whole cannot explain, however the radar is set up.
+        // An outlier cannot be explained by the track as a whole, for any alignment of the radar.
         let (known, sum) = self.offset.unwrap_or_else(|| {
             let spread: f64 = row.iter().zip(PRIOR).map(|(x, prior)| (x * prior) * (x * prior)).sum();
             (1.0 / spread, 0.0)
         });
         let own = row_new[self.own];
         let distance = (innovation - own * sum / known).abs() / (variance + own * own / known).sqrt();
+        // White noise with the same spectral density as the shared errors.
+        variance += curve * (sharing - 1.0);
         if distance > FAR {
             variance *= distance / FAR;
         }
@@ -281,17 +305,17 @@ impl Axis {
     }
 }
 
-/// Variances of the errors that last, when nothing is known of them.
+/// Initial covariance of the persistent errors.
 fn stationary(bias_sigma: f64) -> Matrix4<f64> {
     Matrix4::from_diagonal(&Vector4::new(bias_sigma * bias_sigma, 1.0, 1.0, 1.0))
 }
 
-/// How azimuth, range and height of a target at this place change with p, where the radar sees it turned by so much.
+/// Derivatives with respect to p of azimuth, range and height of a target that the radar sees rotated by `turned`.
 pub(super) fn rows(target: &Vector3<f64>, velocity: &Vector3<f64>, turned: f64) -> [Vector6<f64>; AXES] {
     let ground_m = target.xy().norm().max(1.0);
     let azimuth = target.x.atan2(target.y);
     let clockwise = Vector3::new(azimuth.cos(), -azimuth.sin(), 0.0);
-    // Halfway between the two directions a difference of places is linear in the rotation, but for its third power.
+    // Halfway between the two directions a difference of positions is linear in the rotation, except for terms of third order.
     let (sin, cos) = (azimuth + turned / 2.0).sin_cos();
     let steep = target.z / ground_m;
     let mut rows = [Vector6::zeros(); AXES];
@@ -308,7 +332,7 @@ pub(super) fn rows(target: &Vector3<f64>, velocity: &Vector3<f64>, turned: f64) 
     rows
 }
 
-/// An angle between -π and π.
+/// The angle between -π and π.
 pub(super) fn wrapped(angle: f64) -> f64 {
     angle.sin().atan2(angle.cos())
 }

@@ -1,4 +1,4 @@
-//! The correction of a plot.
+//! Correction of plots by the misalignment.
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector2, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
@@ -9,10 +9,10 @@ use super::parameters::AXES;
 use super::qmethod::rotation_vector;
 use crate::frames::{AtRadar, Enu};
 
-/// The negative of the estimated misalignment, as far as that is observable.
+/// The negative of the observable part of the estimated misalignment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Correction {
-    /// Nothing is observable: plots stay as they are, to the bit.
+    /// Whether nothing is observable: plots are then not changed by a single bit.
     nothing: bool,
     back: UnitQuaternion<f64>,
     range_m: f64,
@@ -20,9 +20,9 @@ pub struct Correction {
     left: Matrix6<f64>,
 }
 
-/// Misalignment left at some place, standard deviations; without time, which needs a velocity.
+/// Standard deviations of the remaining misalignment at a position. Time is excluded, because its effect depends on the velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Remaining {
+pub struct RemainingMisalignment {
     /// Slant range, metres.
     pub range_m: f64,
     /// Azimuth, radians.
@@ -32,7 +32,7 @@ pub struct Remaining {
 }
 
 impl Correction {
-    /// By what is observable; not by time, which is the transponders'.
+    /// Creates the correction from the observable values. Time is excluded, because it belongs to the transponders.
     pub fn of(estimate: &Misalignment) -> Self {
         let Misalignment { bearing, tilt_east, tilt_north, range_m, height_m, .. } = estimate;
         let taken = [bearing, tilt_east, tilt_north, range_m, height_m]
@@ -48,7 +48,7 @@ impl Correction {
         }
     }
 
-    /// A plot whose height was measured: where an aligned radar would have it.
+    /// Corrects a plot with a measured height.
     pub fn apply(&self, plot: Enu<AtRadar>) -> Enu<AtRadar> {
         if self.nothing {
             return plot;
@@ -57,7 +57,7 @@ impl Correction {
         (self.back * self.at_range(plot.0, height_m)).into()
     }
 
-    /// A plot whose height was assumed: that stays as it is, and azimuth and slant range are corrected.
+    /// Corrects azimuth and slant range of a plot with an assumed height, which is kept.
     pub fn apply_without_height(&self, plot: Enu<AtRadar>) -> Enu<AtRadar> {
         if self.nothing {
             return plot;
@@ -68,11 +68,11 @@ impl Correction {
         at(turned.xy(), range_m, height_m).into()
     }
 
-    /// What is left at a place.
-    pub fn remaining(&self, plot: Enu<AtRadar>) -> Remaining {
+    /// Remaining misalignment at a position.
+    pub fn remaining(&self, plot: Enu<AtRadar>) -> RemainingMisalignment {
         let rows: [_; AXES] = rows(&plot.0, &Vector3::zeros(), 0.0);
         let [azimuth, range_m, height_m] = rows.map(|row| row.dot(&(self.left * row)).max(0.0).sqrt());
-        Remaining { range_m, azimuth, height_m }
+        RemainingMisalignment { range_m, azimuth, height_m }
     }
 
     fn at_range(&self, plot: Vector3<f64>, height_m: f64) -> Vector3<f64> {
@@ -80,7 +80,7 @@ impl Correction {
     }
 }
 
-/// In this direction over ground, at this slant range and height.
+/// Position in this direction over ground, at this slant range and height.
 fn at(direction: Vector2<f64>, range_m: f64, height_m: f64) -> Vector3<f64> {
     let ground_m = (range_m * range_m - height_m * height_m).max(0.0).sqrt();
     let outward = direction.try_normalize(0.0).unwrap_or_else(Vector2::zeros) * ground_m;

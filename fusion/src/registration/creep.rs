@@ -1,8 +1,8 @@
-//! Whether the azimuth offsets of several identities turn together.
+//! Detection of a common rotation in the azimuth offsets of several identities.
 //!
-//! A radar on the ground stands still or is knocked. So offsets that turn steadily are made by transponders, or by a radar that
-//! is not fixed: neither may be learnt. What becomes of their slope without one radar track, or without one block of time, tells
-//! how well it is known (the jackknife), whatever the errors of the radar are: positions that are made up from the radar's plots
+//! A radar on the ground stands still, or is knocked. Offsets that rotate steadily come from transponders, or from a radar that
+//! is not fixed: neither may be learnt. The accuracy of the slope is estimated by the jackknife, which leaves out one radar track
+//! or one block of time at a time. The radar's stated errors are not used, because false positions derived from the radar's plots
 //! hardly scatter.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -14,9 +14,9 @@ use super::along::wrapped;
 use crate::report::{Host, Identity};
 use crate::time::{SECOND, Time};
 
-/// Length of a bin in which the offsets of an identity are averaged, nanoseconds.
+/// Length of a bin over which an identity's offsets are averaged, nanoseconds.
 pub(super) const BIN_NS: i64 = 2 * SECOND;
-/// Windows in which a slope is looked for: length of a block in bins, and number of blocks. Several blocks serve where few
+/// Windows in which a slope is estimated: length of a block in bins, and number of blocks. Several blocks help when few
 /// identities are seen for long.
 const WINDOWS: [(i64, i64); 20] = [
     (5, 1),
@@ -40,57 +40,55 @@ const WINDOWS: [(i64, i64); 20] = [
     (25, 6),
     (50, 3),
 ];
-/// Number of bins that are kept of each identity.
+/// Number of bins kept per identity.
 const KEPT: i64 = 150;
-/// Number of identities that are kept of each radar.
+/// Maximum number of identities kept per radar.
 const IDENTITIES_MAX: usize = 256;
-/// A slope of fewer deviations is not looked at any further.
+/// Minimum number of deviations of a slope that is examined further.
 const STEEP: f64 = 2.0;
 /// Minimum number of witnesses, each weighted by its share in the slope.
 const EFFECTIVE_MIN: f64 = 2.5;
-/// Standard deviation of a change that identities may have in common without a cause, radians: errors of the satellites'
-/// positions that are common to all.
+/// Standard deviation of a change that is common to identities without a cause, radians, such as errors of satellite positions.
 const COMMON: f64 = 0.02_f64.to_radians();
-/// Number of places at which a step is looked for.
+/// Number of positions at which a step is tested.
 const STEPS: i64 = 16;
-/// A delay of the transponders' reports that is not yet known is at most this, seconds. Drones that turn together show it as a
-/// slope.
+/// Maximum unknown delay of the transponders' reports, seconds. Drones that rotate together around the radar show it as a slope.
 const DELAY_S: f64 = 0.3;
 
-/// The azimuth offset of a plot of an identity.
+/// Azimuth offset of a plot of an identity.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Turned {
+pub(crate) struct AzimuthOffset {
     pub(crate) time: Time,
-    /// When the radar track began.
+    /// Beginning of the radar track.
     pub(crate) begun: Time,
     /// Plot minus target, radians.
     pub(crate) offset: f64,
-    /// How fast the target's azimuth changes, radians a second.
+    /// Rate of the target's azimuth, radians a second.
     pub(crate) rate: f64,
 }
 
-/// The azimuth offsets of the identities that one radar sees, over the last minutes.
+/// Azimuth offsets of the identities seen by one radar, over the last minutes.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct CreepMonitor {
-    offsets: BTreeMap<(Host, Identity), VecDeque<Bin>>,
+    offsets: BTreeMap<(Host, Identity), VecDeque<OffsetBin>>,
 }
 
-/// Means of an identity in a few seconds.
+/// Means of an identity over one bin.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Bin {
+struct OffsetBin {
     /// Number of the bin since the epoch.
     index: i64,
-    /// When the radar track began.
+    /// Beginning of the radar track.
     begun: Time,
     offset: f64,
     rate: f64,
     plots: u32,
 }
 
-/// A slope that identities have in common.
+/// A slope that is common to several identities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Trend {
-    /// The host that reports these identities; `None`: those of several hosts.
+    /// Host that reports these identities; `None`: several hosts.
     pub(crate) host: Option<Host>,
     /// Slope of the azimuth offsets, radians a second.
     pub(crate) rate: f64,
@@ -101,7 +99,7 @@ pub(crate) struct Trend {
 }
 
 impl Trend {
-    /// By how much the offsets have turned over the window, radians.
+    /// Change of the offsets over the window, radians.
     pub(crate) fn change(&self) -> f64 {
         (self.rate * self.window_s).abs()
     }
@@ -109,7 +107,7 @@ impl Trend {
 
 /// Weighted sums of bins: x is time in bins, y the offset, v the rate of the azimuth.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sums {
+struct TrendSums {
     count: f64,
     x: f64,
     y: f64,
@@ -121,7 +119,7 @@ struct Sums {
     vv: f64,
 }
 
-impl Sums {
+impl TrendSums {
     fn add(&mut self, other: &Self, weight: f64) {
         let Self { count, x, y, v, xx, xy, xv, vy, vv } = other;
         self.count += weight * count;
@@ -135,7 +133,7 @@ impl Sums {
         self.vv += weight * vv;
     }
 
-    /// The same about their means.
+    /// The sums about their means.
     fn centred(&self) -> Self {
         let Self { count, x, y, v, xx, xy, xv, vy, vv } = *self;
         if count <= 0.0 {
@@ -152,12 +150,12 @@ impl Sums {
         }
     }
 
-    /// The slope with this delay; of centred sums.
+    /// Slope for this delay; requires centred sums.
     fn slope(&self, delay_s: f64) -> f64 {
         (self.xy - delay_s * self.xv) / self.xx
     }
 
-    /// The delay that together with a slope explains most, seconds; of centred sums.
+    /// Delay that, with a slope, explains most of the offsets, seconds; requires centred sums.
     fn delay_s(&self) -> f64 {
         let Self { xx, xy, xv, vy, vv, .. } = *self;
         let determinant = xx * vv - xv * xv;
@@ -169,9 +167,9 @@ impl Sums {
 }
 
 impl CreepMonitor {
-    /// Adds a plot of an identity. False: too many identities are kept already.
-    pub(crate) fn add(&mut self, of: (Host, Identity), turned: &Turned) -> bool {
-        let Turned { time, begun, offset, rate } = *turned;
+    /// Adds a plot of an identity. Returns false if too many identities are kept.
+    pub(crate) fn add(&mut self, of: (Host, Identity), turned: &AzimuthOffset) -> bool {
+        let AzimuthOffset { time, begun, offset, rate } = *turned;
         let index = bin(time);
         if self.offsets.len() >= IDENTITIES_MAX && !self.offsets.contains_key(&of) {
             return false;
@@ -185,12 +183,12 @@ impl CreepMonitor {
                 last.rate += (rate - last.rate) * share;
             }
             Some(last) if last.index > index => {}
-            _ => bins.push_back(Bin { index, begun, offset, rate, plots: 1 }),
+            _ => bins.push_back(OffsetBin { index, begun, offset, rate, plots: 1 }),
         }
         true
     }
 
-    /// The number of identities that each host reports.
+    /// Number of identities per host.
     pub(crate) fn identities(&self) -> BTreeMap<Host, usize> {
         let mut number = BTreeMap::new();
         self.offsets.keys().for_each(|(host, _)| *number.entry(*host).or_default() += 1);
@@ -202,8 +200,8 @@ impl CreepMonitor {
         self.offsets.retain(|(host, _), _| !hosts.contains(host));
     }
 
-    /// The slopes in the windows that end with the last complete bin before `now`; without those that a step explains better.
-    pub(crate) fn look(&mut self, now: Time) -> Vec<Trend> {
+    /// Slopes of the windows that end with the last complete bin before `now`. Slopes that a step explains better are left out.
+    pub(crate) fn trends(&mut self, now: Time) -> Vec<Trend> {
         let end = bin(now);
         for bins in self.offsets.values_mut() {
             while bins.front().is_some_and(|first| first.index < end - KEPT) {
@@ -218,21 +216,21 @@ impl CreepMonitor {
         windows.filter_map(|(host, window)| self.trend_of(host, end, window)).collect()
     }
 
-    /// The slope of a window; `None` where there are too few identities, or where it is not steep.
+    /// Slope of a window; `None` with too few identities, or if it is not steep.
     fn trend_of(&self, host: Option<Host>, end: i64, (length, number): (i64, i64)) -> Option<Trend> {
         let group = || self.offsets.iter().filter(move |((of, _), _)| host.is_none_or(|host| *of == host));
         let window = length * number;
         let begin = end - window;
-        // A window that is longer than what is known of would exaggerate the change.
+        // A window longer than the data would exaggerate the change.
         let first = group().filter_map(|(_, bins)| bins.front()).map(|bin| bin.index).min()?;
         if first > begin + 1 {
             return None;
         }
-        // Where there is one block, all have one constant, and each radar track is a witness; otherwise each block of an
-        // identity has its own, and is a witness. Hosts that report one identity are no two witnesses.
+        // With one block, all tracks share one constant, and each radar track is a witness. With several, each block of an
+        // identity has its own constant, and is a witness. Two hosts that report the same identity count as one witness.
         let has_own = number > 1;
         let zero = group().next()?.1.front()?.offset;
-        let mut parts = Vec::<((Identity, i64), Sums)>::new();
+        let mut parts = Vec::<((Identity, i64), TrendSums)>::new();
         for ((_, identity), bins) in group() {
             for bin in within(bins, begin..end) {
                 let block = (bin.index - begin) / length;
@@ -252,25 +250,25 @@ impl CreepMonitor {
             }
             is_same
         });
-        let mut parts: Vec<Sums> = parts.into_iter().map(|(_, sums)| sums).collect();
-        let mut total = Sums::default();
+        let mut parts: Vec<TrendSums> = parts.into_iter().map(|(_, sums)| sums).collect();
+        let mut total = TrendSums::default();
         if has_own {
             parts.iter_mut().for_each(|part| *part = part.centred());
         }
         parts.iter().for_each(|part| total.add(part, 1.0));
         let all = if has_own { total } else { total.centred() };
         let mean = if has_own { 0.0 } else { total.x / total.count };
-        let xx = |part: &Sums| part.xx - 2.0 * mean * part.x + mean * mean * part.count;
+        let xx = |part: &TrendSums| part.xx - 2.0 * mean * part.x + mean * mean * part.count;
         let squares: f64 = parts.iter().map(|part| xx(part) * xx(part)).sum();
         let effective = if squares > 0.0 { all.xx * all.xx / squares } else { 0.0 };
         if effective < EFFECTIVE_MIN {
             return None;
         }
         let common = COMMON / window as f64;
-        // Whatever the delay is: without one, and with the one that explains most.
+        // The smaller result of two: without delay, and with the delay that explains most.
         let [(slope, deviations), other] = [0.0, all.delay_s()].map(|delay_s| {
             let slope = all.slope(delay_s);
-            // The jackknife: what becomes of the slope without each.
+            // Jackknife: the slope without each witness.
             let without = parts.iter().map(|part| {
                 let mut rest = total;
                 rest.add(part, -1.0);
@@ -291,10 +289,10 @@ impl CreepMonitor {
         Some(Trend { host, rate: slope / bin_s, window_s: window as f64 * bin_s, deviations })
     }
 
-    /// Whether a step at some bin explains more of the offsets than a slope does.
+    /// Whether a step at some bin explains more of the offsets than a slope.
     fn is_step<'a>(
         &self,
-        group: &(impl Iterator<Item = (&'a (Host, Identity), &'a VecDeque<Bin>)> + Clone),
+        group: &(impl Iterator<Item = (&'a (Host, Identity), &'a VecDeque<OffsetBin>)> + Clone),
         (begin, length, number): (i64, i64, i64),
         explained: f64,
     ) -> bool {
@@ -302,9 +300,9 @@ impl CreepMonitor {
         let apart = (length * number / STEPS).max(1);
         (begin + 1..begin + length * number).step_by(apart as usize).any(|step| {
             let from = begin + (step - begin) / length * length;
-            let mut total = Sums::default();
+            let mut total = TrendSums::default();
             for (_, bins) in group.clone() {
-                let mut own = Sums::default();
+                let mut own = TrendSums::default();
                 for bin in within(bins, from..from + length) {
                     own.add(&bin.sums(f64::from(u8::from(bin.index >= step)), zero), 1.0);
                 }
@@ -316,12 +314,12 @@ impl CreepMonitor {
     }
 }
 
-impl Bin {
-    fn sums(&self, x: f64, zero: f64) -> Sums {
+impl OffsetBin {
+    fn sums(&self, x: f64, zero: f64) -> TrendSums {
         let Self { offset, rate: v, .. } = *self;
         let (y, count) = (wrapped(offset - zero), f64::from(self.plots));
-        let mut sums = Sums::default();
-        let one = Sums { count: 1.0, x, y, v, xx: x * x, xy: x * y, xv: x * v, vy: v * y, vv: v * v };
+        let mut sums = TrendSums::default();
+        let one = TrendSums { count: 1.0, x, y, v, xx: x * x, xy: x * y, xv: x * v, vy: v * y, vv: v * v };
         sums.add(&one, count);
         sums
     }
@@ -332,13 +330,13 @@ pub(super) fn bin(time: Time) -> i64 {
 }
 
 /// The bins of an identity in a window.
-fn within(bins: &VecDeque<Bin>, window: Range<i64>) -> impl Iterator<Item = &Bin> {
+fn within(bins: &VecDeque<OffsetBin>, window: Range<i64>) -> impl Iterator<Item = &OffsetBin> {
     let begin = bins.partition_point(|bin| bin.index < window.start);
     let end = bins.partition_point(|bin| bin.index < window.end);
     bins.range(begin..end)
 }
 
-/// The quantile of a normal distribution with the same probability as that of Student's t (D. L. Wallace, 1959).
+/// Quantile of the normal distribution with the probability of Student's t (D. L. Wallace, 1959).
 fn normal(t: f64, freedom: f64) -> f64 {
     (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0) * (freedom * (t * t / freedom).ln_1p()).sqrt()
 }

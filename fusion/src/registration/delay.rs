@@ -1,5 +1,5 @@
-//! The delay of some of the transponders, apart from all others: least squares over the radar tracks that go with them, with the
-//! radar's misalignment as what is known otherwise.
+//! Delay of a group of transponders relative to all others: least squares over their radar tracks, given the radar's
+//! misalignment.
 
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
@@ -8,24 +8,24 @@ use super::along::Sample;
 use super::estimate::{BiasValue, Misalignment, TimeInformation};
 use super::parameters::{PARAMETERS, TIME};
 
-/// Sums over pieces of radar tracks of one radar, slowly forgotten.
+/// Sums over segments of radar tracks of one radar, with slow decay.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct DelaySums {
-    /// Information about the delay, and about it together with each other parameter of the radar.
+    /// Information about the delay, and cross information with each other parameter of the radar.
     row: Vector6<f64>,
-    /// Information times the mean, with all other parameters zero.
+    /// Information times mean, with all other parameters zero.
     sum: f64,
 }
 
-/// This share of what the pieces before have shown is forgotten with each piece.
+/// Share of the earlier information that is dropped with each segment.
 const FORGOTTEN: f64 = 1.0 / 200.0;
 
 impl DelaySums {
-    /// Numbers of which it is made.
+    /// Number of values in the serialised form.
     pub(crate) const NUMBERS: usize = PARAMETERS + 1;
     pub(crate) const NONE: Self = Self { row: Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), sum: 0.0 };
 
-    /// A piece of a radar track more.
+    /// Adds a segment of a radar track.
     pub(crate) fn add(&mut self, sample: &Sample) {
         *self = Self { row: self.row * (1.0 - FORGOTTEN), sum: self.sum * (1.0 - FORGOTTEN) };
         for information in &sample.axes {
@@ -34,7 +34,7 @@ impl DelaySums {
         }
     }
 
-    /// What they show of the delay of a radar that is misaligned so; none without a prior.
+    /// Estimate of the delay, given the misalignment of the radar, without a prior.
     pub(crate) fn given(&self, misalignment: &Misalignment) -> TimeInformation {
         let none = TimeInformation { inverse_variance: 0.0, weighted_mean: 0.0 };
         let own = self.row[TIME];
@@ -49,16 +49,16 @@ impl DelaySums {
             variance += (shared / own * deviation).powi(2);
         }
         let known = TimeInformation { inverse_variance: variance.recip(), weighted_mean: mean / variance };
-        // Sums of before a restart may be any numbers.
+        // Restored sums may hold any numbers.
         if (known.inverse_variance + known.weighted_mean).is_finite() { known } else { none }
     }
 
-    /// The same as numbers.
+    /// The sums as numbers.
     pub(crate) fn to_numbers(self) -> [f64; Self::NUMBERS] {
         std::array::from_fn(|index| self.row.as_slice().get(index).copied().unwrap_or(self.sum))
     }
 
-    /// From such numbers.
+    /// The sums from these numbers.
     pub(crate) fn from_numbers(numbers: &[f64; Self::NUMBERS]) -> Self {
         let [row @ .., sum] = numbers;
         Self { row: Vector6::from_column_slice(row), sum: *sum }

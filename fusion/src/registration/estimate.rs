@@ -1,11 +1,12 @@
-//! What follows from the sums, and how well that is known.
+//! The misalignment that follows from the sums, with its deviations.
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
+use super::heights::{HeightAlignment, MOVING};
 use super::parameters::{AZIMUTH, BEARING, HEIGHT, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME, USEFUL};
 use super::qmethod;
-use super::sums::{Solved, Sums};
+use super::sums::{MisalignmentSums, SolvedSums};
 
 /// A bias: measured minus true.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -14,7 +15,7 @@ pub struct BiasValue {
     pub value: f64,
     /// Its standard deviation, in the same unit.
     pub deviation: f64,
-    /// Whether the radar's tracks tell it well enough to be of use. Plots are corrected by such values only.
+    /// Whether the radar's tracks determine it well enough. Plots are corrected by such values only.
     pub observable: bool,
 }
 
@@ -31,8 +32,8 @@ pub struct Misalignment {
     pub range_m: BiasValue,
     /// Bias of the height, metres.
     pub height_m: BiasValue,
-    /// Plots lie ahead of their targets by velocity times this, seconds: the transponders' reports are stamped so much late,
-    /// or the radar's so much early.
+    /// Time bias, seconds: plots lie ahead of their targets by velocity times this. Transponder reports are stamped late by
+    /// it, or the radar's plots early.
     pub time_s: BiasValue,
     /// Number of radar tracks it rests on, the older ones in part.
     pub samples: f64,
@@ -53,14 +54,14 @@ pub(crate) struct TimeInformation {
 }
 
 impl TimeInformation {
-    /// The same with a deviation that is larger by this factor.
+    /// Returns the information with the deviation multiplied by this factor.
     pub(crate) fn weakened(self, times: f64) -> Self {
         let share = times.powi(-2);
         Self { inverse_variance: self.inverse_variance * share, weighted_mean: self.weighted_mean * share }
     }
 }
 
-/// A residual needs so many tracks.
+/// Minimum number of tracks for a residual.
 const TRACKS: f64 = 8.0;
 /// Above this, tracks lie twice as far apart as promised.
 const DOUBTFUL: f64 = 4.0;
@@ -72,7 +73,7 @@ impl Misalignment {
         self.residual.is_some_and(|residual| residual > DOUBTFUL)
     }
 
-    /// What the tracks tell of time, without the prior.
+    /// Information of the tracks about the time bias, without the prior.
     pub(crate) fn time_information(&self) -> TimeInformation {
         let BiasValue { value, deviation, .. } = self.time_s;
         TimeInformation {
@@ -81,9 +82,35 @@ impl Misalignment {
         }
     }
 
-    pub(super) fn of(sums: &Sums) -> Self {
+    /// Replaces this share of tilts and height bias by those of `alignment`, where heights of transponders have offsets.
+    pub(crate) fn with_heights(mut self, alignment: &HeightAlignment, share: f64) -> Self {
+        let HeightAlignment { mean, covariance } = alignment;
+        let values = [&mut self.tilt_east, &mut self.tilt_north, &mut self.height_m];
+        for (index, value) in values.into_iter().enumerate() {
+            let own = if value.observable { value.value } else { 0.0 };
+            let variance = covariance[(index, index)];
+            *value = BiasValue {
+                value: own + share * (mean[index] - own),
+                deviation: value.deviation + share * (variance.sqrt() - value.deviation),
+                observable: true,
+            };
+        }
+        for (row, &first) in MOVING.iter().enumerate() {
+            for (column, &second) in MOVING.iter().enumerate() {
+                let left = &mut self.left[(first, second)];
+                *left += share * (covariance[(row, column)] - *left);
+            }
+            for other in [BEARING, RANGE, TIME] {
+                self.left[(first, other)] *= 1.0 - share;
+                self.left[(other, first)] *= 1.0 - share;
+            }
+        }
+        self
+    }
+
+    pub(super) fn of(sums: &MisalignmentSums) -> Self {
         let factors = sums.spread.factors();
-        let Solved { mean, covariance } = Solved::from(&sums.axes, &factors);
+        let SolvedSums { mean, covariance } = SolvedSums::from(&sums.axes, &factors);
         let known = |parameter: usize| covariance[(parameter, parameter)].sqrt() < USEFUL[parameter];
 
         let [bearing, tilt_east, tilt_north] =
@@ -102,7 +129,7 @@ impl Misalignment {
             best[BEARING] = qmethod::turn(&profile).0;
         }
 
-        // What is not taken away is left as a whole.
+        // A bias that is not corrected remains in full.
         let kept = Vector6::from_fn(|parameter, _| if known(parameter) { 0.0 } else { best[parameter] });
         let left = covariance + kept * kept.transpose();
         let value = |parameter: usize| BiasValue {
@@ -129,7 +156,7 @@ impl Misalignment {
 }
 
 /// The q-method's loss in the plane: the sum of weights less the largest trace.
-fn residual(sums: &Sums, height_m: f64, time_s: f64) -> Option<f64> {
+fn residual(sums: &MisalignmentSums, height_m: f64, time_s: f64) -> Option<f64> {
     if sums.tracks < TRACKS {
         return None;
     }

@@ -1,92 +1,96 @@
-//! Decides which estimate of a registration is used while the offsets that it is learnt from turn.
+//! Selects the estimate of a registration that is used while its offsets rotate.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use serde::{Deserialize, Serialize};
 
-use super::creep::{CreepMonitor, Trend, Turned, bin};
+use super::creep::{AzimuthOffset, CreepMonitor, Trend, bin};
 use super::estimate::{BiasValue, Misalignment};
 use super::tracks::Registration;
 use crate::report::{Host, Identity};
 use crate::time::{SECOND, Time};
 
-/// From this many deviations on the estimate from before the window is used: where no bearing is in use yet, and where one is.
+/// Deviations of a slope above which the estimate from before its window is held, if no bearing is in use.
 const HELD_UNUSED: f64 = 2.0;
+/// Deviations of a slope above which the estimate from before its window is held, if a bearing is in use.
 const HELD_USED: f64 = 3.0;
-/// From this many on, in a window of this length, it is an alarm.
+/// Deviations of a slope above which an alarm is raised.
 const ALARM: f64 = 5.0;
+/// Minimum length of a window with an alarm, seconds.
 const ALARM_S: f64 = 20.0;
-/// Minimum change over the window for each, radians.
+/// Minimum change over the window for holding the estimate, radians.
 const HELD_CHANGE: f64 = 0.1_f64.to_radians();
+/// Minimum change over the window for an alarm, radians.
 const ALARM_CHANGE: f64 = 0.3_f64.to_radians();
-/// Hosts that are first heard so soon after another are no newcomers beside it, seconds.
+/// Maximum time between the first reports of two hosts for which the later one is not a newcomer, seconds.
 const TOGETHER_S: f64 = 60.0;
-/// A newcomer counts in full after this time, seconds.
+/// Time after which a newcomer has full weight, seconds.
 const KNOWN_S: f64 = 600.0;
-/// Number of hosts whose age is kept.
+/// Maximum number of hosts with a stored age.
 const HOSTS_MAX: usize = 256;
-/// Time between two estimates that are remembered, nanoseconds, and for how long they are.
+/// Time between two stored estimates, nanoseconds.
 const REMEMBERED_NS: i64 = 5 * SECOND;
+/// Age up to which estimates are stored, nanoseconds.
 const FORGOTTEN_NS: i64 = 310 * SECOND;
-/// Time between two copies of the registration, nanoseconds: the older one is older than any window.
+/// Time between two copies of the registration, nanoseconds. The older copy precedes any window.
 const COPIED_NS: i64 = 300 * SECOND;
 
-/// The bearing that some identities show creeps.
+/// Alarm: the bearing that some identities show rotates steadily.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Creep {
-    /// When it was detected.
+    /// Time of the detection.
     pub time: Time,
-    /// The host whose identities show it; `None`: several hosts' together.
+    /// Host whose identities show the rotation; `None`: several hosts together.
     pub host: Option<Host>,
-    /// How fast the bearing turned, radians a second.
+    /// Rate of the bearing, radians a second.
     pub rate: f64,
-    /// For how long, seconds.
+    /// Length of the window, seconds.
     pub window_s: f64,
-    /// The bearing that remains.
+    /// Bearing after the alarm.
     pub bearing: BiasValue,
 }
 
-/// The result of a check.
+/// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Checked {
-    /// The same is used as before.
+pub(crate) enum GuardResult {
+    /// The same estimate is used as before.
     Unchanged,
-    /// The estimate is held, or is not held any more.
+    /// The estimate is now held, or no longer held.
     Changed,
     /// An alarm was raised.
     Alarm,
 }
 
-/// Keeps a registration that creeps from being used.
+/// Prevents the use of a registration that creeps.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct CreepGuard {
     monitor: CreepMonitor,
     /// Estimates of the last minutes.
     estimates: VecDeque<(Time, Misalignment)>,
-    /// Copies of the registration: the older, the newer.
+    /// Copies of the registration, the older one first.
     copies: VecDeque<(Time, Registration)>,
-    /// The estimate that is used instead of the latest one.
+    /// Estimate used instead of the latest one.
     held: Option<Misalignment>,
-    /// Number of the latest bin in which it was checked.
+    /// Index of the latest bin in which the registration was checked.
     checked: Option<i64>,
-    /// When each host was first heard of.
+    /// Time of each host's first report.
     hosts: BTreeMap<Host, Time>,
-    /// Hosts of which nothing is learnt any more.
+    /// Hosts that are excluded from learning.
     excluded: BTreeSet<Host>,
     alarm: Option<Creep>,
 }
 
 impl CreepGuard {
-    /// A plot of an identity; whether anything may be learnt from it.
-    pub(crate) fn add(&mut self, of: (Host, Identity), turned: &Turned) -> bool {
+    /// Adds a plot of an identity. Returns whether it may be learnt from.
+    pub(crate) fn add(&mut self, of: (Host, Identity), turned: &AzimuthOffset) -> bool {
         if self.hosts.len() < HOSTS_MAX {
             self.hosts.entry(of.0).or_insert(turned.time);
         }
         self.monitor.add(of, turned)
     }
 
-    /// How much what a host reports counts, 0 to 1. A host that came later than another that is still heard counts the more the
-    /// longer it is known, and all its identities together as one.
+    /// Weight of a host's reports, 0 to 1. A host that first reported later than another active one gains weight with time. All
+    /// its identities together count as one.
     pub(crate) fn weight(&self, host: Host, now: Time) -> f64 {
         let identities = self.monitor.identities();
         let known = identities.keys().filter(|other| **other != host);
@@ -99,7 +103,7 @@ impl CreepGuard {
         (now.seconds_since(since) / KNOWN_S).clamp(0.0, 1.0) / number as f64
     }
 
-    /// Whether nothing is learnt from a host.
+    /// Whether a host is excluded from learning.
     pub(crate) fn excludes(&self, host: Host) -> bool {
         self.excluded.contains(&host)
     }
@@ -109,31 +113,31 @@ impl CreepGuard {
         self.alarm
     }
 
-    /// The estimate that is used: this one, or an earlier one that is held.
+    /// The estimate to use: this one, or an earlier one that is held.
     pub(crate) fn used(&self, estimate: Misalignment) -> Misalignment {
         self.held.unwrap_or(estimate)
     }
 
-    /// The registration was learnt before a restart: it is what remains in case of an alarm.
+    /// Stores a restored registration as the one that remains after an alarm.
     pub(crate) fn restore(&mut self, registration: &Registration) {
         self.copies = [(Time::from_nanos(i64::MIN), registration.clone())].into();
         self.estimates = [(Time::from_nanos(i64::MIN), registration.estimate())].into();
     }
 
-    /// Looks whether the offsets turn, once a bin. With an alarm what was learnt since is taken back.
-    pub(crate) fn check(&mut self, registration: &mut Registration, now: Time) -> Checked {
+    /// Checks for rotating offsets, once per bin. An alarm undoes what was learnt since the window began.
+    pub(crate) fn check(&mut self, registration: &mut Registration, now: Time) -> GuardResult {
         if self.checked.replace(bin(now)) == Some(bin(now)) {
-            return Checked::Unchanged;
+            return GuardResult::Unchanged;
         }
         let before = self.held.is_some();
-        let trends = self.monitor.look(now);
+        let trends = self.monitor.trends(now);
         let most = |from_s: f64, change: f64| {
             let trends = trends.iter().filter(|trend| trend.window_s >= from_s && trend.change() >= change);
             trends.max_by(|one, other| one.deviations.total_cmp(&other.deviations)).copied()
         };
         if let Some(trend) = most(ALARM_S, ALARM_CHANGE).filter(|trend| trend.deviations >= ALARM) {
             self.raise(&trend, registration, now);
-            return Checked::Alarm;
+            return GuardResult::Alarm;
         }
         let limit = if self.is_used() { HELD_USED } else { HELD_UNUSED };
         match most(0.0, HELD_CHANGE).filter(|trend| trend.deviations >= limit) {
@@ -144,7 +148,7 @@ impl CreepGuard {
             None => self.held = None,
         }
         self.remember(registration, now);
-        if before == self.held.is_some() { Checked::Unchanged } else { Checked::Changed }
+        if before == self.held.is_some() { GuardResult::Unchanged } else { GuardResult::Changed }
     }
 
     /// Whether a bearing is in use.
@@ -198,7 +202,7 @@ impl CreepGuard {
     }
 }
 
-/// When the window of a trend began.
+/// Beginning of the window of a trend.
 fn begin(trend: &Trend, now: Time) -> Time {
     Time::from_nanos(now.nanos() - (trend.window_s * SECOND as f64) as i64)
 }
@@ -213,7 +217,7 @@ mod tests {
 
     fn hear(guard: &mut CreepGuard, host: u64, identity: u32, seconds: i64) {
         let of = (Host(host), Identity::of_address(identity));
-        let turned = Turned { time: at(seconds), begun: at(0), offset: 0.0, rate: 0.0 };
+        let turned = AzimuthOffset { time: at(seconds), begun: at(0), offset: 0.0, rate: 0.0 };
         assert!(guard.add(of, &turned));
     }
 
@@ -240,7 +244,7 @@ mod tests {
         let mut guard = CreepGuard::default();
         hear(&mut guard, 1, 1, 0);
         let mut registration = Registration::default();
-        assert_eq!(guard.check(&mut registration, at(2000)), Checked::Unchanged);
+        assert_eq!(guard.check(&mut registration, at(2000)), GuardResult::Unchanged);
         hear(&mut guard, 2, 2, 2000);
         assert_eq!(guard.weight(Host(2), at(2000)), 1.0);
     }

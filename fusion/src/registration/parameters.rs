@@ -1,6 +1,6 @@
-//! What is estimated of a radar, and what is assumed beforehand.
+//! Estimated parameters of a radar, and their priors.
 
-/// What is estimated, in this order: bearing, tilt about east, tilt about north (radians), range, height (metres), time (s).
+/// Number of parameters, in this order: bearing, tilt about east, tilt about north (radians), range, height (metres), time (s).
 pub(super) const PARAMETERS: usize = 6;
 pub(super) const BEARING: usize = 0;
 pub(super) const TILT_EAST: usize = 1;
@@ -13,13 +13,13 @@ pub(super) const TIME: usize = 5;
 pub(super) const PRIOR: [f64; PARAMETERS] =
     [5.0_f64.to_radians(), 1.0_f64.to_radians(), 1.0_f64.to_radians(), 20.0, 15.0, 0.2];
 
-/// A value is observable if its standard deviation is below this. None is above half its [`PRIOR`], so it is the tracks that
-/// tell it.
+/// Standard deviation below which a value is observable. Each is at most half of the [`PRIOR`], so only tracks make a value
+/// observable.
 pub(super) const USEFUL: [f64; PARAMETERS] =
     [0.5_f64.to_radians(), 0.25_f64.to_radians(), 0.25_f64.to_radians(), 5.0, 5.0, 0.1];
 
-/// What a plot is compared in: azimuth, range, height.
+/// Number of axes on which a plot is compared: azimuth, range, height.
 pub(super) const AXES: usize = 3;
 pub(super) const AZIMUTH: usize = 0;
-/// The parameter that shifts an axis as it is.
+/// Parameter that shifts each axis directly.
 pub(super) const OWN: [usize; AXES] = [BEARING, RANGE, HEIGHT];

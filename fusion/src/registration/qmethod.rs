@@ -1,9 +1,9 @@
-//! The rotation that best turns reference directions into measured ones: Davenport's q-method.
+//! The rotation that best maps reference directions to measured ones: Davenport's q-method.
 //!
-//! Wahba's loss Σ w |b - A r|² / 2 = Σ w - tr(A Bᵀ), B = Σ w b rᵀ, is least for the quaternion that belongs to the largest
-//! eigenvalue of a symmetric 4 × 4 matrix made from B. A loss with as much information about each direction of turning as a
-//! radar has (azimuth and elevation are known differently well, heights may be missing) is one of the same form: with the
-//! information F about a small rotation, B = tr(F) 1 / 2 - F (Shuster, who has F = tr(B) 1 - B).
+//! Wahba's loss Σ w |b - A r|² / 2 = Σ w - tr(A Bᵀ), B = Σ w b rᵀ, is least for the quaternion of the largest eigenvalue of a
+//! symmetric 4 × 4 matrix made from B. A radar has different information about each axis of rotation: azimuth and elevation
+//! differ in accuracy, and heights may be missing. Its loss has the same form: with the information F about a small rotation, B =
+//! tr(F) 1 / 2 - F (Shuster, who has F = tr(B) 1 - B).
 
 use nalgebra::{Matrix3, Matrix3x6, Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
@@ -11,13 +11,13 @@ use serde::{Deserialize, Serialize};
 use super::along::Information;
 use super::parameters::{BEARING, HEIGHT, TILT_EAST, TILT_NORTH, TIME};
 
-/// The attitude profile B of a piece of track or of a sum of them, and how it changes with what else is misaligned.
+/// Attitude profile B of a segment of a track or of their sum, and its change with the other parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct AttitudeProfile {
     pub(super) matrix: Matrix3<f64>,
-    /// With a metre of height.
+    /// Change per metre of height.
     pub(super) by_height: Matrix3<f64>,
-    /// With a second of time.
+    /// Change per second of time.
     pub(super) by_time: Matrix3<f64>,
 }
 
@@ -26,8 +26,8 @@ impl AttitudeProfile {
         Self { matrix: Matrix3::zeros(), by_height: Matrix3::zeros(), by_time: Matrix3::zeros() }
     }
 
-    /// Of a piece of track that is turned by `turned` (clockwise, radians) in the mean. The turn is taken as it is, what
-    /// remains as small; half of the turn on either side, so that tilts mean the same however far the radar is turned.
+    /// Profile of a segment with a mean rotation of `turned` (clockwise, radians). This rotation is applied exactly; the
+    /// remainder is treated as small. Half of it is applied on either side, so that tilts keep their meaning for any rotation.
     pub(super) fn of(information: &Information, turned: f64) -> Self {
         let small = rotations();
         let spread = small * information.matrix * small.transpose();
@@ -49,13 +49,13 @@ impl AttitudeProfile {
         self.by_time += other.by_time * weight;
     }
 
-    /// Without what a height and a time bias did to it.
+    /// The profile without the effect of a height and a time bias.
     pub(super) fn without(&self, height_m: f64, time_s: f64) -> Matrix3<f64> {
         self.matrix - self.by_height * height_m - self.by_time * time_s
     }
 }
 
-/// The rotation vector (east, north, up) of bearing and tilts, as rows of p: the bearing turns clockwise.
+/// Matrix from p to the rotation vector (east, north, up): the bearing is clockwise.
 fn rotations() -> Matrix3x6<f64> {
     let mut rows = Matrix3x6::zeros();
     rows[(0, TILT_EAST)] = 1.0;
@@ -64,12 +64,12 @@ fn rotations() -> Matrix3x6<f64> {
     rows
 }
 
-/// The rotation vector of these, radians.
+/// Rotation vector of these parameters, radians.
 pub(super) fn rotation_vector(parameters: &Vector6<f64>) -> Vector3<f64> {
     rotations() * parameters
 }
 
-/// B of "not turned", known as well as this information about a small rotation says.
+/// Profile B of no rotation, with this information about a small rotation.
 pub(super) fn bare(information: &Matrix3<f64>) -> Matrix3<f64> {
     Matrix3::identity() * (information.trace() / 2.0) - information
 }
@@ -83,7 +83,7 @@ pub(super) fn rotation(profile: &Matrix3<f64>) -> (UnitQuaternion<f64>, f64) {
         profile[(0, 2)] - profile[(2, 0)],
         profile[(1, 0)] - profile[(0, 1)],
     );
-    // Quaternion with its scalar last.
+    // The quaternion's scalar is last.
     let mut matrix = Matrix4::zeros();
     matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&(sum - Matrix3::identity() * trace));
     matrix.fixed_view_mut::<3, 1>(0, 3).copy_from(&turn);
@@ -92,13 +92,13 @@ pub(super) fn rotation(profile: &Matrix3<f64>) -> (UnitQuaternion<f64>, f64) {
     let eigen = matrix.symmetric_eigen();
     let largest = eigen.eigenvalues.imax();
     let vector = eigen.eigenvectors.column(largest);
-    // Of the two signs of a quaternion the one that turns less.
+    // The sign of the quaternion with the smaller rotation.
     let sign = if vector[3] < 0.0 { -1.0 } else { 1.0 };
     let quaternion = Quaternion::new(vector[3], vector[0], vector[1], vector[2]) * sign;
     (UnitQuaternion::from_quaternion(quaternion), eigen.eigenvalues[largest])
 }
 
-/// The same in the plane, where nothing tells of tilts: clockwise turn, and the trace Σ w cos of what remains.
+/// The rotation in the plane, without tilts: clockwise angle, and the trace Σ w cos of the remainder.
 pub(super) fn turn(profile: &Matrix3<f64>) -> (f64, f64) {
     let cos = profile[(0, 0)] + profile[(1, 1)];
     let sin = profile[(0, 1)] - profile[(1, 0)];

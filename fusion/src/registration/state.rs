@@ -1,4 +1,4 @@
-//! What outlives a restart.
+//! The state of a registration that is kept across restarts.
 
 use nalgebra::{Matrix3, Matrix6, Vector6};
 use serde::{Deserialize, Serialize};
@@ -6,39 +6,39 @@ use serde::{Deserialize, Serialize};
 use super::along::Information;
 use super::parameters::AXES;
 use super::qmethod::AttitudeProfile;
-use super::sums::{Scatter, Sums};
-use super::tracks::{Latest, Registration};
+use super::sums::{MisalignmentSums, Scatter};
+use super::tracks::{LatestTrack, Registration};
 use crate::decimals::{Decimals, WrongNumbers};
 use crate::time::Time;
 
-/// All that a [`Registration`] knows, to be written down by serde in any format.
+/// The complete state of a [`Registration`], serialisable in any format of serde.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RegistrationState {
     version: u32,
     /// Nanoseconds since the Unix epoch.
     now: i64,
-    settled: Settled,
+    settled: SavedSums,
     latest: Vec<SavedTrack>,
 }
 
-/// A [`RegistrationState`] that cannot be used.
+/// Error in a [`RegistrationState`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RegistrationStateError {
-    /// Written by another version of the service.
+    /// The state is from another version of the service.
     #[error("registration state of version {0}, not {VERSION}")]
     Version(u32),
-    /// Not what is written.
+    /// The numbers are incomplete or not finite.
     #[error("registration state: {0} numbers where {1} finite ones belong")]
     Numbers(usize, usize),
 }
 
-/// The only version so far.
+/// Version of the layout; the only one so far.
 const VERSION: u32 = 1;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Settled {
+struct SavedSums {
     axes: [Decimals; AXES],
     profiles: [Decimals; 2],
     tracks: Decimals,
@@ -93,13 +93,13 @@ fn spread(spread: &Scatter) -> Decimals {
 }
 
 impl Registration {
-    /// All that is known.
+    /// The complete state.
     pub fn to_state(&self) -> RegistrationState {
         let profile = |profile: &AttitudeProfile| {
             let AttitudeProfile { matrix, by_height, by_time } = profile;
             Decimals::of([matrix.as_slice(), by_height.as_slice(), by_time.as_slice()])
         };
-        let track = |track: &Latest| SavedTrack {
+        let track = |track: &LatestTrack| SavedTrack {
             begun: track.begun.nanos(),
             time: track.time.nanos(),
             kept: track.kept,
@@ -109,7 +109,7 @@ impl Registration {
         RegistrationState {
             version: VERSION,
             now: self.now.nanos(),
-            settled: Settled {
+            settled: SavedSums {
                 axes: axes(&self.settled.axes),
                 profiles: self.settled.profiles.each_ref().map(profile),
                 tracks: Decimals(vec![self.settled.tracks]),
@@ -119,16 +119,16 @@ impl Registration {
         }
     }
 
-    /// Goes on where that was written.
+    /// Restores a registration.
     ///
     /// # Errors
-    /// The state is of another version, or its numbers are not what is written.
+    /// The state has another version, or its numbers are incomplete or not finite.
     pub fn from_state(state: &RegistrationState) -> Result<Self, RegistrationStateError> {
         if state.version != VERSION {
             return Err(RegistrationStateError::Version(state.version));
         }
         let track = |track: &SavedTrack| {
-            Ok(Latest {
+            Ok(LatestTrack {
                 begun: Time::from_nanos(track.begun),
                 time: Time::from_nanos(track.time),
                 axes: axes_of(&track.axes)?,
@@ -136,11 +136,11 @@ impl Registration {
                 spread: spread_of(&track.spread)?,
             })
         };
-        let Settled { axes, profiles: [azimuths, heights], tracks, spread } = &state.settled;
+        let SavedSums { axes, profiles: [azimuths, heights], tracks, spread } = &state.settled;
         let &[tracks] = tracks.checked()?;
         Ok(Self {
             now: Time::from_nanos(state.now),
-            settled: Sums {
+            settled: MisalignmentSums {
                 axes: axes_of(axes)?,
                 profiles: [profile_of(azimuths)?, profile_of(heights)?],
                 tracks,

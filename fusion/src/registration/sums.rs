@@ -1,48 +1,49 @@
-//! What radar tracks told, added up and slowly forgotten.
+//! Information from radar tracks, summed with slow decay.
 
 use nalgebra::{Matrix6, Vector6};
 use serde::{Deserialize, Serialize};
 
-use super::along::{Information, Offset};
+use super::along::{Information, MeanOffset};
 use super::parameters::{AXES, AZIMUTH, OWN, PRIOR};
 use super::qmethod::AttitudeProfile;
 
-/// A sum over radar tracks, each with a weight.
+/// Weighted sum over radar tracks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Sums {
+pub(super) struct MisalignmentSums {
     /// Least squares: azimuth, range, height.
     pub(super) axes: [Information; AXES],
-    /// The q-method: of azimuths, of heights.
+    /// Profiles of the q-method: from azimuths, and from heights.
     pub(super) profiles: [AttitudeProfile; 2],
-    /// How many tracks.
+    /// Number of tracks, weighted.
     pub(super) tracks: f64,
     pub(super) spread: Scatter,
 }
 
-/// How far tracks lie from what the others say, against what the deviations promise; by axis.
+/// Scatter of the tracks about the others' estimate, relative to the expected deviations, by axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Scatter {
-    /// Squares of normalised offsets.
+    /// Sum of squared normalised offsets.
     pub(super) squares: [f64; AXES],
-    /// How many: a track counts as much as its own share in the deviation.
+    /// Number of tracks; each counts by its own share of the variance.
     pub(super) count: [f64; AXES],
 }
 
-/// The same as one Gaussian: the misalignment of a radar.
+/// Solution of the sums as one Gaussian: the misalignment of a radar.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Solved {
+pub(super) struct SolvedSums {
     pub(super) mean: Vector6<f64>,
     pub(super) covariance: Matrix6<f64>,
 }
 
-/// So many tracks that lie as they should are assumed beforehand: a few tracks do not tell their spread.
+/// Number of tracks with the expected scatter that are assumed in advance, because a few tracks do not determine the scatter.
 const ASSUMED_TRACKS: f64 = 10.0;
-/// A variance is wrong by no more than these factors, or the reason is another one.
+/// Minimum factor of a variance.
 const LEAST_FACTOR: f64 = 0.25;
+/// Maximum factor of a variance. A larger scatter has another cause.
 const LARGEST_FACTOR: f64 = 9.0;
 
 impl Scatter {
-    /// The factor of each axis' variance: Birge's ratio, drawn towards 1.
+    /// Factor of the variance on each axis: Birge's ratio, drawn towards 1.
     pub(super) fn factors(&self) -> [f64; AXES] {
         std::array::from_fn(|axis| {
             let ratio = (ASSUMED_TRACKS + self.squares[axis]) / (ASSUMED_TRACKS + self.count[axis]);
@@ -58,7 +59,7 @@ impl Scatter {
     }
 }
 
-impl Sums {
+impl MisalignmentSums {
     pub(super) fn none() -> Self {
         Self {
             axes: [Information::none(); AXES],
@@ -68,7 +69,7 @@ impl Sums {
         }
     }
 
-    /// Everything counts this much from now on.
+    /// Scales all sums by `kept`.
     pub(super) fn fade(&mut self, kept: f64) {
         let mut faded = Self::none();
         faded.add(self, kept);
@@ -86,7 +87,7 @@ impl Sums {
         self.spread.add(&other.spread, weight);
     }
 
-    /// One radar track.
+    /// The sums of one radar track.
     pub(super) fn of(axes: &[Information; AXES], spread: Scatter) -> Self {
         let turned = axes[AZIMUTH].offset(AZIMUTH).map_or(0.0, |offset| offset.mean);
         let [azimuth, _, height] = axes;
@@ -95,8 +96,8 @@ impl Sums {
     }
 }
 
-impl Solved {
-    /// From the sums of each axis, with these factors of their variances.
+impl SolvedSums {
+    /// Solves the sums of each axis, with these factors of their variances.
     pub(super) fn from(axes: &[Information; AXES], factors: &[f64; AXES]) -> Self {
         let prior = Vector6::from(PRIOR);
         let mut all = Information::none();
@@ -109,7 +110,7 @@ impl Solved {
                 let covariance = root.inverse();
                 Self { mean: covariance * all.vector, covariance }
             }
-            // Rounding alone can do that, with tracks that outweigh what is known beforehand by more than doubles hold.
+            // Only rounding can cause this, if the tracks' information exceeds the prior by more than the precision of a double.
             None => Self {
                 mean: Vector6::zeros(),
                 covariance: Matrix6::from_diagonal(&prior.component_mul(&prior)),
@@ -117,9 +118,9 @@ impl Solved {
         }
     }
 
-    /// How far a track's mean offset in `axis` lies from this, and the variance of that: the track's own, and this one's.
-    pub(super) fn compare(&self, track: &Offset, axis: usize) -> (f64, f64, f64) {
-        let Offset { mean, variance, row } = track;
+    /// Distance of a track's mean offset on `axis` from the solution, the track's variance, and that of the solution.
+    pub(super) fn compare(&self, track: &MeanOffset, axis: usize) -> (f64, f64, f64) {
+        let MeanOffset { mean, variance, row } = track;
         let expected = row.dot(&self.mean);
         let distance = if OWN[axis] == super::parameters::BEARING {
             super::along::wrapped(mean - expected)

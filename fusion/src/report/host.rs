@@ -1,16 +1,16 @@
-//! The host that sent a report: several identities of one host are one witness.
+//! The host that sent a report: several identities of one host are not independent evidence.
 
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
 use serde::{Deserialize, Serialize};
 
-/// A host that sends reports, as a number: all that it reports is one witness. 0: not known.
+/// A host that sends reports, as a number; all its reports count as one source. 0: not known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Host(pub u64);
 
 impl From<IpAddr> for Host {
-    /// The address; of an IPv6 address its network of 64 bits, in which a host may take any address.
+    /// The IPv4 address, or the 64-bit network of an IPv6 address, in which a host may take any address.
     fn from(address: IpAddr) -> Self {
         match address.to_canonical() {
             IpAddr::V4(address) => Self(u64::from(address.to_bits())),

@@ -6,9 +6,9 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-/// The identity that a transponder reports: a name in one of the [`Space`]s; a serial number has its registration country,
-/// too. Names that are text have no leading and trailing spaces and NULs; names that are octets
-/// ([`Space::octets`]) are complete. Ordered by space, then octets.
+/// The identity that a transponder reports: a name in one of the [`Space`]s; a serial number also has a registration
+/// country. Text names have no leading or trailing spaces and NULs; binary names ([`Space::octets`]) are complete.
+/// Ordered by space, then octets.
 ///
 /// ```
 /// use utm_fusion_engine::Identity;
@@ -19,16 +19,16 @@ use serde::{Deserialize, Serialize};
 /// assert_eq!(Identity::of_address(0x4B_1A_2C).name(), b"4B1A2C");
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(try_from = "Written")]
+#[serde(try_from = "UncheckedIdentity")]
 pub struct Identity {
-    // The space, the name, then the country from `COUNTRY` on: each filled with NULs behind, which keeps the order of the
-    // octets. Three words altogether, so that a comparison takes no more than three: identities are looked for in every slot.
+    // The space, the name, then the country from `COUNTRY` on, each padded with NULs, which keeps the order of the
+    // octets. They fill three 64-bit words, so a comparison is cheap: identities are looked up in every slot.
     octets: [u8; 24],
 }
 
 /// Longest name of an identity, octets: a serial number of Remote ID (ASTM F3411).
 pub const NAME_MAX: usize = 20;
-/// Where in an identity's octets the name is, and the country; what is behind that is NUL.
+/// Ranges of the name and the country in an identity's octets; the octets behind them are NUL.
 const NAME: Range<usize> = 1..1 + NAME_MAX;
 const COUNTRY: Range<usize> = NAME.end..NAME.end + 2;
 
@@ -42,14 +42,14 @@ pub enum Space {
     Address,
     /// Registration by a civil aviation authority (Remote ID).
     Registration,
-    /// Number that a traffic management service gave for a flight (Remote ID): the 16 octets of a UUID.
+    /// Number assigned to a flight by a traffic management service (Remote ID): the 16 octets of a UUID.
     Flight,
-    /// Number of a session (Remote ID): 20 octets, the first says of which kind.
+    /// Number of a session (Remote ID): 20 octets, the first of which states its kind.
     Session,
 }
 
 impl Space {
-    /// All of them.
+    /// All spaces.
     pub const ALL: [Self; 5] = [Self::Serial, Self::Address, Self::Registration, Self::Flight, Self::Session];
 
     /// A short name that stays the same over releases.
@@ -63,7 +63,7 @@ impl Space {
         }
     }
 
-    /// Number of octets of a name that is binary, every one of which counts; `None` of a name that is text.
+    /// Number of octets of a binary name, in which every octet counts; `None` for a text name.
     pub const fn octets(self) -> Option<usize> {
         match self {
             Self::Serial | Self::Address | Self::Registration => None,
@@ -74,7 +74,8 @@ impl Space {
 }
 
 impl Identity {
-    /// The identity of a serial number, at most [`NAME_MAX`] octets, and its country; `None` where the number is blank, or longer.
+    /// The identity of a serial number of at most [`NAME_MAX`] octets and its country; `None` if the number is blank or
+    /// longer.
     pub fn new(serial: &[u8], country: Option<&[u8; 2]>) -> Option<Self> {
         let mut identity = Self::of_name(Space::Serial, serial)?;
         let country = trimmed(country.map_or(&[][..], |country| country));
@@ -92,8 +93,8 @@ impl Identity {
         Self { octets }
     }
 
-    /// The identity of a name in a space; `None` where it is blank, or longer than [`NAME_MAX`] octets. A binary name is padded with
-    /// NULs; octets behind it are left out.
+    /// The identity of a name in a space; `None` if the name is blank or longer than [`NAME_MAX`] octets. A short
+    /// binary name is padded with NULs; excess octets are ignored.
     pub fn of_name(space: Space, name: &[u8]) -> Option<Self> {
         let mut octets = [0; 24];
         octets[0] = space as u8;
@@ -106,7 +107,7 @@ impl Identity {
         name.iter().any(|&octet| octet != 0).then_some(Self { octets })
     }
 
-    /// Kind of its name.
+    /// Space of the name.
     pub fn space(&self) -> Space {
         Space::ALL[usize::from(self.octets[0])]
     }
@@ -117,12 +118,12 @@ impl Identity {
         self.space().octets().map_or_else(|| filled(name), |length| &name[..length])
     }
 
-    /// The trimmed serial number; `None` of another space.
+    /// The trimmed serial number; `None` for other spaces.
     pub fn serial(&self) -> Option<&[u8]> {
         (self.space() == Space::Serial).then(|| self.name())
     }
 
-    /// The trimmed registration country; empty where there is none.
+    /// The trimmed registration country; empty if there is none.
     pub fn country(&self) -> &[u8] {
         filled(&self.octets[COUNTRY])
     }
@@ -133,16 +134,16 @@ impl Identity {
     }
 }
 
-/// An identity as it is read; who wrote it may have written anything.
+/// An identity as it is deserialised, not yet validated.
 #[derive(Deserialize)]
-struct Written {
+struct UncheckedIdentity {
     octets: [u8; 24],
 }
 
-impl TryFrom<Written> for Identity {
+impl TryFrom<UncheckedIdentity> for Identity {
     type Error = &'static str;
 
-    fn try_from(Written { octets }: Written) -> Result<Self, Self::Error> {
+    fn try_from(UncheckedIdentity { octets }: UncheckedIdentity) -> Result<Self, Self::Error> {
         let read = Self { octets };
         let same = || {
             let space = *Space::ALL.get(usize::from(octets[0]))?;
@@ -170,7 +171,7 @@ impl PartialOrd for Identity {
     }
 }
 
-/// Without the NULs behind.
+/// The octets without trailing NULs.
 fn filled(octets: &[u8]) -> &[u8] {
     let length = octets.iter().rposition(|&octet| octet != 0).map_or(0, |last| last + 1);
     &octets[..length]
@@ -185,7 +186,7 @@ impl fmt::Debug for Identity {
     }
 }
 
-/// Without spaces and NULs around.
+/// The octets without leading and trailing spaces and NULs.
 fn trimmed(octets: &[u8]) -> &[u8] {
     let blank = |octet: &u8| matches!(octet, 0 | b' ');
     let start = octets.iter().position(|octet| !blank(octet)).unwrap_or(octets.len());
@@ -236,12 +237,12 @@ mod tests {
             }
             assert_eq!(Identity::of_name(space, &vec![0; length]), None);
         }
-        // The message holds 20 octets: those behind a UUID are filler.
+        // A message has 20 octets; those behind a UUID are padding.
         assert_eq!(Identity::of_name(Space::Flight, &[1; 20]), Identity::of_name(Space::Flight, &[1; 16]));
     }
 
     #[test]
-    fn only_what_is_an_identity_is_read_as_one() {
+    fn invalid_identity_is_not_parsed() {
         let of =
             |octets: [u8; 24]| serde_json::from_value::<Identity>(serde_json::json!({ "octets": octets }));
         let names = Space::ALL.map(|space| Identity::of_name(space, b"A12").unwrap());
@@ -249,7 +250,7 @@ mod tests {
         for identity in names.into_iter().chain([abroad, Identity::of_address(0x4B_1A_2C)]) {
             assert_eq!(of(identity.octets).unwrap(), identity);
         }
-        // An unknown space; no name; a blank in front; a country of a session; something behind everything.
+        // An unknown space; no name; a leading blank; a country of a session; an octet behind the country.
         for (place, octet) in [(0, 5), (1, 0), (1, b' '), (21, b' '), (23, 1)] {
             let mut octets = Identity::new(b"A", None).unwrap().octets;
             octets[place] = octet;

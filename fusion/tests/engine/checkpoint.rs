@@ -1,4 +1,4 @@
-//! An engine that is written down and made anew goes on as if nothing had happened.
+//! An engine that is restored from a checkpoint continues like one that was never stopped.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,7 +13,7 @@ use utm_fusion_engine::{CheckpointError, Emission, Engine, Enu, Profile, Report,
 
 use crate::scenario::{self, Arrival, Scenario, run, settings};
 
-/// Where the camera stands.
+/// Position of the camera.
 const NOWHERE: Enu = Enu::new(0.0, 0.0, 0.0);
 
 /// The same settings in both profiles.
@@ -24,9 +24,9 @@ fn profiles(scenario: &Scenario) -> [Settings; 2] {
     [reference, operational]
 }
 
-/// The engine over the arrivals, made anew from its own checkpoint behind every `every` slots, in the middle of a slot's
-/// arrivals; what it wrote is what it writes again.
-fn reloaded(settings: &Settings, arrivals: &[Arrival], every: usize) -> Vec<Emission> {
+/// Runs the engine over the arrivals. It is restored from its own checkpoint after every `every` slots, in the middle
+/// of a slot's arrivals, and must write the same checkpoint again.
+pub fn reloaded(settings: &Settings, arrivals: &[Arrival], every: usize) -> Vec<Emission> {
     let mut engine = Engine::new(settings.clone()).unwrap();
     let mut emissions: Vec<Emission> = Vec::new();
     let mut written = 0;
@@ -59,7 +59,7 @@ proptest! {
         }
     }
 
-    /// What is not a whole checkpoint is an error, and never a panic.
+    /// An incomplete or damaged checkpoint is an error, and never a panic.
     #[test]
     fn damage_is_found(scenario in scenario::any(), at in any::<prop::sample::Index>(), bit in 0..8_u32) {
         let [_, settings] = profiles(&scenario);
@@ -81,7 +81,7 @@ proptest! {
 }
 
 #[test]
-fn who_has_other_settings_or_another_version_begins_anew() {
+fn checkpoint_of_other_settings_or_version_is_discarded() {
     let written = Engine::new(Settings::default()).unwrap().checkpoint();
     let other = Settings { latency_slots: 24, ..Settings::default() };
     assert_eq!(Engine::restored(other, &written).err(), Some(CheckpointError::Settings));
@@ -93,8 +93,8 @@ fn who_has_other_settings_or_another_version_begins_anew() {
     assert!(Engine::restored(Settings::default(), &written).is_ok());
 }
 
-/// The types of the state and their fields are those of the layout's number. A change of theirs needs another number
-/// (`LAYOUT` in `src/checkpoint.rs`), then `UPDATE=1` writes the list anew.
+/// The types of the state and their fields belong to the layout's number. A change requires another number (`LAYOUT` in
+/// `src/checkpoint.rs`); then `UPDATE=1` writes the list again.
 #[test]
 fn the_number_of_the_layout_is_that_of_its_types() {
     let mut runner = TestRunner::deterministic();
@@ -132,7 +132,7 @@ fn the_number_of_the_layout_is_that_of_its_types() {
     fs::write(&path, now).unwrap();
 }
 
-/// Each `Type.field` of a value's debugging form.
+/// Collects each `Type.field` of a value's debug format.
 fn note_fields(debug: &str, fields: &mut BTreeSet<String>) {
     let mut within: Vec<&str> = Vec::new();
     for line in debug.lines().map(str::trim) {

@@ -1,9 +1,10 @@
-//! The engine against a plain recomputation of everything from the window at every slot, over random scenarios.
+//! Compares the engine with a plain recomputation from the window at every slot, over random scenarios.
 
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 mod checkpoint;
 mod plain;
+mod same_aircraft;
 mod scenario;
 
 use proptest::prelude::*;
@@ -32,7 +33,7 @@ proptest! {
     }
 }
 
-/// The property tests above would say nothing if the random scenarios never fused anything.
+/// The property tests above would prove nothing if the random scenarios never fused anything.
 #[test]
 fn random_scenarios_reach_every_kind_of_output() {
     use proptest::strategy::ValueTree;

@@ -1,11 +1,11 @@
-//! The reference profile as it is written down, recomputed from all reports at every slot; slow and plain on purpose.
-//! Only the interpolation and the numbers are the engine's own: SciPy and unit tests answer for those.
+//! The reference profile as specified, recomputed from all reports at every slot; deliberately slow and plain. Only the
+//! interpolation and the numbers are the engine's own: they are tested against SciPy and by unit tests.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use utm_fusion_engine::interpolation::{Knot, evaluate};
 use utm_fusion_engine::numbering::{Keeping, Numbered, Numbers};
-use utm_fusion_engine::point::{Association, Because, RadarPart, SlotRatio, TransponderPart};
+use utm_fusion_engine::point::{Association, AssociationEvidence, RadarPart, SlotRatio, TransponderPart};
 use utm_fusion_engine::slots::Slot;
 use utm_fusion_engine::time::Time;
 use utm_fusion_engine::{
@@ -18,7 +18,7 @@ struct Plain<'a> {
     settings: &'a Settings,
     reports: Vec<Report>,
     numbers: Numbers,
-    /// Of radar tracks.
+    /// First slots of radar tracks.
     first_seen: BTreeMap<RadarTrackKey, Slot>,
     next: i64,
     emissions: Vec<Emission>,
@@ -98,7 +98,7 @@ impl Plain<'_> {
                 Report::Fix(fix) => {
                     knots.entry(fix.identity).or_default().insert(fix.time, fix);
                 }
-                // The paper's rules know none.
+                // The paper has no cameras.
                 Report::Bearing(_) => {}
             }
         }
@@ -168,7 +168,10 @@ impl Plain<'_> {
                 }
                 let association = Association {
                     distance_m: distance(plot, point),
-                    because: Because::Ratio { threshold_m: rules.threshold.at(plot.slant_range_m), ratio },
+                    because: AssociationEvidence::Ratio {
+                        threshold_m: rules.threshold.at(plot.slant_range_m),
+                        ratio,
+                    },
                 };
                 points.push((
                     0,
@@ -209,7 +212,7 @@ impl Plain<'_> {
         points.sort_by_key(|(rank, point)| {
             (*rank, point.number, point.source.radar().map(|radar| radar.track))
         });
-        // A radar track is new again once nothing of it is left up to the last slot that can still change this output.
+        // A radar track counts as new again once it has no plot up to the last slot that can still change this output.
         let horizon = (k + rules.suppress_slots).min(k + 24);
         self.first_seen
             .retain(|track, _| detections.keys().any(|(other, s)| other == track && *s <= horizon));

@@ -1,11 +1,11 @@
-//! Random scenarios: a few aircraft and radar tracks near each other, reports late, ahead, doubled, out of order.
+//! Random scenarios: a few aircraft and radar tracks near each other; reports late, ahead, duplicated, out of order.
 
 use jiff::SignedDuration;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use utm_fusion_engine::report::{Bearing, UasItems};
-use utm_fusion_engine::settings::{Radar, ReferenceRules, Sensor};
+use utm_fusion_engine::settings::{Radar, Receiver, ReferenceRules, Sensor};
 use utm_fusion_engine::time::{SECOND, Time};
 use utm_fusion_engine::{
     Emission, Engine, Enu, Fix, Identity, Plot, Profile, RadarTrackKey, Report, SensorIndex, Settings,
@@ -27,16 +27,16 @@ pub struct Scenario {
 
 pub const SLOT_NS: i64 = SECOND / 4;
 const START: i64 = 1_700_000_000;
-/// Until a target gives it a place.
+/// Position until a target sets one.
 const NOWHERE: Enu = Enu::new(0.0, 0.0, 0.0);
 
-/// Of the two radars; the transponder receiver stands behind them.
+/// Periods of the two radars, seconds; the transponder receiver has the index after them.
 pub const PERIODS_S: [f64; 2] = [0.25, 1.3];
 
 pub fn settings(scenario: &Scenario) -> Settings {
     let radar = |period_s| Sensor::Radar(Radar { period_s, ..Radar::default() });
     Settings {
-        sensors: PERIODS_S.map(radar).into(),
+        sensors: PERIODS_S.map(radar).into_iter().chain([Sensor::Receiver(Receiver::default())]).collect(),
         transponder_numbers: [(b"U2".to_vec(), 1)].into(),
         profile: Profile::Reference(ReferenceRules {
             max_gap: SignedDuration::from_secs(scenario.max_gap_s),
@@ -47,7 +47,7 @@ pub fn settings(scenario: &Scenario) -> Settings {
     }
 }
 
-/// The engine over the arrivals, to the end of the input.
+/// Runs the engine over the arrivals, to the end of the input.
 pub fn run(settings: &Settings, arrivals: &[Arrival]) -> Vec<Emission> {
     let mut engine = Engine::new(settings.clone()).unwrap();
     let mut emissions = Vec::new();
@@ -60,7 +60,7 @@ pub fn run(settings: &Settings, arrivals: &[Arrival]) -> Vec<Emission> {
 }
 
 impl Arrival {
-    /// A second report of the same track or identity and time, from elsewhere.
+    /// A second report of the same track or identity and time, at another position.
     fn again(&self, delay_ms: i64, shift_m: f64) -> Self {
         let shifted = |position: Enu| Enu::new(position.east() + shift_m, position.north(), position.up());
         let report = match self.report {
@@ -72,11 +72,11 @@ impl Arrival {
     }
 }
 
-/// Where a target is at second 0, and how it moves, m/s.
+/// Position of a target at second 0, and its velocity, m/s.
 type Target = ([f64; 3], [f64; 2]);
 
-/// Two targets, transponders and radar tracks that follow them over up to a minute, stray reports, and now and then a
-/// silence that makes the engine start afresh.
+/// Two targets, transponders and radar tracks that follow them for up to a minute, stray reports, and occasionally a
+/// silence that makes the engine restart with an empty window.
 pub fn any() -> impl Strategy<Value = Scenario> {
     let stray = (0..60_000_i64, any_delay(), prop_oneof![any_fix(), any_plot()], any_target());
     let silence = prop_oneof![4 => Just(0), 1 => 20..40_i64];
@@ -130,7 +130,7 @@ struct Sending {
 }
 
 impl Sending {
-    /// `report` as sent then, from where the target was.
+    /// Reception of `report` as sent then, from the target's position.
     fn arrival(&self, report: Report, (start, velocity): Target) -> Arrival {
         let sent = START * SECOND + self.sent_ms * 1_000_000;
         let seconds = self.sent_ms as f64 / 1000.0;
@@ -153,7 +153,7 @@ impl Sending {
     }
 }
 
-/// Reports of one target every `period_ms` or so, often exactly in the middle of it, with gaps and noise.
+/// Reports of one target about every `period_ms`, often exactly in the middle of it, with gaps and noise.
 fn stream(period_ms: std::ops::Range<i64>, first: BoxedStrategy<Report>) -> impl Strategy<Value = Stream> {
     let steps = 60_000 / period_ms.end;
     let noise = prop_oneof![9 => -20.0..20.0_f64, 1 => -100.0..100.0_f64];
@@ -178,7 +178,7 @@ fn stream(period_ms: std::ops::Range<i64>, first: BoxedStrategy<Report>) -> impl
     )
 }
 
-/// Close enough to the other that gates, cells and thresholds are crossed often.
+/// A target close enough to the other that gates, cells and thresholds are often crossed.
 fn any_target() -> impl Strategy<Value = Target> {
     let start = (-150.0..150.0_f64, 200.0..500.0_f64, 50.0..90.0_f64).prop_map(|(e, n, u)| [e, n, u]);
     (start, (-10.0..10.0_f64, -10.0..10.0_f64).prop_map(|(e, n)| [e, n]))
@@ -231,8 +231,9 @@ fn moved(report: Report, by_ns: i64) -> Report {
     }
 }
 
-/// Without that in which the order of reception counts: two reports with equal (identity or radar track, time), whose items
-/// came last, and a silence about as long as the window, which is longer or not by who is first behind it.
+/// Removes cases in which the order of reception matters: two reports with equal (identity or radar track, time), of
+/// which the last received counts, and a silence about as long as the window, whose length depends on the first report
+/// after it.
 pub fn indifferent_to_order(mut arrivals: Vec<Arrival>) -> Vec<Arrival> {
     const WINDOW_NS: i64 = 25 * SECOND;
     for next in 1..arrivals.len() {
@@ -256,7 +257,7 @@ pub fn indifferent_to_order(mut arrivals: Vec<Arrival>) -> Vec<Arrival> {
     arrivals
 }
 
-/// The same arrivals, shuffled among those received between the making of two successive slots, which is so long before
+/// The same arrivals, shuffled among those received between the making of two successive slots, which is `lead` before
 /// their deadlines.
 pub fn permuted(arrivals: &[Arrival], lead: SignedDuration, mut seed: u64) -> Vec<Arrival> {
     let mut shuffled: Vec<(i64, u64, Arrival)> = arrivals

@@ -1,6 +1,6 @@
-//! Tables of other implementations' results, and the largest error against them.
+//! Tables with results of other implementations, and the largest error relative to them.
 
-/// The rows of a table, under a comment and the names of its columns.
+/// The rows of a table, after a comment and the names of its columns.
 pub fn rows(table: &str) -> impl Iterator<Item = Vec<&str>> {
     table.lines().skip(2).map(|line| line.split(',').collect())
 }
@@ -10,7 +10,7 @@ pub fn numbers<const N: usize>(row: &[&str]) -> [Option<f64>; N] {
     std::array::from_fn(|i| (!row[i].is_empty()).then(|| row[i].parse().unwrap()))
 }
 
-/// How many queries, and the largest error, which must not pass the bound.
+/// Number of comparisons, and the largest error, which must not exceed the bound.
 #[derive(Default)]
 pub struct Largest {
     count: usize,

@@ -1,4 +1,4 @@
-"""ASTERIX captures as dicts and columns, and what the commands of utm-fusion do: simulate, replay, evaluate."""
+"""ASTERIX captures as dicts and columns, and the commands of utm-fusion as functions: simulate, replay, evaluate."""
 
 from ._native import (
     Error,

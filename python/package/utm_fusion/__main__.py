@@ -7,7 +7,7 @@ from ._native import main as run
 
 
 def main() -> None:
-    # As the program has it: Ctrl-C ends it where nothing in it listens.
+    # As in the program: Ctrl-C ends the process.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.exit(run(["utm-fusion", *sys.argv[1:]]))
 

@@ -1,4 +1,4 @@
-"""Types of the compiled part; what it does is said by the docstrings there: help(utm_fusion.records)."""
+"""Types of the compiled part. Its docstrings are the documentation: help(utm_fusion.records)."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from os import PathLike

@@ -1,58 +1,58 @@
-//! Bluetooth Low Energy: advertising as a sniffer captured it, and as a controller reported it to its host.
+//! Bluetooth Low Energy: advertising as captured by a sniffer, and as reported by a controller to its host.
 
 use std::borrow::Cow;
 
 use super::{Advertisement, Link, NotHeard, Transport, at_least_one};
 
-/// Service data of UUID 0xFFFA (ASTM), application code of Remote ID.
+/// Service data with UUID 0xFFFA (ASTM) and the application code of Remote ID.
 const SERVICE: [u8; 3] = [0xfa, 0xff, 0x0d];
-/// Structure of advertising data: service data of a UUID of 16 bits.
+/// Type of an advertising structure: service data with a 16-bit UUID.
 const SERVICE_DATA: u8 = 0x16;
-/// Access address of advertising.
+/// Access address of advertising channels.
 const ADVERTISING: [u8; 4] = [0xd6, 0xbe, 0x89, 0x8e];
 const ADDRESS: usize = 6;
 const CHECKSUM: usize = 3;
-/// Octets of further fields of an extended header.
+/// Lengths of further fields of an extended header, in octets.
 const CTE_INFO: usize = 1;
 const ADI: usize = 2;
 const AUX_POINTER: usize = 3;
 
-/// In front of the access address: of the capture program, then of the radio (its flags second).
+/// Length of the headers of the capture program and the radio before the access address; the flags are in the latter.
 const NORDIC_HEADER: usize = 17;
 const NORDIC_FLAGS: usize = 8;
-/// Bits of those flags.
+/// Bits of the nRF flags.
 const NORDIC_CHECKSUM_GOOD: u8 = 1;
 const NORDIC_PHY: u8 = 0b0111_0000;
 const NORDIC_CODED: u8 = 2 << 4;
 
-/// Header of link type 256: channel, signal, noise, offenses, reference access address, flags.
+/// Length of the header of link type 256: channel, signal, noise, offenses, reference access address, flags.
 const RADIO_HEADER: usize = 10;
 const RADIO_FLAGS: usize = 8;
-/// Bits of those flags.
+/// Bits of the flags of link type 256.
 const RADIO_CHECKSUM_CHECKED: u16 = 0x0400;
 const RADIO_CHECKSUM_VALID: u16 = 0x0800;
 const RADIO_PHY: u16 = 0xc000;
 const RADIO_CODED: u16 = 0x8000;
 
-/// Kinds of advertising: ADV_IND, ADV_NONCONN_IND, SCAN_RSP, ADV_SCAN_IND; and the extended kind.
+/// Advertising types ADV_IND, ADV_NONCONN_IND, SCAN_RSP, ADV_SCAN_IND; and the extended type.
 const LEGACY: [u8; 4] = [0, 2, 4, 6];
 const EXTENDED: u8 = 7;
 
-/// Advertising data, or a part of them.
+/// Advertising data, complete or in part.
 #[derive(Clone, Copy)]
 pub(super) struct Part<'a> {
-    /// Address of the advertiser; a packet that continues others has none.
+    /// Address of the advertiser; `None` in a packet that continues others.
     pub(super) address: Option<[u8; ADDRESS]>,
-    /// Identifies the advertising data among those of other advertisers and of other times.
+    /// Identifier that distinguishes the advertising data from others.
     pub(super) set: Option<u16>,
     /// Whether a further packet or report continues the data.
     pub(super) has_more: bool,
-    /// Whether the data may continue those of a part with the same address.
+    /// Whether the data may continue a part with the same address.
     pub(super) may_continue: bool,
     pub(super) data: &'a [u8],
 }
 
-/// The parts of a frame, and whether it is cut; `None` for a link that is not Bluetooth.
+/// The parts of a frame, and whether it is cut; `None` if the link is not Bluetooth.
 pub(super) fn parts(link: Link, frame: &[u8]) -> Result<Option<(Vec<Part<'_>>, bool)>, NotHeard> {
     let one = |part| (vec![part], false);
     Ok(Some(match link {
@@ -66,7 +66,7 @@ pub(super) fn parts(link: Link, frame: &[u8]) -> Result<Option<(Vec<Part<'_>>, b
     }))
 }
 
-/// The advertisements of a frame alone.
+/// The advertisements of a single frame.
 pub(super) fn advertisements(link: Link, frame: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
     let (parts, is_cut) = parts(link, frame)?.ok_or(NotHeard::Other)?;
     let mut found = Vec::new();
@@ -78,7 +78,7 @@ pub(super) fn advertisements(link: Link, frame: &[u8]) -> Result<Vec<Advertiseme
     at_least_one(found, is_cut)
 }
 
-/// A packet of the nRF sniffer.
+/// Decodes a packet of the nRF sniffer.
 fn nordic(frame: &[u8]) -> Result<Part<'_>, NotHeard> {
     let flags = *frame.get(NORDIC_FLAGS).ok_or(NotHeard::Cut)?;
     if flags & NORDIC_CHECKSUM_GOOD == 0 {
@@ -88,14 +88,14 @@ fn nordic(frame: &[u8]) -> Result<Part<'_>, NotHeard> {
     one(packet)
 }
 
-/// A packet from its access address to its checksum.
+/// Decodes a packet from its access address to its checksum.
 fn link_layer(frame: &[u8]) -> Result<Part<'_>, NotHeard> {
     let (whole, packet) = advertising(frame, 0, false)?;
     checked(whole)?;
     one(packet)
 }
 
-/// The same behind a header about the radio.
+/// Decodes a packet with a radio header.
 fn radio(frame: &[u8]) -> Result<Part<'_>, NotHeard> {
     let flags = frame.get(RADIO_FLAGS..RADIO_HEADER).ok_or(NotHeard::Cut)?;
     let flags = u16::from_le_bytes([flags[0], flags[1]]);
@@ -108,14 +108,14 @@ fn radio(frame: &[u8]) -> Result<Part<'_>, NotHeard> {
     one(packet)
 }
 
-/// Header and body of an advertising packet whose access address stands at `start`, with and without its checksum.
+/// The advertising packet whose access address begins at `start`, with and without its checksum.
 fn advertising(frame: &[u8], start: usize, is_coded: bool) -> Result<(&[u8], &[u8]), NotHeard> {
     let access = frame.get(start..).ok_or(NotHeard::Cut)?;
     let (address, behind) = access.split_first_chunk::<4>().ok_or(NotHeard::Cut)?;
     if *address != ADVERTISING {
         return Err(NotHeard::Other);
     }
-    // On the coded radio an octet of its coding.
+    // On the coded PHY an octet with the coding indicator follows.
     let packet = behind.get(usize::from(is_coded)..).ok_or(NotHeard::Cut)?;
     let [_, length, body @ ..] = packet else { return Err(NotHeard::Cut) };
     let length = usize::from(*length);
@@ -125,14 +125,14 @@ fn advertising(frame: &[u8], start: usize, is_coded: bool) -> Result<(&[u8], &[u
     Ok((&packet[..(2 + length + CHECKSUM).min(packet.len())], &packet[..2 + length]))
 }
 
-/// Compares the checksum behind an advertising packet (Core 5.4, volume 6 part B, section 3.1.1).
+/// Verifies the checksum of an advertising packet (Core 5.4, volume 6 part B, section 3.1.1).
 fn checked(packet: &[u8]) -> Result<(), NotHeard> {
     let (octets, sent) = packet.split_last_chunk::<CHECKSUM>().ok_or(NotHeard::Cut)?;
     let length = octets.get(1).ok_or(NotHeard::Cut)?;
     if octets.len() != 2 + usize::from(*length) {
         return Err(NotHeard::Cut);
     }
-    // The register of 24 bits, the oldest lowest; it begins with 0x555555.
+    // Shift register of 24 bits, the oldest bit lowest, with the initial value 0x555555.
     let mut register: u32 = 0xaa_aaaa;
     for octet in octets {
         for bit in 0..8 {
@@ -147,7 +147,7 @@ fn checked(packet: &[u8]) -> Result<(), NotHeard> {
     if register == sent { Ok(()) } else { Err(NotHeard::Damaged) }
 }
 
-/// The data of a packet from its header on, without its checksum.
+/// The advertising data of a packet, which begins with its header and has no checksum.
 fn one(packet: &[u8]) -> Result<Part<'_>, NotHeard> {
     let [kind, _, body @ ..] = packet else { return Err(NotHeard::Cut) };
     let kind = kind & 0xf;
@@ -163,7 +163,7 @@ fn one(packet: &[u8]) -> Result<Part<'_>, NotHeard> {
     let length = usize::from(header_length & 0x3f);
     let (header, data) = rest.split_at_checked(length).ok_or(NotHeard::Cut)?;
     let [fields, header @ ..] = header else { return Err(NotHeard::Other) };
-    // The flags say which fields are there; they stand in this order.
+    // The flags state which fields are present, in this order.
     let mut rest = header;
     let mut field = |flag: u8, octets: usize| {
         if fields & flag == 0 {
@@ -178,7 +178,7 @@ fn one(packet: &[u8]) -> Result<Part<'_>, NotHeard> {
     field(1 << 2, CTE_INFO)?;
     let set = field(1 << 3, ADI)?.and_then(|adi| adi.try_into().ok()).map(u16::from_le_bytes);
     let has_more = field(1 << 4, AUX_POINTER)?.is_some();
-    // A packet with neither is of an advertiser that remains unknown.
+    // Without address and set the advertiser is unknown.
     if address.is_none() && set.is_none() {
         return Err(NotHeard::Other);
     }
@@ -190,7 +190,7 @@ fn backwards(mut address: [u8; ADDRESS]) -> [u8; ADDRESS] {
     address
 }
 
-/// Adds the advertisements in advertising data. A structure that goes on in a further packet is taken as far as it is there.
+/// Adds the advertisements in advertising data. A structure continued in a further packet is used as far as it is present.
 pub(super) fn service_data<'a>(
     found: &mut Vec<Advertisement<'a>>,
     transmitter: [u8; ADDRESS],
@@ -202,12 +202,12 @@ pub(super) fn service_data<'a>(
     }));
 }
 
-/// Counter and octets of the first Remote ID in advertising data.
+/// Counter and octets of the first Remote ID structure in advertising data.
 pub(super) fn remote_id_of(data: &[u8]) -> Option<(u8, &[u8])> {
     remote_ids(data).next()
 }
 
-/// Counter and octets of each Remote ID in advertising data: length, kind, contents each.
+/// Counter and octets of each Remote ID structure in advertising data. A structure has length, type and contents.
 fn remote_ids(mut structures: &[u8]) -> impl Iterator<Item = (u8, &[u8])> {
     std::iter::from_fn(move || {
         while let &[length, ref rest @ ..] = structures
@@ -225,27 +225,27 @@ fn remote_ids(mut structures: &[u8]) -> impl Iterator<Item = (u8, &[u8])> {
     })
 }
 
-/// Indicator of an HCI packet that is an event.
+/// Packet indicator of an HCI event.
 const EVENT: u8 = 4;
-/// Opcode of the Linux monitor for an event.
+/// Opcode of an event in the Linux monitor.
 const MONITOR_EVENT: u16 = 3;
-/// Event about Low Energy, and which of them report advertising.
+/// Event code of Low Energy events, and the subevents that report advertising.
 const LE_META: u8 = 0x3e;
 const REPORT: u8 = 0x02;
 const EXTENDED_REPORT: u8 = 0x0d;
 
-/// In an extended report: bits of its kind that say whether the data are whole, and that they go on; and the place of the set.
+/// Extended reports: bits of the event type for complete and for continued data, and the position of the set.
 const DATA_STATUS: u8 = 0b110_0000;
 const GOES_ON: u8 = 0b010_0000;
 const SET: usize = 11;
 
-/// A packet of the Linux monitor: adapter, opcode, then as that says.
+/// Decodes a packet of the Linux monitor: adapter, opcode, then the contents for that opcode.
 fn monitor(frame: &[u8]) -> Result<(Vec<Part<'_>>, bool), NotHeard> {
     let [_, _, high, low, packet @ ..] = frame else { return Err(NotHeard::Cut) };
     if u16::from_be_bytes([*high, *low]) == MONITOR_EVENT { event(packet) } else { Err(NotHeard::Other) }
 }
 
-/// An HCI packet with its indicator.
+/// Decodes an HCI packet with its packet indicator.
 fn hci(packet: &[u8]) -> Result<(Vec<Part<'_>>, bool), NotHeard> {
     match packet {
         [EVENT, event_packet @ ..] => event(event_packet),
@@ -254,7 +254,8 @@ fn hci(packet: &[u8]) -> Result<(Vec<Part<'_>>, bool), NotHeard> {
     }
 }
 
-/// The parts of an event, and whether it is cut: code, length, then of an LE event what it is about and the number of its reports.
+/// The parts of an event, and whether it is cut. An event has a code and a length; an LE event then has a subevent code and the
+/// number of reports.
 fn event(packet: &[u8]) -> Result<(Vec<Part<'_>>, bool), NotHeard> {
     let [code, length, parameters @ ..] = packet else { return Err(NotHeard::Cut) };
     if *code != LE_META {
@@ -263,7 +264,7 @@ fn event(packet: &[u8]) -> Result<(Vec<Part<'_>>, bool), NotHeard> {
     let parameters = parameters.get(..usize::from(*length)).ok_or(NotHeard::Cut)?;
     let [about, count, reports @ ..] = parameters else { return Err(NotHeard::Other) };
     let mut reports = reports;
-    // Octets in front of the address, in front of the length of the data, and behind the data.
+    // Number of octets before the address, before the length of the data, and after the data.
     let (before, to_length, after) = match *about {
         REPORT => (2, 8, 1),
         EXTENDED_REPORT => (3, 23, 0),

@@ -1,4 +1,4 @@
-//! Bluetooth advertising data that go on in further packets (AUX_CHAIN_IND) or reports, put together.
+//! Reassembly of Bluetooth advertising data that continue in further packets (AUX_CHAIN_IND) or reports.
 
 use std::borrow::Cow;
 use std::collections::VecDeque;
@@ -7,36 +7,36 @@ use super::bluetooth::{self, Part};
 use super::{Advertisement, Link, NotHeard, Transport, advertisements, at_least_one};
 use crate::message::is_pack_header;
 
-/// Largest number of advertisers whose data may wait for the rest; one more gives up the oldest.
+/// Maximum number of advertisers with incomplete data; a further one discards the oldest.
 const WAITING_MOST: usize = 16;
-/// Largest number of octets of advertising data (Core 5.4, volume 4 part E, section 7.8.54).
+/// Maximum length of advertising data, in octets (Core 5.4, volume 4 part E, section 7.8.54).
 const DATA_MOST: usize = 1650;
-/// Octets of a message, and in front of the messages of a pack.
+/// Lengths of a message, and of the header of a pack, in octets.
 const MESSAGE: usize = crate::LENGTH;
 const PACK_HEADER: usize = 3;
 
-/// Reads frames in the order in which they were received, and puts together what comes in several of them.
+/// Reads frames in the order of their reception, and reassembles advertisements from several frames.
 ///
-/// The whole messages of a pack are given at once, and the others with the packet that completes them. Those that never come
-/// whole are given as they are with the next data of their advertiser.
+/// The complete messages of a pack are returned at once, the others with the packet that completes them. Messages that remain
+/// incomplete are returned as they are with the next data of their advertiser.
 #[derive(Clone, Debug, Default)]
 pub struct Listener(VecDeque<Chain>);
 
-/// The data of an advertiser so far.
+/// The data of an advertiser received so far.
 #[derive(Clone, Debug)]
 struct Chain {
     address: [u8; 6],
     set: u16,
     data: Vec<u8>,
-    /// Number of messages of its Remote ID that were given.
+    /// Number of messages of its Remote ID already returned.
     given: usize,
 }
 
 impl Listener {
-    /// Reads a frame as [`advertisements`] does, together with the data that earlier frames began.
+    /// Reads a frame as [`advertisements`] does, and continues the data that earlier frames began.
     ///
     /// # Errors
-    /// The frame carries none, or the radio garbled it.
+    /// The frame carries no advertisement, or is damaged.
     pub fn hear<'a>(&mut self, link: Link, frame: &'a [u8]) -> Result<Vec<Advertisement<'a>>, NotHeard> {
         let Some((parts, is_cut)) = bluetooth::parts(link, frame)? else {
             return advertisements(link, frame);
@@ -59,7 +59,7 @@ impl Listener {
                 chain
             }
             (None, Some(address)) => {
-                // The rest of what the advertiser sent before is lost.
+                // The rest of the advertiser's previous data is lost.
                 if let Some(at) = self.0.iter().position(|chain| chain.address == address)
                     && let Some(mut lost) = self.0.remove(at)
                 {
@@ -85,7 +85,7 @@ impl Listener {
 }
 
 impl Chain {
-    /// The messages of its first Remote ID that were not given yet: the whole ones while there may be more, otherwise all.
+    /// The messages of the first Remote ID not returned yet: the complete ones if more data may follow, otherwise all.
     fn next(&mut self, has_more: bool) -> Option<Advertisement<'static>> {
         let (counter, octets) = bluetooth::remote_id_of(&self.data)?;
         let octets = if is_pack_header(octets) {

@@ -5,44 +5,44 @@ use std::borrow::Cow;
 use super::{Advertisement, NotHeard, Transport, at_least_one};
 use crate::message::{is_pack_header, missing};
 
-/// Vendor of the element (ASD-STAN) and its type.
+/// Vendor (ASD-STAN) and type of the element.
 const VENDOR: [u8; 4] = [0xfa, 0x0b, 0xbc, 0x0d];
-/// Vendor and type of the French electronic identification (decree of 27 December 2019).
+/// Vendor and type of the element with the French electronic identification (decree of 27 December 2019).
 const FRENCH: [u8; 4] = [0x6a, 0x5c, 0x35, 0x01];
 /// Service of Wi-Fi Aware: the first octets of the hash of its name.
 const NAN_SERVICE: [u8; 6] = [0x88, 0x69, 0x19, 0x9d, 0x92, 0x09];
-/// Wi-Fi Aware's own action frames: public, vendor specific, of the Wi-Fi Alliance, type 0x13.
+/// Action frames of Wi-Fi Aware: public, vendor specific, Wi-Fi Alliance, type 0x13.
 const NAN_ACTION: [u8; 6] = [0x04, 0x09, 0x50, 0x6f, 0x9a, 0x13];
-/// Attribute of those in which a service is described.
+/// Number of the attribute that describes a service.
 const SERVICE_DESCRIPTOR: u8 = 0x03;
 
-/// A bit set in the flags of radiotap: the checksum behind the frame failed.
+/// Radiotap flag: the checksum after the frame is wrong.
 const BAD_CHECKSUM: u8 = 0x40;
-/// The same: there is a checksum behind the frame.
+/// Radiotap flag: a checksum follows the frame.
 const HAS_CHECKSUM: u8 = 0x10;
 
 /// Frame control, first octet: management frames of protocol version 0.
 const PROBE_RESPONSE: u8 = 0x50;
 const BEACON: u8 = 0x80;
 const ACTION: u8 = 0xd0;
-/// Second octet: the body is encrypted.
+/// Frame control, second octet: the body is encrypted.
 const PROTECTED: u8 = 0x40;
-/// Second octet: an HT control field of 4 octets stands behind the header (802.11 section 9.2.4.6).
+/// Frame control, second octet: an HT control field of 4 octets follows the header (802.11 section 9.2.4.6).
 const ORDER: u8 = 0x80;
 const HEADER: usize = 24;
 const HT_CONTROL: usize = 4;
 
-/// Element numbers: vendor specific, and the rest of an element that was too long.
+/// Element numbers: vendor specific, and fragment of a long element.
 const VENDOR_SPECIFIC: u8 = 221;
 const FRAGMENT: u8 = 242;
 
-/// The 802.11 frame behind a radiotap header (radiotap.org), without the checksum behind it.
+/// The 802.11 frame after a radiotap header (radiotap.org), without its checksum.
 pub(super) fn behind_radiotap(frame: &[u8]) -> Result<&[u8], NotHeard> {
     let [_, _, low, high, header @ ..] = frame else { return Err(NotHeard::Cut) };
     let length = usize::from(u16::from_le_bytes([*low, *high]));
     let present = u32::from_le_bytes(*header.first_chunk().ok_or(NotHeard::Cut)?);
     let body = frame.get(length..).ok_or(NotHeard::Cut)?;
-    // Further words of what is present follow while bit 31 says so.
+    // Bit 31 of each word of present fields states whether another word follows.
     let mut words = 1;
     while present_word(frame, words).is_some_and(|word| word >> 31 == 1) {
         words += 1;
@@ -50,7 +50,7 @@ pub(super) fn behind_radiotap(frame: &[u8]) -> Result<&[u8], NotHeard> {
     if present & 0b10 == 0 {
         return Ok(body);
     }
-    // The time stamp, 8 octets aligned to 8, stands in front of the flags.
+    // The time stamp, 8 octets aligned to 8, precedes the flags.
     let start = 4 + 4 * words;
     let flags_at = if present & 1 == 1 { start.next_multiple_of(8) + 8 } else { start };
     let flags = *frame.get(flags_at).filter(|_| flags_at < length).ok_or(NotHeard::Cut)?;
@@ -65,7 +65,7 @@ fn present_word(frame: &[u8], number: usize) -> Option<u32> {
     Some(u32::from_le_bytes(*frame.get(4 * number..)?.first_chunk()?))
 }
 
-/// The advertisements of a frame from its frame control on.
+/// The advertisements of a frame that begins with its frame control.
 pub(super) fn frame(frame: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
     let [kind, flags, ..] = *frame else { return Err(NotHeard::Cut) };
     if !matches!(kind, PROBE_RESPONSE | BEACON | ACTION) || flags & PROTECTED != 0 {
@@ -80,13 +80,13 @@ pub(super) fn frame(frame: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
     {
         return Ok(found);
     }
-    // Senders without high throughput had another use for the bit.
+    // Senders without high throughput use the bit for another purpose.
     read(body)
 }
 
-/// The advertisements in the elements of a beacon or a probe response.
+/// The advertisements in the elements of a beacon or probe response.
 fn elements(transmitter: [u8; 6], body: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
-    // Time stamp, interval, capabilities.
+    // Time stamp, interval and capabilities precede the elements.
     let mut rest = body.get(12..).ok_or(NotHeard::Cut)?;
     let mut found: Vec<Advertisement<'_>> = Vec::new();
     let mut is_cut = false;
@@ -111,14 +111,14 @@ fn elements(transmitter: [u8; 6], body: &[u8]) -> Result<Vec<Advertisement<'_>>,
     at_least_one(found, is_cut)
 }
 
-/// Takes the counter and the octets of an element: a new advertisement, or the end of the pack that the element before began.
+/// Adds an element with counter and octets: a new advertisement, or the end of the pack that the previous element began.
 fn take_element<'a>(found: &mut Vec<Advertisement<'a>>, transmitter: [u8; 6], element: Cow<'a, [u8]>) {
     let begun = found.last_mut().filter(|last| last.transport == Transport::WifiBeacon);
     if let Some(begun) = begun
         && let Some(missing) = missing(&begun.octets)
         && !is_pack_header(&element[1..])
     {
-        // The counter may have been repeated or not.
+        // Some senders repeat the counter, others do not.
         let end = if element.len() == missing { &element[..] } else { &element[1..] };
         if end.len() >= missing {
             begun.octets.to_mut().extend_from_slice(end);
@@ -130,7 +130,7 @@ fn take_element<'a>(found: &mut Vec<Advertisement<'a>>, transmitter: [u8; 6], el
     found.push(Advertisement { transport, transmitter, counter, octets: without_first(element, 1) });
 }
 
-/// An element with the fragment elements that follow it, and what is behind these.
+/// An element joined with its fragment elements, and the rest after these.
 fn with_fragments<'a>(contents: &'a [u8], mut rest: &'a [u8]) -> (Cow<'a, [u8]>, &'a [u8]) {
     let mut whole = Cow::Borrowed(contents);
     let mut last = contents.len();
@@ -154,7 +154,7 @@ fn without_first(octets: Cow<'_, [u8]>, count: usize) -> Cow<'_, [u8]> {
     }
 }
 
-/// The advertisements in the service descriptors of an action frame: number, length (two octets), contents each.
+/// The advertisements in the service descriptors of an action frame. Each has number, length (two octets) and contents.
 fn services(transmitter: [u8; 6], body: &[u8]) -> Result<Vec<Advertisement<'_>>, NotHeard> {
     let mut attributes = body.strip_prefix(&NAN_ACTION).ok_or(NotHeard::Other)?;
     let mut found = Vec::new();
@@ -166,7 +166,7 @@ fn services(transmitter: [u8; 6], body: &[u8]) -> Result<Vec<Advertisement<'_>>,
             break;
         };
         if let (&SERVICE_DESCRIPTOR, Some(described)) = (number, contents.strip_prefix(&NAN_SERVICE)) {
-            // Instance, requestor, control, length of what follows.
+            // Instance, requestor, control, and length of the rest.
             let info = match described {
                 [_, _, _, length, info @ ..] => info.get(..usize::from(*length)),
                 _ => None,

@@ -1,4 +1,4 @@
-//! A service whose state files are damaged starts without what they held, and keeps its state from then on.
+//! Tests that a service starts without the contents of damaged state files, and keeps its state from then on.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,13 +6,17 @@ use std::path::{Path, PathBuf};
 use jiff::SignedDuration;
 
 use super::*;
-use crate::areas::Masks;
-use crate::capture::{Reception, ReceptionKind};
-use crate::live::Made;
-use crate::simulate::{Scenario, Simulation, simulate};
-use crate::state::damage::{Random, damage};
-use crate::state::{CORRELATIONS, Frame, NUMBERS, REGISTRATION, SHELVED, numbers_text, parse_numbers};
 use fusion::numbering::NumberChange;
+use input::capture::{Reception, ReceptionKind};
+use lab::simulate::{Scenario, Simulation, simulate};
+use service::live::DriverEvent;
+use service::state::{CORRELATIONS, NUMBERS, REGISTRATION, SHELVED, WarmFrame, numbers_text, parse_numbers};
+use site::areas::Masks;
+
+use damage::{Random, damage};
+
+#[path = "../../../crates/service/src/state/damage.rs"]
+mod damage;
 
 const WARM: &str = "engine.warm";
 /// Number of datagrams after which tracks are published again.
@@ -30,12 +34,12 @@ fn reception(simulation: &Simulation, index: usize) -> Reception {
     }
 }
 
-/// A flight, up to where the service ends, and the files that it leaves.
+/// A flight up to the end of the first service, and the state files of that service.
 struct Before {
     simulation: Simulation,
     config: Arc<Config>,
     directory: PathBuf,
-    /// When the next service starts, and the datagram that it receives first.
+    /// Start of the next service, and index of the first datagram it receives.
     restart: Time,
     next: usize,
     files: Vec<(&'static str, Vec<u8>)>,
@@ -70,9 +74,9 @@ impl Before {
         );
         let shelved = "{\"alert\":\"area\",\"subject\":\"U-60000\",\"area\":\"Runway 27\",\"act\":\"shelved\",\"by\":\"tower\",\
              \"time\":\"2026-11-20T10:00:05.125Z\",\"until\":\"2026-11-20T10:35:05.125Z\",\"after_ns\":1795168798875000000}\n";
-        let registrations = registration_text(&Registrations::of(&config, driver.pipeline().engine()));
+        let registrations = registration_text(&SavedRegistrations::of(&config, driver.pipeline().engine()));
         let (mut queue, keeper) = WarmKeeper::start(&directory, &StateHealth::default()).unwrap();
-        let begun = queue.begin(Frame::Checkpoint {
+        let begun = queue.begin(WarmFrame::Checkpoint {
             at: restart,
             engine: driver.checkpoint(&config),
             encoders: Encoders::new(&config).checkpoint().into(),
@@ -82,7 +86,7 @@ impl Before {
         for index in next - 5..next {
             let Reception { received, from, payload, input, .. } = reception(&simulation, index);
             let (received, from) = (received.unwrap(), from.unwrap());
-            queue.offer(|| Frame::Input { received, line: input, from, payload });
+            queue.offer(|| WarmFrame::Input { received, line: input, from, payload });
         }
         drop(queue);
         keeper.join();
@@ -96,7 +100,7 @@ impl Before {
         Self { simulation, config: Arc::new(config), directory, restart, next, files, given: first }
     }
 
-    /// Puts the files there, all of them whole.
+    /// Restores all files undamaged.
     fn put_back(&self) {
         for (name, octets) in &self.files {
             let path = self.directory.join(name);
@@ -107,7 +111,7 @@ impl Before {
         }
     }
 
-    /// Starts a service and flies on with it; what is noted of the file of that name.
+    /// Starts a service and continues the flight. Returns what the service noted about the file `name`.
     async fn start(&self, name: &str, how: &str, datagrams: usize) -> (bool, bool) {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let mut builder = LiveBuilder::new(self.config.clone(), Areas::default(), listener);
@@ -120,7 +124,7 @@ impl Before {
         for index in self.next..end.min(self.simulation.datagrams.len()) {
             builder.driver.receive(&reception(&self.simulation, index));
             while let Some(made) = builder.driver.poll() {
-                if let Made::Slot(slot) = made {
+                if let DriverEvent::Slot(slot) = made {
                     tracks = tracks.max(slot.picture.tracks.len());
                 }
             }
@@ -131,7 +135,7 @@ impl Before {
         queues.numbers.send(NumberChange::Heard(self.given)).unwrap();
         queues.shelved.send("".into()).unwrap();
         drop(queues);
-        warm.0.into_iter().for_each(Keeper::join);
+        warm.0.into_iter().for_each(StateKeeper::join);
         warm.1.into_iter().for_each(WarmKeeper::join);
         let text = fs::read(self.directory.join(NUMBERS)).unwrap_or_else(|error| panic!("{how}: {error}"));
         let text = String::from_utf8(text).unwrap();
@@ -157,7 +161,7 @@ async fn damaged(kinds: &[&str], count: usize, seed: u64) {
         for number in 0..count {
             before.put_back();
             if *name != WARM {
-                // The engine's own state would be used in place of the other files.
+                // Otherwise the engine's own state would be used instead of the other files.
                 fs::remove_file(before.directory.join(WARM)).unwrap();
             }
             let how = damage(&before.directory.join(name), octets, &mut random);
@@ -171,8 +175,8 @@ async fn damaged(kinds: &[&str], count: usize, seed: u64) {
     fs::remove_dir_all(&before.directory).unwrap();
 }
 
-/// A single test: the whole process shares the directory.
+/// One test for all files, because the whole process shares the directory.
 #[tokio::test]
-async fn random_damage_to_any_state_file_stops_no_start() {
+async fn service_starts_with_any_damaged_state_file() {
     damaged(&[NUMBERS, REGISTRATION, CORRELATIONS, SHELVED, WARM], 200, 7).await;
 }

@@ -1,14 +1,14 @@
-//! Connections of the commands to the log, and what `check` says of them.
+//! Connections of the commands to the log, and the checks of `check`.
 
 use fusion::slots::SlotGrid;
 
 use super::PATIENCE;
-use crate::app::{Failure, runtime};
-use crate::cluster::{Log, check, reach};
-use crate::config::{Cluster, Config};
+use crate::app::{AppError, runtime};
+use cluster::{Log, check, reach};
+use site::config::{Cluster, Config};
 
-/// The log, where it answers in time.
-pub(super) async fn opened(cluster: &Cluster, config: &Config) -> Result<Log, Failure> {
+/// Opens the log, if it answers in time.
+pub(super) async fn opened(cluster: &Cluster, config: &Config) -> Result<Log, AppError> {
     if let Ok(opened) = tokio::time::timeout(PATIENCE, Log::open(cluster)).await {
         let mut log = opened?;
         log.grid = SlotGrid::new(config.fusion.slot);
@@ -24,8 +24,8 @@ pub(super) async fn opened(cluster: &Cluster, config: &Config) -> Result<Log, Fa
     Err(format!("the log does not answer within {} s: {}", PATIENCE.as_secs(), said.join("; ")).into())
 }
 
-/// Checks certificates, keys and credentials; a warning where a connection beyond this machine has no TLS.
-pub(in crate::commands) fn checked_proofs(config: &Config) -> Result<Option<String>, Failure> {
+/// Checks certificates, keys and credentials. Returns a warning about a connection to another machine without TLS.
+pub(in crate::commands) fn checked_proofs(config: &Config) -> Result<Option<String>, AppError> {
     let Some(cluster) = &config.cluster else { return Ok(None) };
     check(cluster)?;
     let is_open = |server: &&String| {
@@ -41,11 +41,11 @@ pub(in crate::commands) fn checked_proofs(config: &Config) -> Result<Option<Stri
     }))
 }
 
-/// Each server, and the reason where the connection failed.
+/// Servers, each with the reason if the connection failed.
 pub(in crate::commands) type Reached = Vec<(String, Result<(), String>)>;
 
 /// Connects once to each server of the log, for `check --network`.
-pub(in crate::commands) fn reached(config: &Config) -> Result<Reached, Failure> {
+pub(in crate::commands) fn reached(config: &Config) -> Result<Reached, AppError> {
     let Some(cluster) = &config.cluster else { return Ok(Vec::new()) };
     Ok(runtime(1)?.block_on(reach(cluster)))
 }

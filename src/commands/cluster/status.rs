@@ -1,70 +1,68 @@
-//! `cluster status` and `cluster cells`: the reports of all members.
+//! `cluster status` and `cluster cells`: state of the members and cells.
 
 use std::collections::BTreeSet;
 
 use serde_json::{Value, json};
 
-use crate::app::Failure;
-use crate::cluster::{
-    CellReport, Cells, Different, GatewayReport, Holder, Log, NodeReport, Part, SharedConfiguration, Skipped,
-    differences,
+use crate::app::AppError;
+use crate::commands::table::{TextTable, grouped};
+use cluster::{
+    CellReport, Cells, ConfigurationDifference, GatewayReport, Holder, Log, NodeReport, NodeRole,
+    SharedConfiguration, Skipped, differences,
 };
-use crate::commands::table::{Table, grouped};
-use crate::config::Config;
-use crate::live::{ClockDifference, Members, milliseconds, now};
-use crate::territory::CellName;
 use fusion::time::Time;
+use service::live::{ClockDifference, ClusterMembers, milliseconds, now};
+use site::config::Config;
+use site::territory::CellName;
 
-/// A picture older than this beyond its latency is late, seconds.
+/// Lateness beyond the latency at which a cell is reported as late, in seconds; also the limit for early cells.
 const LATE_S: f64 = 1.0;
 
-/// A cell, as the log shows it.
+/// State of a cell, as read from the log.
 struct CellStatus {
     cell: String,
     owner: Option<Holder>,
     standby: Option<Holder>,
     report: Option<CellReport>,
-    /// The newest slot, and when it is of.
+    /// Time of the newest slot.
     latest: Option<Time>,
 }
 
-/// The cluster, as its members report it.
+/// State of the cluster, as reported by its members.
 pub(super) struct ClusterStatus {
     cells: Vec<CellStatus>,
     nodes: Vec<NodeReport>,
     gateways: Vec<GatewayReport>,
-    /// Gateways that were not ended in order.
+    /// Gateways that did not shut down in order.
     expected: Vec<String>,
-    /// Members with another configuration than that of the command.
-    different: Vec<Different>,
-    /// The messages that this command could not read.
+    /// Members whose configuration differs from that of this command.
+    different: Vec<ConfigurationDifference>,
+    /// Messages that this command could not read.
     skipped: Vec<Skipped>,
 }
 
 impl CellStatus {
-    async fn read(log: &Log, cell: &CellName) -> Result<Self, crate::cluster::LogError> {
+    async fn read(log: &Log, cell: &CellName) -> Result<Self, cluster::LogError> {
         let holder = async |part: &str| log.holder(&format!("{cell}.{part}")).await;
-        let report = log.said(&format!("{cell}.report")).await?;
+        let report = log.entry(&format!("{cell}.report")).await?;
         let latest = log.last(cell.as_str()).await?;
         Ok(Self {
             cell: cell.to_string(),
-            owner: holder("owner").await?.map(|held| held.by),
-            standby: holder("standby").await?.map(|held| held.by),
+            owner: holder("owner").await?.map(|holder| holder.by),
+            standby: holder("standby").await?.map(|holder| holder.by),
             report: report.and_then(|report| CellReport::parse(&report)),
-            latest: latest
-                .and_then(|(_, output)| crate::cluster::pictures(&output.picture))
-                .map(|(of, _)| of.time),
+            latest: latest.and_then(|(_, output)| cluster::pictures(&output.picture)).map(|(of, _)| of.time),
         })
     }
 
-    /// How late the newest slot is, seconds: beyond the latency that is configured, and the slot after it.
+    /// Lateness of the newest slot, in seconds, beyond the configured latency and one slot.
     fn late_s(&self, config: &Config) -> Option<f64> {
         let latest = self.latest?;
         let due = latest + config.fusion.latency() + config.fusion.slot;
         Some((now() - due).as_secs_f64().max(0.0))
     }
 
-    /// How long before it is due the newest slot was published, seconds.
+    /// Time by which the newest slot was published before it was due, in seconds.
     fn early_s(&self, config: &Config) -> f64 {
         let due = self.latest.map(|latest| latest + config.fusion.latency() - config.fusion.slot / 2);
         due.map_or(0.0, |due| (due - now()).as_secs_f64().max(0.0))
@@ -98,35 +96,35 @@ impl ClusterStatus {
         log: &Log,
         cells: &Cells,
         shared: &SharedConfiguration,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, AppError> {
         let (nodes, gateways) = (NodeReport::all(log).await?, GatewayReport::all(log).await?);
-        let different = shared.different(log, &nodes, &gateways).await?;
+        let different = shared.differing_members(log, &nodes, &gateways).await?;
         let expected = log.expected_gateways().await?;
-        let mut said = Vec::new();
+        let mut status = Vec::new();
         for cell in cells.names() {
-            said.push(CellStatus::read(log, cell).await?);
+            status.push(CellStatus::read(log, cell).await?);
         }
-        Ok(Self { cells: said, nodes, gateways, expected, different, skipped: log.skips.all() })
+        Ok(Self { cells: status, nodes, gateways, expected, different, skipped: log.skips.all() })
     }
 
     pub(super) fn wrong(&self, config: &Config) -> Vec<String> {
         let clocks = self.clocks().troubles().into_iter().map(|trouble| trouble.text);
         let missing = self.missing(config).into_iter().map(|name| format!("gateway {name} says nothing"));
-        let different = self.different.iter().map(|Different { member, text }| {
+        let different = self.different.iter().map(|ConfigurationDifference { member, text }| {
             format!("{member} has another configuration than {}: {text}", "this command's")
         });
         let all = self.cells.iter().flat_map(|cell| cell.wrong(config)).chain(missing).chain(different);
         all.chain(self.unreadable()).chain(clocks).collect()
     }
 
-    /// Gateways that ought to be heard of, and are not.
+    /// Gateways that are expected but have no report.
     fn missing(&self, config: &Config) -> BTreeSet<String> {
         let configured = config.cluster.iter().flat_map(|cluster| &cluster.gateways);
         let is_missing = |name: &&String| self.gateways.iter().all(|gateway| gateway.node != **name);
         self.expected.iter().chain(configured).filter(is_missing).cloned().collect()
     }
 
-    /// Messages that were skipped within the last minute, by those who tell.
+    /// Messages skipped within the last minute, by the member that reports them.
     fn unreadable(&self) -> Vec<String> {
         let nodes = self.nodes.iter().flat_map(|node| {
             node.skipped.iter().map(move |skipped| (format!("node {}", node.holder.node), skipped))
@@ -139,19 +137,19 @@ impl ClusterStatus {
         recent.map(text).collect()
     }
 
-    /// The members with their clocks, by this one look.
-    fn clocks(&self) -> Members {
-        Members {
+    /// Clocks of the members, from this snapshot.
+    fn clocks(&self) -> ClusterMembers {
+        ClusterMembers {
             nodes: self.nodes.iter().map(NodeReport::state).collect(),
             gateways: self.gateways.iter().map(GatewayReport::state).collect(),
             clocks: differences(&self.gateways),
-            ..Members::default()
+            ..ClusterMembers::default()
         }
     }
 
-    pub(super) fn cells(&self, config: &Config) -> Table {
+    pub(super) fn cells(&self, config: &Config) -> TextTable {
         let names = ["cell", "owner", "lease", "standby", "behind", "published", "late"];
-        let mut table = Table::new("llrlrrr", &names);
+        let mut table = TextTable::new("llrlrrr", &names);
         let name = |of: &Option<Holder>| of.as_ref().map_or("nobody".to_owned(), |of| of.node.clone());
         for cell in &self.cells {
             let counts = |of: &Option<Holder>| {
@@ -172,7 +170,7 @@ impl ClusterStatus {
         table
     }
 
-    pub(super) fn nodes(&self) -> Table {
+    pub(super) fn nodes(&self) -> TextTable {
         let names = [
             "node",
             "machine",
@@ -185,15 +183,15 @@ impl ClusterStatus {
             "checkpoints",
             "clock",
         ];
-        let mut table = Table::new("lllrrrrrrr", &names);
+        let mut table = TextTable::new("lllrrrrrrr", &names);
         for node in &self.nodes {
             let sum = node.sum();
             table.row([
                 node.holder.node.clone(),
                 node.holder.machine.clone(),
                 node.part().to_owned(),
-                node.cells_as(Part::Owner).count().to_string(),
-                node.cells_as(Part::Standby).count().to_string(),
+                node.cells_as(NodeRole::Owner).count().to_string(),
+                node.cells_as(NodeRole::Standby).count().to_string(),
                 sum.takeovers.to_string(),
                 sum.fenced.to_string(),
                 sum.diverged.to_string(),
@@ -204,11 +202,11 @@ impl ClusterStatus {
         table
     }
 
-    pub(super) fn gateways(&self) -> Table {
+    pub(super) fn gateways(&self) -> TextTable {
         let names =
             ["gateway", "lines", "datagrams", "waiting", "dropped", "withheld", "clock", "ahead", "differs"];
-        let mut table = Table::new("lrrrrrlrl", &names);
-        let Members { gateways, clocks, .. } = self.clocks();
+        let mut table = TextTable::new("lrrrrrlrl", &names);
+        let ClusterMembers { gateways, clocks, .. } = self.clocks();
         for (GatewayReport { node, counts, lines, .. }, state) in self.gateways.iter().zip(&gateways) {
             let received = lines.iter().map(|(_, line)| line.received).sum();
             table.row([
@@ -227,18 +225,18 @@ impl ClusterStatus {
     }
 
     pub(super) fn json(&self, config: &Config) -> Value {
-        let cell = |said: &CellStatus| {
+        let cell = |cell: &CellStatus| {
             json!({
-                "cell": said.cell,
-                "owner": said.owner,
-                "standby": said.standby,
-                "late_s": said.late_s(config),
-                "aircraft_numbers": said.report.as_ref().map(|report| report.status.numbers_used),
+                "cell": cell.cell,
+                "owner": cell.owner,
+                "standby": cell.standby,
+                "late_s": cell.late_s(config),
+                "aircraft_numbers": cell.report.as_ref().map(|report| report.status.numbers_used),
             })
         };
         let cells: Vec<Value> = self.cells.iter().map(cell).collect();
         let nodes: Vec<Value> = self.nodes.iter().map(|node| json!(node)).collect();
-        let Members { gateways, clocks, .. } = self.clocks();
+        let ClusterMembers { gateways, clocks, .. } = self.clocks();
         let gateways = self.gateways.iter().zip(gateways).map(|(gateway, state)| {
             json!({ "node": gateway.node, "lines": gateway.lines.len(), "counts": gateway.counts, "clock": {
                 "standing": state.clock, "bound_s": state.clock_bound_s, "by": state.clock_by, "unfit": state.unfit, "silent": state.silent, "ahead_s": state.clock_ahead_s,
@@ -252,12 +250,12 @@ impl ClusterStatus {
     }
 }
 
-/// How far a clock is ahead of reference time.
+/// Text of a clock's offset from reference time.
 fn ahead(ahead_s: Option<f64>) -> String {
     ahead_s.map_or("not known".to_owned(), |ahead_s| format!("{ahead_s:+.2} s"))
 }
 
-/// By how much a gateway's clock differs most from another one's, and from which.
+/// Text of the largest difference between a gateway's clock and another one's, with the name of the other.
 fn worst(node: &str, clocks: &[ClockDifference]) -> String {
     let own = clocks.iter().filter_map(|clock| match clock {
         ClockDifference { gateway, other, difference_s, .. } if gateway == node => {

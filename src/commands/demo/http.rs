@@ -8,17 +8,16 @@ use jiff::SignedDuration;
 use tracing::{error, info};
 
 use crate::app::{LiveBuilder, Signals, listen_locally, runtime};
-use crate::areas::Areas;
-use crate::commands::own_ports::OwnPorts;
+use crate::commands::reserved_ports::ReservedPorts;
 use crate::commands::simulate::{send, start};
 use crate::commands::{CommandResult, Outcome, needs_tokens};
-use crate::simulate::{Scenario, Simulation, simulate};
+use lab::simulate::{Scenario, Simulation, simulate};
+use site::areas::Areas;
 
-/// Sends the scenario to a live service and serves what it makes of it; one flight after another, until Ctrl-C, or for
-/// `duration`.
+/// Sends the scenario to a live service and serves its picture, one flight after another, until Ctrl-C or for `duration`.
 ///
 /// # Errors
-/// The address is taken, or there is no multicast on the loopback interface.
+/// The address is in use, or the loopback interface has no multicast.
 pub fn serve(
     scenario: Scenario,
     seed: u64,
@@ -27,8 +26,8 @@ pub fn serve(
 ) -> CommandResult {
     let mut first = simulate(&scenario, seed, Some(start(&scenario)))?;
     let ports =
-        OwnPorts::instead_of(&first.config).map_err(|error| format!("no UDP port is free: {error}"))?;
-    ports.lead(&mut first);
+        ReservedPorts::reserve(&first.config).map_err(|error| format!("no UDP port is free: {error}"))?;
+    ports.replace_ports(&mut first);
     let mut config = first.config.clone();
     config.http.listen = http;
     config.conflicts.enabled = true;
@@ -37,7 +36,7 @@ pub fn serve(
         let mut signals = Signals::listen()?;
         let listener = listen_locally(&config)?.ok_or_else(|| needs_tokens(&config))?;
         let live = LiveBuilder::new(config.clone(), Areas::default(), listener).start()?;
-        // It sleeps most of its time, and ends with the process.
+        // The thread sleeps most of the time, and ends with the process.
         std::thread::spawn(move || fly(&scenario, seed, first, &ports));
         for sink in &config.output.asterix {
             info!(to = sink.name(), "fused picture is sent");
@@ -58,8 +57,8 @@ pub fn serve(
     })
 }
 
-/// Sends flight after flight.
-fn fly(scenario: &Scenario, mut seed: u64, first: Simulation, ports: &OwnPorts) {
+/// Sends one flight after another.
+fn fly(scenario: &Scenario, mut seed: u64, first: Simulation, ports: &ReservedPorts) {
     let mut next = Ok(first);
     loop {
         let sent = next.map_err(Into::into).and_then(|simulation| send(&simulation));
@@ -68,7 +67,7 @@ fn fly(scenario: &Scenario, mut seed: u64, first: Simulation, ports: &OwnPorts) 
         }
         seed += 1;
         next = simulate(scenario, seed, Some(start(scenario))).map(|mut simulation| {
-            ports.lead(&mut simulation);
+            ports.replace_ports(&mut simulation);
             simulation
         });
     }

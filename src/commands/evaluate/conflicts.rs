@@ -1,34 +1,38 @@
-//! What `--conflicts` adds: how well the output says who will come near whom.
+//! `--conflicts`: scores of the predicted conflicts.
 
 use std::fmt::{self, Write as _};
 
 use serde::Serialize;
 
-use super::Inputs;
-use crate::commands::table::Table;
-use crate::evaluate::plot::{self, Figure};
-use crate::evaluate::{ConflictFlight, Foreseen, Foresight, Scoring, encounter, foresight};
+use super::EvaluateInputs;
+use crate::commands::table::TextTable;
+use lab::evaluate::plot::{self, Figure};
+use lab::evaluate::{ConflictFlight, ConflictPrediction, ConflictScore, Scoring, encounter, score_conflicts};
 
-/// Least statements of a tenth whose reliability counts.
+/// Minimum number of predictions in a tenth of the range of probabilities for it to count in the reliability.
 const STATED: u64 = 50;
 
-/// The score of a volume.
+/// Score of a volume.
 #[derive(Serialize)]
-pub(super) struct Scored {
+pub(super) struct VolumeScore {
     volume: String,
     horizontal_m: f64,
     vertical_m: f64,
     #[serde(flatten)]
-    score: Foresight,
+    score: ConflictScore,
 }
 
-/// Scores what was foreseen, each with the name of its volume, volume by volume of the configuration. Empty where something
-/// is missing without which nothing is scored; the command line asks for it.
-pub(super) fn scored(all: &[(String, Foreseen)], inputs: &Inputs, settings: &Scoring) -> Vec<Scored> {
-    let Inputs { config: Some(config), truth, labels: Some(labels), output, .. } = inputs else {
+/// Scores the predictions, each with the name of its volume, in the order of the configured volumes. Empty if a required input is
+/// missing; the command line requires it.
+pub(super) fn scored(
+    all: &[(String, ConflictPrediction)],
+    inputs: &EvaluateInputs,
+    settings: &Scoring,
+) -> Vec<VolumeScore> {
+    let EvaluateInputs { config: Some(config), truth, labels: Some(labels), output, .. } = inputs else {
         return Vec::new();
     };
-    let of_volume = |name: &str| -> Vec<Foreseen> {
+    let of_volume = |name: &str| -> Vec<ConflictPrediction> {
         all.iter().filter(|(volume, _)| volume == name).map(|(_, foreseen)| foreseen.clone()).collect()
     };
     let score = |volume: fusion::conflicts::Volume| {
@@ -42,24 +46,28 @@ pub(super) fn scored(all: &[(String, Foreseen)], inputs: &Inputs, settings: &Sco
             volume: (horizontal_m, vertical_m),
             settings,
         };
-        Scored { volume: volume.name, horizontal_m, vertical_m, score: foresight(&flight) }
+        VolumeScore { volume: volume.name, horizontal_m, vertical_m, score: score_conflicts(&flight) }
     };
     config.conflicts.rules().volumes.into_iter().map(score).collect()
 }
 
-/// The figure of the closest encounter.
-pub(super) fn figure(all: &[(String, Foreseen)], inputs: &Inputs, settings: &Scoring) -> Option<Figure> {
-    let Inputs { truth, labels: Some(labels), output, .. } = inputs else { return None };
+/// Figure of the closest encounter.
+pub(super) fn figure(
+    all: &[(String, ConflictPrediction)],
+    inputs: &EvaluateInputs,
+    settings: &Scoring,
+) -> Option<Figure> {
+    let EvaluateInputs { truth, labels: Some(labels), output, .. } = inputs else { return None };
     let foreseen = all.iter().map(|(_, foreseen)| foreseen);
     Some(plot::encounter(encounter(truth, labels, output, foreseen, settings).as_ref()))
 }
 
-/// The section of the report: a table for each volume.
-pub(super) fn text(scored: &[Scored]) -> Result<String, fmt::Error> {
+/// Section of the report, with a table for each volume.
+pub(super) fn text(scored: &[VolumeScore]) -> Result<String, fmt::Error> {
     let mut text = String::new();
-    for Scored { volume, horizontal_m, vertical_m, score } in scored {
+    for VolumeScore { volume, horizontal_m, vertical_m, score } in scored {
         let title = format!("conflicts, {volume}: {horizontal_m:.0} m, {vertical_m:.0} m");
-        let mut table = Table::new("lr", &[&title, "reached"]);
+        let mut table = TextTable::new("lr", &[&title, "reached"]);
         let mut row = |name: &str, value: String| table.row(vec![name.to_owned(), value]);
         let percent = |share: Option<f64>| decimals(share.map(|share| 100.0 * share));
         row("violations between equipped drones", score.violations.to_string());

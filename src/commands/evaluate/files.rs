@@ -1,4 +1,4 @@
-//! The files that `evaluate` reads.
+//! Input and output files of `evaluate`.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -11,24 +11,24 @@ use jiff::tz::TimeZone;
 use tracing::{info, warn};
 
 use super::Args;
-use crate::capture::{Capture, Merged, OpenError};
 use crate::commands::Usage;
-use crate::config::Config;
-use crate::evaluate::plot::{self, Figure, Setting, TruthLine};
-use crate::evaluate::read::{self, Days, FileKind};
-use crate::evaluate::{Alert, Attack, Evaluation, Foreseen, Label, Labels, OutputPoint, Truth};
-use crate::normalise::{nearest_day, time_of_day_count};
 use fusion::time::Time;
+use input::capture::{Capture, MergedCaptures, OpenError};
+use input::normalise::{nearest_day, time_of_day_count};
+use lab::evaluate::plot::{self, Figure, Setting, TruthLine};
+use lab::evaluate::read::{self, DayReference, FileKind};
+use lab::evaluate::{AlertLine, Attack, ConflictPrediction, Evaluation, Label, Labels, OutputPoint, Truth};
+use site::config::Config;
 
-/// Octets by which the kind of a file is recognised.
+/// Number of octets by which the kind of a file is recognised.
 const BEGINNING: u64 = 4096;
 
-pub(super) type Failure = Box<dyn Error + Send + Sync>;
+pub(super) type FileFailure = Box<dyn Error + Send + Sync>;
 
-/// Refuses a truth and an output that were exchanged.
+/// Checks that truth and output were not exchanged.
 ///
 /// # Errors
-/// They do.
+/// They were.
 pub(super) fn refuse_exchanged(args: &Args) -> Result<(), Usage> {
     let kind_of = |path: &Path| {
         let mut beginning = Vec::new();
@@ -48,8 +48,8 @@ pub(super) fn refuse_exchanged(args: &Args) -> Result<(), Usage> {
     Ok(())
 }
 
-/// The truth in all files.
-pub(super) fn truth(paths: &[PathBuf]) -> Result<Truth, Failure> {
+/// Reads the truth from all files.
+pub(super) fn truth(paths: &[PathBuf]) -> Result<Truth, FileFailure> {
     let mut tracks = Vec::new();
     for path in paths {
         let stem =
@@ -63,8 +63,8 @@ pub(super) fn truth(paths: &[PathBuf]) -> Result<Truth, Failure> {
     Ok(truth)
 }
 
-/// The labels; a configuration knows which sensors are transponder receivers.
-pub(super) fn labels(path: &Path, config: Option<&Config>) -> Result<Labels, Failure> {
+/// Reads the labels. The configuration defines which sensors are transponder receivers.
+pub(super) fn labels(path: &Path, config: Option<&Config>) -> Result<Labels, FileFailure> {
     let rows = read::labels(&name(path), &octets(path)?)?;
     Ok(match config {
         Some(config) => Labels::of_site(rows, config),
@@ -72,30 +72,38 @@ pub(super) fn labels(path: &Path, config: Option<&Config>) -> Result<Labels, Fai
     })
 }
 
-/// Whether the labels name any drone of the truth.
+/// Whether the labels name a drone of the truth.
 pub(super) fn name_a_drone(labels: &Labels, truth: &Truth) -> bool {
     let ids: BTreeSet<&str> = labels.rows().iter().filter_map(|Label { id, .. }| id.as_deref()).collect();
     ids.into_iter().any(|id| truth.index_of(id).is_some())
 }
 
-/// What was done to transponders.
-pub(super) fn attacks(path: &Path) -> Result<Vec<Attack>, Failure> {
+/// Reads the attacks on transponders.
+pub(super) fn attacks(path: &Path) -> Result<Vec<Attack>, FileFailure> {
     Ok(read::attacks(&name(path), &octets(path)?)?)
 }
 
-/// What `replay --conflicts` wrote.
-pub(super) fn conflicts(path: &Path) -> Result<Vec<(String, Foreseen)>, Failure> {
+/// Reads the output of `replay --conflicts`.
+pub(super) fn conflicts(path: &Path) -> Result<Vec<(String, ConflictPrediction)>, FileFailure> {
     Ok(read::conflicts(&name(path), &octets(path)?)?)
 }
 
-/// What `replay --alerts` wrote.
-pub(super) fn alerts(path: &Path) -> Result<Vec<Alert>, Failure> {
+/// Reads the output of `replay --alerts`.
+pub(super) fn alerts(path: &Path) -> Result<Vec<AlertLine>, FileFailure> {
     Ok(read::alerts(&name(path), &octets(path)?)?)
 }
 
-/// The points to be scored.
-pub(super) fn output(path: &Path, date: Option<Date>, truth: &Truth) -> Result<Vec<OutputPoint>, Failure> {
-    let file = read::output(&name(path), octets(path)?, date.map_or(Days::Near(start(truth)), Days::From))?;
+/// Reads the points to be scored.
+pub(super) fn output(
+    path: &Path,
+    date: Option<Date>,
+    truth: &Truth,
+) -> Result<Vec<OutputPoint>, FileFailure> {
+    let file = read::output(
+        &name(path),
+        octets(path)?,
+        date.map_or(DayReference::Near(start(truth)), DayReference::From),
+    )?;
     if file.unknown_sources > 0 {
         warn!(
             "{}: {} CAT129 records do not say what they are made of: each belongs to the nearest drone, and counts as fused",
@@ -113,7 +121,7 @@ pub(super) fn output(path: &Path, date: Option<Date>, truth: &Truth) -> Result<V
     Ok(file.points)
 }
 
-/// Warns where the output does not state identities, labels do, and the numbers of the output are not theirs.
+/// Warns if the output has no identities, the labels have some, and the labels do not have the output's numbers.
 pub(super) fn warn_of_unnamed(path: &Path, output: &[OutputPoint], labels: &Labels) {
     if labels.rows().iter().all(|row| row.identity.is_none()) {
         return;
@@ -129,7 +137,7 @@ pub(super) fn warn_of_unnamed(path: &Path, output: &[OutputPoint], labels: &Labe
     }
 }
 
-/// Warns where all points are before or after the truth: another flight, or other times.
+/// Warns if all points are before or after the truth: another flight, or other times.
 pub(super) fn warn_unless_at_one_time(path: &Path, output: &[OutputPoint], truth: &Truth) {
     let times = output.iter().map(|point| point.time);
     let (Some(first), Some(last), Some((from, until))) = (times.clone().min(), times.max(), truth.span())
@@ -145,22 +153,26 @@ pub(super) fn warn_unless_at_one_time(path: &Path, output: &[OutputPoint], truth
     }
 }
 
-/// The captures, merged by time of reception.
-pub(super) fn receptions(paths: &[PathBuf], date: Option<Date>, truth: &Truth) -> Result<Merged, Failure> {
+/// Opens the captures, merged by time of reception.
+pub(super) fn receptions(
+    paths: &[PathBuf],
+    date: Option<Date>,
+    truth: &Truth,
+) -> Result<MergedCaptures, FileFailure> {
     let date = match date {
         Some(date) => date,
         None => day_of(paths, truth)?,
     };
     let captures = paths.iter().map(|path| Capture::open(path)).collect::<Result<Vec<_>, _>>()?;
-    Ok(Merged::new(captures, date))
+    Ok(MergedCaptures::new(captures, date))
 }
 
-/// The day that puts the first record of the first capture nearest to the start of the truth, for files without dates.
+/// Day for files without dates: it puts the first record of the first capture nearest to the start of the truth.
 fn day_of(paths: &[PathBuf], truth: &Truth) -> Result<Date, OpenError> {
     let mut near = start(truth);
     if let Some(path) = paths.first().filter(|path| path.as_path() != Path::new("-")) {
         let mut receptions =
-            Merged::new(vec![Capture::open(path)?], Date::new(1970, 1, 1).unwrap_or_default());
+            MergedCaptures::new(vec![Capture::open(path)?], Date::new(1970, 1, 1).unwrap_or_default());
         let first = receptions.find_map(|reception| reception.ok()?.received);
         near = first.and_then(|first| nearest_day(time_of_day_count(first), near)).unwrap_or(near);
     }
@@ -172,7 +184,7 @@ fn start(truth: &Truth) -> Time {
     truth.span().map_or_else(Time::default, |span| span.0)
 }
 
-/// Writes each figure, and the page with all of them.
+/// Writes each figure, and a page with all of them.
 pub(super) fn write_plots(
     directory: &Path,
     output: &Path,
@@ -180,7 +192,7 @@ pub(super) fn write_plots(
     truth: &Truth,
     setting: &Setting<'_>,
     encounter: Option<Figure>,
-) -> Result<(), Failure> {
+) -> Result<(), FileFailure> {
     let lines: Vec<TruthLine<'_>> =
         truth.tracks().iter().map(|track| TruthLine { id: track.id(), points: track.samples() }).collect();
     let mut figures = plot::figures(evaluation, &lines, setting);
@@ -198,7 +210,7 @@ pub(super) fn write_plots(
     Ok(())
 }
 
-fn octets(path: &Path) -> Result<Vec<u8>, Failure> {
+fn octets(path: &Path) -> Result<Vec<u8>, FileFailure> {
     let mut octets = Vec::new();
     let read = if path == Path::new("-") {
         io::stdin().lock().read_to_end(&mut octets).map(|_| octets)

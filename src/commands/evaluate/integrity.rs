@@ -1,4 +1,4 @@
-//! What `--integrity` adds: how well the output says which transponders lie.
+//! `--integrity`: scores of the detection of false transponder reports.
 
 use std::fmt::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -7,35 +7,38 @@ use fusion::integrity::Reason;
 use serde::Serialize;
 use tracing::warn;
 
-use super::{Args, Inputs, files};
-use crate::commands::table::Table;
-use crate::evaluate::{Alert, Attack, Detection, FalseFlag, Flight, Integrity, Scoring, Shown, integrity};
+use super::{Args, EvaluateInputs, files};
+use crate::commands::table::TextTable;
+use lab::evaluate::{
+    AlertLine, Attack, AttackDetection, FalseFlag, FlaggedCoverage, IntegrityFlight, IntegrityScore, Scoring,
+    integrity,
+};
 
-/// Beside the truth, where the simulator writes it.
+/// Name of the file with the attacks that the simulator writes beside the truth.
 const ATTACKS: &str = "attacks.csv";
 
-/// What was done to transponders, and what was said about it.
-pub(super) struct Known {
+/// Attacks on transponders, and alerts about them.
+pub(super) struct AttackInputs {
     attacks: Vec<Attack>,
-    /// Where they are written; `None`: nowhere.
+    /// File of the attacks; `None` if there is none.
     file: Option<PathBuf>,
-    alerts: Option<Vec<Alert>>,
+    alerts: Option<Vec<AlertLine>>,
 }
 
-/// The score, and what it is of.
+/// Score of the integrity flags.
 #[derive(Serialize)]
-pub(super) struct Scored {
-    /// Whether it is known what was done to transponders; where it is not, nobody counts as attacked.
+pub(super) struct IntegrityReport {
+    /// Whether the attacks are known. If not, no transponder counts as attacked.
     attacks_known: bool,
     #[serde(skip)]
     file: Option<PathBuf>,
     #[serde(flatten)]
-    score: Integrity,
+    score: IntegrityScore,
 }
 
-impl Known {
+impl AttackInputs {
     /// Reads the attacks and the alerts.
-    pub(super) fn read(args: &Args) -> Result<Self, files::Failure> {
+    pub(super) fn read(args: &Args) -> Result<Self, files::FileFailure> {
         let beside = || {
             let truth = args.truth.first().filter(|truth| truth.as_path() != Path::new("-"))?;
             Some(truth.with_file_name(ATTACKS)).filter(|path| path.exists())
@@ -51,10 +54,10 @@ impl Known {
         Ok(Self { attacks: attacks.unwrap_or_default(), file, alerts })
     }
 
-    /// `None` where something is missing without which nothing is scored; the command line asks for it.
-    pub(super) fn scored(self, inputs: &Inputs, settings: &Scoring) -> Option<Scored> {
-        let Inputs { truth, labels, output, alone, .. } = inputs;
-        let score = integrity(&Flight {
+    /// Scores the flags. `None` if a required input is missing; the command line requires it.
+    pub(super) fn scored(self, inputs: &EvaluateInputs, settings: &Scoring) -> Option<IntegrityReport> {
+        let EvaluateInputs { truth, labels, output, alone, .. } = inputs;
+        let score = integrity(&IntegrityFlight {
             truth,
             labels: labels.as_ref()?,
             reports: &alone.as_ref()?.reports,
@@ -68,13 +71,13 @@ impl Known {
                 warn!("no drone of --truth is {:?}, which is attacked: it is not scored", attack.id);
             }
         }
-        Some(Scored { attacks_known: self.file.is_some(), file: self.file, score })
+        Some(IntegrityReport { attacks_known: self.file.is_some(), file: self.file, score })
     }
 }
 
-/// The section of the report.
-pub(super) fn text(scored: &Scored) -> Result<String, fmt::Error> {
-    let Scored { file, score, .. } = scored;
+/// Section of the report.
+pub(super) fn text(scored: &IntegrityReport) -> Result<String, fmt::Error> {
+    let IntegrityReport { file, score, .. } = scored;
     let mut text = String::new();
     match file {
         Some(file) => writeln!(text, "Transponders that lie, by {}:\n", file.display())?,
@@ -87,7 +90,7 @@ pub(super) fn text(scored: &Scored) -> Result<String, fmt::Error> {
         writeln!(text, "{}", attacks(&score.attacks))?;
     }
     write!(text, "{}", figures(score))?;
-    let mut flags = Table::new("rllrl", &["clean transponder", "flagged from", "until", "s", "reasons"]);
+    let mut flags = TextTable::new("rllrl", &["clean transponder", "flagged from", "until", "s", "reasons"]);
     for FalseFlag { number, from, until, reasons } in &score.clean.flags {
         let reasons: Vec<&str> = reasons.iter().map(Reason::name).collect();
         flags.row(vec![
@@ -104,9 +107,9 @@ pub(super) fn text(scored: &Scored) -> Result<String, fmt::Error> {
     Ok(text)
 }
 
-/// A row per attack.
-fn attacks(attacks: &[Detection]) -> Table {
-    let mut table = Table::new(
+/// Table with a row per attack.
+fn attacks(attacks: &[AttackDetection]) -> TextTable {
+    let mut table = TextTable::new(
         "lrllrlrrl",
         &[
             "drone",
@@ -139,11 +142,12 @@ fn attacks(attacks: &[Detection]) -> Table {
     table
 }
 
-/// A row per figure.
-fn figures(score: &Integrity) -> Table {
-    let Integrity { attacks, clean, uncooperative, jamming } = score;
-    let shown = attacks.iter().map(|attack| attack.shown).fold(Shown::default(), Shown::and);
-    let mut table = Table::new("lr", &["integrity", "reached"]);
+/// Table with a row per figure.
+fn figures(score: &IntegrityScore) -> TextTable {
+    let IntegrityScore { attacks, clean, uncooperative, jamming } = score;
+    let shown =
+        attacks.iter().map(|attack| attack.shown).fold(FlaggedCoverage::default(), FlaggedCoverage::and);
+    let mut table = TextTable::new("lr", &["integrity", "reached"]);
     let mut row = |name: &str, value: String| table.row(vec![name.to_owned(), value]);
     row("hours of identities that do not lie", format!("{:.3}", clean.identity_h));
     row("flags on them", clean.flags.len().to_string());
@@ -152,7 +156,7 @@ fn figures(score: &Integrity) -> Table {
         "with a point within 60 m of it (%)",
         shown.near_share().map_or_else(|| "-".to_owned(), |share| format!("{:.2}", 100.0 * share)),
     );
-    // Files do not state covariances.
+    // Output files do not state covariances.
     if let Some(nees) = shown.nees() {
         row("NEES, horizontal, of flagged points", format!("{nees:.4}"));
     }

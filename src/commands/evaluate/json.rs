@@ -1,35 +1,35 @@
-//! The scores as JSON, for each group and drone; metrics without a value are omitted.
+//! Scores as JSON, for each group and drone. Metrics without a value are omitted.
 
 use serde::Serialize;
 
-use super::{Scores, conflicts, integrity};
-use crate::evaluate::{Score, Scored};
+use super::{EvaluateScores, conflicts, integrity};
+use lab::evaluate::{ScoredStream, StreamMetrics};
 
 #[derive(Serialize)]
-pub(super) struct Json<'a> {
-    /// Reference rate of the PU, updates per second.
+pub(super) struct EvaluationJson<'a> {
+    /// Reference rate of the probability of update (PU), in updates per second.
     reference_hz: f64,
     labels: bool,
     capture: bool,
-    fused: Groups<'a>,
+    fused: GroupsJson<'a>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    radar: Option<Groups<'a>>,
+    radar: Option<GroupsJson<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    transponder: Option<Groups<'a>>,
+    transponder: Option<GroupsJson<'a>>,
     drones: Vec<DroneJson<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    integrity: Option<&'a integrity::Scored>,
+    integrity: Option<&'a integrity::IntegrityReport>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    conflicts: &'a [conflicts::Scored],
+    conflicts: &'a [conflicts::VolumeScore],
     #[serde(skip_serializing_if = "Vec::is_empty")]
     requirements: Vec<RequirementJson>,
 }
 
 #[derive(Serialize)]
-struct Groups<'a> {
-    all: &'a Score,
-    equipped: &'a Score,
-    unequipped: &'a Score,
+struct GroupsJson<'a> {
+    all: &'a StreamMetrics,
+    equipped: &'a StreamMetrics,
+    unequipped: &'a StreamMetrics,
 }
 
 #[derive(Serialize)]
@@ -37,11 +37,11 @@ struct DroneJson<'a> {
     id: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
     equipped: Option<bool>,
-    fused: &'a Score,
+    fused: &'a StreamMetrics,
     #[serde(skip_serializing_if = "Option::is_none")]
-    radar: Option<&'a Score>,
+    radar: Option<&'a StreamMetrics>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    transponder: Option<&'a Score>,
+    transponder: Option<&'a StreamMetrics>,
 }
 
 #[derive(Serialize)]
@@ -54,7 +54,7 @@ struct RequirementJson {
     reason: Option<String>,
 }
 
-pub(super) fn json<'a>(scores: &'a Scores<'a>) -> Json<'a> {
+pub(super) fn json<'a>(scores: &'a EvaluateScores<'a>) -> EvaluationJson<'a> {
     let evaluation = scores.evaluation;
     let drones = evaluation.drones.iter().enumerate().map(|(index, drone)| DroneJson {
         id: &drone.id,
@@ -69,13 +69,13 @@ pub(super) fn json<'a>(scores: &'a Scores<'a>) -> Json<'a> {
         value: value.as_ref().ok().copied(),
         reason: value.as_ref().err().cloned(),
     });
-    Json {
+    EvaluationJson {
         reference_hz: scores.reference_hz,
         labels: scores.args.labels.is_some(),
         capture: evaluation.radar.is_some(),
-        fused: Groups::of(&evaluation.fused),
-        radar: evaluation.radar.as_ref().map(Groups::of),
-        transponder: evaluation.transponder.as_ref().map(Groups::of),
+        fused: GroupsJson::of(&evaluation.fused),
+        radar: evaluation.radar.as_ref().map(GroupsJson::of),
+        transponder: evaluation.transponder.as_ref().map(GroupsJson::of),
         drones: drones.collect(),
         integrity: scores.integrity.as_ref(),
         conflicts: &scores.conflicts,
@@ -83,8 +83,8 @@ pub(super) fn json<'a>(scores: &'a Scores<'a>) -> Json<'a> {
     }
 }
 
-impl<'a> Groups<'a> {
-    fn of(scored: &'a Scored) -> Self {
+impl<'a> GroupsJson<'a> {
+    fn of(scored: &'a ScoredStream) -> Self {
         Self { all: &scored.all, equipped: &scored.equipped, unequipped: &scored.unequipped }
     }
 }

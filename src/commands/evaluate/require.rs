@@ -4,46 +4,46 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::Args;
-use crate::evaluate::{ErrorStatistics, Evaluation, Score};
+use lab::evaluate::{ErrorStatistics, Evaluation, StreamMetrics};
 
-/// `[radar.|transponder.][equipped.|unequipped.]METRIC OP NUMBER`.
+/// A condition `[radar.|transponder.][equipped.|unequipped.]METRIC OP NUMBER`.
 #[derive(Clone, Debug)]
 pub struct Requirement {
-    /// As it was written.
+    /// Text as given by the user.
     text: String,
-    stream: Stream,
-    group: Group,
-    metric: Metric,
-    comparison: Comparison,
+    stream: RequiredStream,
+    group: RequiredGroup,
+    metric: RequiredMetric,
+    comparison: RequirementOperator,
     bound: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stream {
+enum RequiredStream {
     Fused,
     Radar,
     Transponder,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Group {
+enum RequiredGroup {
     All,
     Equipped,
     Unequipped,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Comparison {
+enum RequirementOperator {
     AtLeast,
     AtMost,
     Above,
     Below,
 }
 
-/// A metric by the name it is written with, and its value in a score.
-type Metric = (&'static str, fn(&Score) -> Option<f64>);
+/// Name of a metric, and its value in a score.
+type RequiredMetric = (&'static str, fn(&StreamMetrics) -> Option<f64>);
 
-const METRICS: [Metric; 14] = [
+const METRICS: [RequiredMetric; 14] = [
     ("pu", |score| score.pu_percent),
     ("epos", |score| mean(score.epos)),
     ("eposh", |score| mean(score.eposh)),
@@ -64,12 +64,12 @@ fn mean(statistics: Option<ErrorStatistics>) -> Option<f64> {
     statistics.map(|statistics| statistics.mean_m)
 }
 
-/// The longer ones first: `>=` begins with `>`.
-const COMPARISONS: [(&str, Comparison); 4] = [
-    (">=", Comparison::AtLeast),
-    ("<=", Comparison::AtMost),
-    (">", Comparison::Above),
-    ("<", Comparison::Below),
+/// Longer operators first, because `>=` starts with `>`.
+const COMPARISONS: [(&str, RequirementOperator); 4] = [
+    (">=", RequirementOperator::AtLeast),
+    ("<=", RequirementOperator::AtMost),
+    (">", RequirementOperator::Above),
+    ("<", RequirementOperator::Below),
 ];
 
 impl FromStr for Requirement {
@@ -83,24 +83,28 @@ impl FromStr for Requirement {
         let number = number.trim();
         let bound = number.parse().ok().filter(|bound: &f64| bound.is_finite());
         let bound = bound.ok_or_else(|| grammar(&format!("{number:?} is no number")))?;
-        let (stream, name) =
-            prefix(name.trim(), [("radar.", Stream::Radar), ("transponder.", Stream::Transponder)]);
-        let (group, name) =
-            prefix(name, [("equipped.", Group::Equipped), ("unequipped.", Group::Unequipped)]);
+        let (stream, name) = prefix(
+            name.trim(),
+            [("radar.", RequiredStream::Radar), ("transponder.", RequiredStream::Transponder)],
+        );
+        let (group, name) = prefix(
+            name,
+            [("equipped.", RequiredGroup::Equipped), ("unequipped.", RequiredGroup::Unequipped)],
+        );
         let metric = *METRICS
             .iter()
             .find(|(known, _)| *known == name)
             .ok_or_else(|| grammar(&format!("{name:?} is no metric")))?;
-        let group = group.unwrap_or(Group::All);
-        if matches!(name, "false_track" | "gospa") && group != Group::All {
+        let group = group.unwrap_or(RequiredGroup::All);
+        if matches!(name, "false_track" | "gospa") && group != RequiredGroup::All {
             return Err(format!("{name} is of all drones together; leave out equipped. or unequipped."));
         }
-        let stream = stream.unwrap_or(Stream::Fused);
+        let stream = stream.unwrap_or(RequiredStream::Fused);
         Ok(Self { text: text.to_owned(), stream, group, metric, comparison, bound })
     }
 }
 
-/// The first of these prefixes that `name` has, and the rest.
+/// The first of these prefixes that `name` has, and the rest of `name`.
 fn prefix<'a, T>(name: &'a str, known: [(&str, T); 2]) -> (Option<T>, &'a str) {
     for (prefix, means) in known {
         if let Some(rest) = name.strip_prefix(prefix) {
@@ -122,18 +126,18 @@ impl Requirement {
     /// The value to compare with the bound.
     ///
     /// # Errors
-    /// Why there is none.
+    /// There is no value. The error states the reason.
     pub(super) fn value(&self, evaluation: &Evaluation, args: &Args) -> Result<f64, String> {
         let scored = match self.stream {
-            Stream::Fused => Some(&evaluation.fused),
-            Stream::Radar => evaluation.radar.as_ref(),
-            Stream::Transponder => evaluation.transponder.as_ref(),
+            RequiredStream::Fused => Some(&evaluation.fused),
+            RequiredStream::Radar => evaluation.radar.as_ref(),
+            RequiredStream::Transponder => evaluation.transponder.as_ref(),
         };
         let scored = scored.ok_or("it needs --capture and --config")?;
         let score = match self.group {
-            Group::All => &scored.all,
-            Group::Equipped => &scored.equipped,
-            Group::Unequipped => &scored.unequipped,
+            RequiredGroup::All => &scored.all,
+            RequiredGroup::Equipped => &scored.equipped,
+            RequiredGroup::Unequipped => &scored.unequipped,
         };
         (self.metric.1)(score).ok_or_else(|| self.missing(args).to_owned())
     }
@@ -141,21 +145,23 @@ impl Requirement {
     /// Whether `value` meets the bound.
     pub(super) fn is_met_by(&self, value: f64) -> bool {
         match self.comparison {
-            Comparison::AtLeast => value >= self.bound,
-            Comparison::AtMost => value <= self.bound,
-            Comparison::Above => value > self.bound,
-            Comparison::Below => value < self.bound,
+            RequirementOperator::AtLeast => value >= self.bound,
+            RequirementOperator::AtMost => value <= self.bound,
+            RequirementOperator::Above => value > self.bound,
+            RequirementOperator::Below => value < self.bound,
         }
     }
 
-    /// Why there is no value.
+    /// Reason why there is no value.
     fn missing(&self, args: &Args) -> &'static str {
         let (has_labels, has_capture) = (args.labels.is_some(), !args.capture.is_empty());
         match self.metric.0 {
-            "precision" | "recall" if self.stream != Stream::Fused => "an input alone associates nothing",
+            "precision" | "recall" if self.stream != RequiredStream::Fused => {
+                "an input alone associates nothing"
+            }
             "precision" | "recall" if !has_labels => "it needs --labels",
             "recall" | "epos_covered" | "epos_gap" if !has_capture => "it needs --capture and --config",
-            _ if self.group != Group::All && !has_labels && !has_capture => {
+            _ if self.group != RequiredGroup::All && !has_labels && !has_capture => {
                 "it needs --labels or --capture to tell which drones carry a transponder"
             }
             _ => "there is nothing that it could be told of",
@@ -174,19 +180,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn conditions_as_people_write_them() {
-        let told = |text: &str| text.parse::<Requirement>().unwrap();
-        let plain = told("pu>=90");
-        assert_eq!((plain.stream, plain.group, plain.metric.0), (Stream::Fused, Group::All, "pu"));
-        assert_eq!((plain.comparison, plain.bound), (Comparison::AtLeast, 90.0));
-        let long = told(" radar.unequipped.epos_gap < 12.5 ");
-        assert_eq!((long.stream, long.group), (Stream::Radar, Group::Unequipped));
-        assert_eq!((long.metric.0, long.comparison, long.bound), ("epos_gap", Comparison::Below, 12.5));
-        assert!(plain.is_met_by(90.0) && !told("pu>90").is_met_by(90.0) && told("pu<=90").is_met_by(90.0));
+    fn usual_requirement_spellings_are_parsed() {
+        let parsed = |text: &str| text.parse::<Requirement>().unwrap();
+        let plain = parsed("pu>=90");
+        assert_eq!(
+            (plain.stream, plain.group, plain.metric.0),
+            (RequiredStream::Fused, RequiredGroup::All, "pu")
+        );
+        assert_eq!((plain.comparison, plain.bound), (RequirementOperator::AtLeast, 90.0));
+        let long = parsed(" radar.unequipped.epos_gap < 12.5 ");
+        assert_eq!((long.stream, long.group), (RequiredStream::Radar, RequiredGroup::Unequipped));
+        assert_eq!(
+            (long.metric.0, long.comparison, long.bound),
+            ("epos_gap", RequirementOperator::Below, 12.5)
+        );
+        assert!(
+            plain.is_met_by(90.0) && !parsed("pu>90").is_met_by(90.0) && parsed("pu<=90").is_met_by(90.0)
+        );
     }
 
     #[test]
-    fn what_cannot_be_meant_is_said() {
+    fn invalid_requirement_is_explained() {
         for (wrong, word) in [
             ("pu", "there is no >="),
             ("pu=90", "there is no >="),

@@ -1,4 +1,4 @@
-//! A configuration with what a capture shows, to be completed by someone who knows the site.
+//! Configuration from a capture, to be completed by someone who knows the site.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
@@ -9,10 +9,10 @@ use std::path::Path;
 
 use super::text::{classification, edition, inputs};
 use crate::commands::Usage;
-use crate::config::FILL_IN;
-use crate::survey::SensorHint;
+use input::survey::SensorHint;
+use site::config::FILL_IN;
 
-/// Refuses an existing file, which may have been filled in.
+/// Refuses an existing file, because it may have been filled in.
 pub(super) fn check(file: &Path) -> Result<(), Usage> {
     if file.as_os_str() == "-" {
         return Err(Usage("--config-out takes a file: standard output holds the report".to_owned()));
@@ -26,7 +26,7 @@ pub(super) fn check(file: &Path) -> Result<(), Usage> {
     Ok(())
 }
 
-/// Writes a configuration of these sensors from these inputs; the same sensor in several captures is one.
+/// Writes a configuration of these sensors from these inputs. A sensor that appears in several captures is written once.
 ///
 /// # Errors
 /// There is no sensor, or the file cannot be written.
@@ -52,7 +52,7 @@ pub(super) fn write(
     })
 }
 
-/// Each sensor once, radars first: as its first capture shows it, with the inputs of all captures.
+/// Each sensor once, radars first, as in its first capture, with the inputs of all captures.
 fn merged(sensors: Vec<SensorHint>) -> Vec<SensorHint> {
     let mut by_name: BTreeMap<(&str, u8, u8), SensorHint> = BTreeMap::new();
     for sensor in sensors {
@@ -67,10 +67,10 @@ fn merged(sensors: Vec<SensorHint>) -> Vec<SensorHint> {
     by_name.into_values().collect()
 }
 
-/// The text of the file. Unknown values are [`FILL_IN`], which the configuration refuses by line.
+/// Text of the file. Unknown values are [`FILL_IN`], which the configuration refuses with their lines.
 fn site(file: &Path, seen_in: &[String], sensors: &[SensorHint]) -> String {
     let name = file.file_stem().map_or_else(|| "site".to_owned(), |stem| stem.to_string_lossy().into_owned());
-    // A SIC of the same system area that no sensor has.
+    // A SIC of the same system area that no sensor uses.
     let sac = sensors[0].sac;
     let sic = (1..=u8::MAX).find(|&sic| !sensors.iter().any(|sensor| (sensor.sac, sensor.sic) == (sac, sic)));
     let mut text = format!(
@@ -117,7 +117,7 @@ fn site(file: &Path, seen_in: &[String], sensors: &[SensorHint]) -> String {
                 "# Standard deviations, from the data sheet; usual ones are taken where they are not given:\n\
                  # accuracy = { range_m = …, azimuth_deg = …, height_m = … }\n"
             }
-            // These state the accuracy of each report themselves.
+            // These sensors state the accuracy of each report.
             "adsb" | "remote-id" => "",
             _ => {
                 "# Standard deviations, from the data sheet; usual ones are taken where they are not given:\n\
@@ -128,7 +128,7 @@ fn site(file: &Path, seen_in: &[String], sensors: &[SensorHint]) -> String {
     text
 }
 
-/// Where a radar stands.
+/// Keys of a radar's position.
 fn place() -> String {
     format!(
         "latitude_deg = \"{FILL_IN}\"      # WGS-84, north positive\n\

@@ -1,21 +1,21 @@
-//! A report as text, on one screen.
+//! Report of `info` as text, on one screen.
 
 use std::fmt::{self, Display, Write as _};
 
-use super::Info;
-use crate::capture::Format;
-use crate::commands::table::{Table, duration, grouped, short};
-use crate::survey::{LineHint, SensorHint, SourceReport, Span, Stamp, SurveyReport};
+use super::InputSummary;
+use crate::commands::table::{TextTable, duration, grouped, short};
 use fusion::time::{DAY, SECOND};
+use input::capture::CaptureFormat;
+use input::survey::{LineHint, SensorHint, SourceReport, Span, Stamp, SurveyReport};
 
-/// Most rows of a table, those with the highest counts; JSON has all.
+/// Maximum number of rows of a table, those with the highest counts. JSON has all.
 const SHOWN: usize = 20;
 
-/// Columns of the screen; only long names make a line longer.
+/// Width of the screen, in columns. Only long names make longer lines.
 const WIDTH: usize = 110;
 
-/// The text for an input.
-pub(super) fn text(info: &Info) -> Result<String, fmt::Error> {
+/// Text of the report on an input.
+pub(super) fn text(info: &InputSummary) -> Result<String, fmt::Error> {
     let mut text = String::new();
     head(&mut text, info)?;
     let report = &info.report;
@@ -33,16 +33,16 @@ pub(super) fn text(info: &Info) -> Result<String, fmt::Error> {
     Ok(text)
 }
 
-fn head(text: &mut String, info: &Info) -> fmt::Result {
+fn head(text: &mut String, info: &InputSummary) -> fmt::Result {
     let report = &info.report;
     writeln!(text, "{}", info.input)?;
     writeln!(text, "format     {}, {} octets", info.format, grouped(info.size))?;
     let octets = grouped(report.octets);
     match info.format {
-        Format::Raw | Format::Gps => {
+        CaptureFormat::Raw | CaptureFormat::Gps => {
             writeln!(text, "content    {} with {octets} octets", counted(report.datagrams, "block"))?;
         }
-        Format::Beast | Format::Avr | Format::Tlog => {
+        CaptureFormat::Beast | CaptureFormat::Avr | CaptureFormat::Tlog => {
             let records = info.format.translation().unwrap_or_default();
             let frames = report.datagrams + info.skipped.total();
             write!(text, "content    {}, ", counted(frames, "frame"))?;
@@ -53,7 +53,7 @@ fn head(text: &mut String, info: &Info) -> fmt::Result {
                 info.skipped
             )?;
         }
-        Format::Oradis | Format::Final => {
+        CaptureFormat::Oradis | CaptureFormat::Final => {
             writeln!(
                 text,
                 "content    {} with {octets} octets",
@@ -62,7 +62,7 @@ fn head(text: &mut String, info: &Info) -> fmt::Result {
         }
         _ => {
             let frames = report.datagrams + info.skipped.total();
-            // Off the air there are no addresses of UDP.
+            // Radio captures have no UDP addresses.
             let is_radio = report.streams.is_empty() && report.remote_id.is_some();
             let what = if is_radio { "Remote ID frame" } else { "UDP datagram" };
             write!(text, "content    {}: ", counted(frames, "frame"))?;
@@ -104,7 +104,7 @@ fn head(text: &mut String, info: &Info) -> fmt::Result {
 }
 
 fn streams(text: &mut String, report: &SurveyReport) -> fmt::Result {
-    let mut table = Table::new("lrrrl", &["stream", "datagrams", "octets", "/s", "categories"]);
+    let mut table = TextTable::new("lrrrl", &["stream", "datagrams", "octets", "/s", "categories"]);
     for stream in most(&report.streams, |stream| stream.datagrams) {
         table.row([
             format!("{} > {}", stream.source, stream.destination),
@@ -121,7 +121,7 @@ fn streams(text: &mut String, report: &SurveyReport) -> fmt::Result {
 
 fn sources(text: &mut String, report: &SurveyReport, long: bool) -> fmt::Result {
     let names = ["cat SAC/SIC", "records", "share", "/s", "first", "last", "reports of"];
-    let mut table = Table::new("lrrrrrl", &names);
+    let mut table = TextTable::new("lrrrrrl", &names);
     for source in most(&report.sources, |source| source.records) {
         let clock = |stamp: Option<Stamp>| stamp.map_or(String::new(), |stamp| clock(stamp, long));
         table.row([
@@ -142,13 +142,13 @@ fn sources(text: &mut String, report: &SurveyReport, long: bool) -> fmt::Result 
     overflow(text, report.records_of_more_sources, "record", "sources")
 }
 
-/// How steadily and how late the sources report.
+/// Regularity and delay of the sources' reports.
 fn timing(text: &mut String, report: &SurveyReport, long: bool) -> fmt::Result {
     let dated = report.sources.iter().any(|source| source.delay.is_some());
     let names =
         ["cat SAC/SIC", "interval", "gaps", "longest silence", "time of day", "delay: min", "median", "p99"];
     let (columns, names) = if dated { ("lrrrlrrr", &names[..]) } else { ("lrrrl", &names[..5]) };
-    let mut table = Table::new(columns, names);
+    let mut table = TextTable::new(columns, names);
     for source in most(&report.sources, |source| source.records) {
         let mut row = vec![name(source), String::new(), String::new(), String::new(), times_of_day(source)];
         if let Some(interval) = source.interval {
@@ -170,7 +170,7 @@ fn timing(text: &mut String, report: &SurveyReport, long: bool) -> fmt::Result {
     section(text, &table)
 }
 
-/// Faults of the times of day.
+/// Faults in the times of day.
 fn times_of_day(source: &SourceReport) -> String {
     let faults = [
         (source.without_time, "missing"),
@@ -201,7 +201,7 @@ fn items(text: &mut String, report: &SurveyReport) -> fmt::Result {
     Ok(())
 }
 
-/// The parts with commas between, on lines of [`WIDTH`].
+/// Writes the parts, separated by commas, on lines of [`WIDTH`].
 fn wrapped(text: &mut String, label: &str, parts: &[String]) -> fmt::Result {
     let mut line = label.to_owned();
     for (place, part) in parts.iter().enumerate() {
@@ -217,7 +217,7 @@ fn wrapped(text: &mut String, label: &str, parts: &[String]) -> fmt::Result {
 }
 
 fn categories(text: &mut String, report: &SurveyReport) -> fmt::Result {
-    let mut table = Table::new("lrrrl", &["category", "blocks", "records", "octets", ""]);
+    let mut table = TextTable::new("lrrrl", &["category", "blocks", "records", "octets", ""]);
     for category in &report.categories {
         table.row([
             format!("{:03}", category.category),
@@ -230,9 +230,9 @@ fn categories(text: &mut String, report: &SurveyReport) -> fmt::Result {
     section(text, &table)
 }
 
-/// The edition of each source of CAT021, as `decode --edition` takes it.
+/// Edition of each CAT021 source, as `decode --edition` takes it.
 fn editions(text: &mut String, report: &SurveyReport) -> fmt::Result {
-    let mut table = Table::new("llrrr", &["CAT021 of", "edition", "blocks", "unreadable", "in others"]);
+    let mut table = TextTable::new("llrrr", &["CAT021 of", "edition", "blocks", "unreadable", "in others"]);
     for fit in &report.editions {
         let source = fit.sac.zip(fit.sic).map_or("none".to_owned(), |(sac, sic)| format!("{sac}/{sic}"));
         let edition = match fit.edition {
@@ -247,7 +247,7 @@ fn editions(text: &mut String, report: &SurveyReport) -> fmt::Result {
     if table.is_empty() { Ok(()) } else { section(text, &table) }
 }
 
-/// The sources that follow another edition than the usual one, or none that is known.
+/// Sources that use another edition than the usual one, or an unknown one.
 fn misread(text: &mut String, report: &SurveyReport) -> fmt::Result {
     let blank = if report.misread.is_empty() { "" } else { "\n" };
     write!(text, "{blank}")?;
@@ -270,8 +270,8 @@ fn misread(text: &mut String, report: &SurveyReport) -> fmt::Result {
     more(text, report.misread.len(), "source")
 }
 
-fn errors(text: &mut String, info: &Info) -> fmt::Result {
-    let mut table = Table::new("lrrl", &["error", "count", "first at", ""]);
+fn errors(text: &mut String, info: &InputSummary) -> fmt::Result {
+    let mut table = TextTable::new("lrrl", &["error", "count", "first at", ""]);
     for error in most(&info.report.errors, |error| error.count) {
         let category = error.category.map_or(String::new(), |category| format!("CAT{category:03} "));
         let item = error.first_item.map_or(String::new(), |item| format!("item {item}: "));
@@ -318,7 +318,7 @@ fn remote_id(text: &mut String, report: &SurveyReport) -> fmt::Result {
     )
 }
 
-/// The sensors, with the keys of `[[sensors]]`.
+/// Sensors, with the keys of `[[sensors]]`.
 fn sensors(text: &mut String, sensors: &[SensorHint]) -> fmt::Result {
     if sensors.is_empty() {
         return Ok(());
@@ -338,7 +338,7 @@ fn sensors(text: &mut String, sensors: &[SensorHint]) -> fmt::Result {
     Ok(())
 }
 
-/// The key `classification`, of a radar.
+/// Key `classification` of a radar.
 pub(super) fn classification(sensor: &SensorHint) -> Option<String> {
     Some(match sensor.classification? {
         "constant" => "classification = { source = \"constant\", value = 1.0 }".to_owned(),
@@ -346,12 +346,12 @@ pub(super) fn classification(sensor: &SensorHint) -> Option<String> {
     })
 }
 
-/// The key `edition`, of a receiver of ADS-B.
+/// Key `edition` of an ADS-B receiver.
 pub(super) fn edition(sensor: &SensorHint) -> Option<String> {
     sensor.edition.map(|edition| format!("edition = \"{edition}\""))
 }
 
-/// The key `inputs`, where the capture tells any.
+/// Key `inputs`, if the capture contains addresses.
 pub(super) fn inputs(sensor: &SensorHint) -> Option<String> {
     let lines = joined(sensor.inputs.iter().map(line), ", ");
     (!lines.is_empty()).then(|| format!("inputs = [{lines}]"))
@@ -362,12 +362,12 @@ fn line(line: &LineHint) -> String {
     format!("{{ {key} = \"{}\", port = {} }}", line.address, line.port)
 }
 
-/// A table after a blank line; nothing where it is empty.
-fn section(text: &mut String, table: &Table) -> fmt::Result {
+/// Writes a blank line and the table, unless the table is empty.
+fn section(text: &mut String, table: &TextTable) -> fmt::Result {
     if table.is_empty() { Ok(()) } else { write!(text, "\n{table}") }
 }
 
-/// The entries with the highest counts, at most [`SHOWN`], in their order.
+/// Entries with the highest counts, at most [`SHOWN`], in their original order.
 fn most<T>(all: &[T], count: impl Fn(&T) -> u64) -> impl Iterator<Item = &T> {
     let mut places: Vec<_> = (0..all.len()).collect();
     places.sort_by_key(|&place| std::cmp::Reverse(count(&all[place])));
@@ -391,7 +391,7 @@ fn overflow(text: &mut String, count: u64, what: &str, of: &str) -> fmt::Result 
     }
 }
 
-/// `048 70/41`.
+/// Name of a source: `048 70/41`.
 fn name(source: &SourceReport) -> String {
     match (source.sac, source.sic) {
         (Some(sac), Some(sic)) => format!("{:03} {sac}/{sic}", source.category),
@@ -399,7 +399,7 @@ fn name(source: &SourceReport) -> String {
     }
 }
 
-/// Time of day to a tenth of a second; in a `long` capture date and time to the second.
+/// Time of day to a tenth of a second. In a `long` capture, date and time to the second.
 fn clock(stamp: Stamp, long: bool) -> String {
     let text = stamp.to_string();
     match (stamp.dated, long) {

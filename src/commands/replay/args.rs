@@ -1,4 +1,4 @@
-//! What `replay` is asked for.
+//! Arguments of `replay`.
 
 use std::collections::BTreeSet;
 use std::io;
@@ -9,16 +9,16 @@ use std::str::FromStr;
 use jiff::civil::Date;
 use tracing::warn;
 
-use crate::capture::{Capture, OpenError, Receivers, Stamps, TrailerRules};
 use crate::commands::Usage;
 use crate::commands::address::listen_address;
-use crate::commands::moment::{Moment, Speed, day};
-use crate::config::PictureKind;
-use crate::formats::OutputFormat;
-use crate::state::{SavedState, read_beside, read_kept, read_numbers_beside};
+use crate::commands::moment::{ReplaySpeed, TimeArgument, day};
 use fusion::numbering::Given;
+use input::capture::{Capture, OpenError, SiteReceivers, StampKind, TrailerRules};
+use picture::formats::OutputFormat;
+use service::state::{SavedState, read_beside, read_kept, read_numbers_beside};
+use site::config::PictureKind;
 
-/// The day of files that do not say theirs, where none is given: the first of the epoch.
+/// Default day of files without a date: the first of the epoch.
 const UNDATED: Date = Date::constant(1970, 1, 1);
 
 /// Replays captured files through the same engine as the live service.
@@ -26,84 +26,83 @@ const UNDATED: Date = Date::constant(1970, 1, 1);
 /// The same input gives the same bytes, at any speed. Without -o a summary is printed.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// Captures: raw ASTERIX, pcap, pcapng, FINAL, ORADIS, Beast, AVR or a MAVLink log, gzip-compressed or not, recognised by
-    /// content; `-` is standard input.
-    /// Several are merged by reception time.
+    /// Capture files: raw ASTERIX, pcap, pcapng, FINAL, ORADIS, Beast, AVR or a MAVLink log, also gzip-compressed. The format is
+    /// recognised by content; `-` is standard input. Several are merged by reception time.
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// The site's configuration.
+    /// Site configuration.
     #[arg(long, value_name = "FILE")]
     pub config: PathBuf,
-    /// Where the output goes; `-` is standard output. The extension tells the format: .ast .pcap .ndjson .geojson
-    /// .csv .parquet .mcap.
+    /// Output file; `-` is standard output. The extension sets the format: .ast .pcap .ndjson .geojson .csv .parquet .mcap.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// The output's format, where the extension does not tell.
+    /// Output format, if the extension does not set it.
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub output_format: Option<OutputFormat>,
-    /// Which picture is written and counted: `lagged`, of the slots as they are published, or `now`, where aircraft were
-    /// predicted to be at the time of each publication. --udp sends each destination the one that it is configured for.
+    /// Picture to write and count: `lagged`, the slots as published, or `now`, the predicted positions at the time of each
+    /// publication. --udp sends each destination its configured picture.
     #[arg(long, value_name = "PICTURE", default_value = "lagged", value_parser = PictureKind::from_str, conflicts_with = "serve")]
     pub at: PictureKind,
-    /// The engine's profile, instead of the configuration's.
+    /// Profile of the engine, instead of the configured one.
     #[arg(long, value_name = "PROFILE")]
     pub profile: Option<String>,
-    /// How many times faster than it happened; `max`: as fast as it goes. By default max, with --udp, --to-inputs or --serve 1.
+    /// Replay speed as a multiple of real time, or `max` for as fast as possible. Default: max; with --udp, --to-inputs or
+    /// --serve, 1.
     #[arg(long, value_name = "N|max")]
-    pub speed: Option<Speed>,
-    /// No output before this time of the flight: 2026-11-20T10:00:00Z, 10:00:00 or +90s.
+    pub speed: Option<ReplaySpeed>,
+    /// Time of the flight at which the output starts: 2026-11-20T10:00:00Z, 10:00:00 or +90s.
     #[arg(long, value_name = "T")]
-    pub start: Option<Moment>,
-    /// No output from this time of the flight on.
+    pub start: Option<TimeArgument>,
+    /// Time of the flight at which the output ends.
     #[arg(long, value_name = "T")]
-    pub end: Option<Moment>,
-    /// UTC day of the first record of each file that does not say its day (raw ASTERIX, FINAL, ORADIS; Beast and AVR
-    /// without a time in the name).
-    /// Without it their times are dated from 1970-01-01 on, and a warning says so.
+    pub end: Option<TimeArgument>,
+    /// UTC day of the first record of files without a date (raw ASTERIX, FINAL, ORADIS; Beast and AVR without a time in the
+    /// name). By default 1970-01-01, with a warning.
     #[arg(long, value_name = "YYYY-MM-DD", value_parser = day)]
     pub date: Option<Date>,
-    /// Kind of the stamps in Beast and AVR files: a counter of 12 MHz, or seconds of the UTC day and nanoseconds (Radarcape).
-    /// `auto`: found out from the first frames.
+    /// Time stamps in Beast and AVR files: a 12 MHz counter, or seconds of the UTC day and nanoseconds (Radarcape). `auto`
+    /// determines the kind from the first frames.
     #[arg(long, value_enum, value_name = "KIND", default_value = "auto")]
-    pub stamps: Stamps,
-    /// Begins with the transponder numbers and the radars' registration that the service has kept in this directory (`[state]
-    /// dir`), or that stand beside a recording: `input-<start>`, for its `.numbers.json` and `.registration.json`; then what was
-    /// decided by hand (`.decisions.jsonl`, of each input) is decided again. It is only read.
+    pub stamps: StampKind,
+    /// Directory or recording from which to restore state. A directory (`[state] dir`) has the transponder numbers and the
+    /// registration of radars kept by the service. `input-<start>` names the files beside a recording: `.numbers.json`,
+    /// `.registration.json` and, for each input, the operator decisions (`.decisions.jsonl`), which are applied again. The files
+    /// are only read.
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
-    /// Sends the output as the service would, tracks and status to `[output] asterix`, in real time; Ctrl-C ends it. The
-    /// times in it are those of the recording.
+    /// Sends the output as the service would, tracks and status to `[output] asterix`, in real time until Ctrl-C. Its times are
+    /// those of the recording.
     #[arg(long)]
     pub udp: bool,
-    /// Sends the recording itself to the UDP inputs of the site, for `utm-fusion run` on this machine: with its timing, and with
-    /// the times in its messages moved to now. Nothing leaves this machine. What the site has no input for is counted.
+    /// Sends the recorded datagrams to the UDP inputs of the site, for `utm-fusion run` on this machine. The timing is kept, and
+    /// times in the messages are moved to the present. Nothing leaves this machine. Datagrams without an input are counted.
     #[arg(long, conflicts_with_all = ["output", "output_format", "udp", "serve", "alerts", "conflicts", "stats", "state", "profile"])]
     pub to_inputs: bool,
-    /// Begins again at the end, with --udp, --to-inputs or --serve, until Ctrl-C. The times are those of the recording each time: they
-    /// step back where it begins again. With --to-inputs they go on.
+    /// Repeats the recording until Ctrl-C, with --udp, --to-inputs or --serve. Times jump back at each repetition, except with
+    /// --to-inputs.
     #[arg(long = "loop")]
     pub again: bool,
-    /// Serves the API and the map of it, until Ctrl-C; it can be paused, sped up, and taken to another time.
+    /// Serves the API and the map of the replay until Ctrl-C. The replay can be paused, sped up, and moved to another time.
     #[arg(long, conflicts_with_all = ["output", "start", "end", "stats", "udp"])]
     pub serve: bool,
-    /// Where --serve listens, instead of the configuration's http.listen: 127.0.0.1:8080, or only a port of this machine.
+    /// Address for --serve, instead of the configured http.listen: 127.0.0.1:8080, or a port of this machine.
     #[arg(long, value_name = "ADDR", requires = "serve", value_parser = listen_address)]
     pub http: Option<SocketAddr>,
-    /// Where every alert goes that follows from the picture (area, integrity, jamming, silent, uncooperative, conflict): a JSON
-    /// object per line as it is raised, changes and ends, as the stream of the API has it.
+    /// File for alerts that follow from the picture (area, integrity, jamming, silent, uncooperative, conflict). One JSON object
+    /// per line, when an alert is raised, changes or ends, as in the API's stream.
     #[arg(long, value_name = "FILE", conflicts_with = "serve")]
     pub alerts: Option<PathBuf>,
-    /// Where every conflict goes, also where the configuration does not ask for them: a JSON object for every pair, volume and
-    /// second with a level, or with a probability of at least 0.01.
+    /// File for conflicts, even if the configuration does not enable them. One JSON object for every pair, volume and second with
+    /// a level, or with a probability of at least 0.01.
     #[arg(long, value_name = "FILE", conflicts_with = "serve")]
     pub conflicts: Option<PathBuf>,
-    /// Adds how long it took to the summary, and prints it to standard error where standard output holds data.
+    /// Adds the processing time to the summary, and prints it to standard error if standard output holds data.
     #[arg(long)]
     pub stats: bool,
 }
 
 impl Args {
-    /// The day on which files begin that do not say theirs; where none is given and one needs it, a warning is logged.
+    /// Day on which files without a date start. If none is given and a file needs it, a warning is logged.
     pub(super) fn day_of(&self, captures: &[Capture]) -> Date {
         self.date.unwrap_or_else(|| {
             for capture in captures.iter().filter(|capture| !capture.is_dated()) {
@@ -114,14 +113,14 @@ impl Args {
         })
     }
 
-    /// What `--state` names; of a recording in several files also the numbers and the decisions of each.
+    /// State named by `--state`. For a recording in several files, the numbers and decisions of each file.
     pub(super) fn saved_state(&self) -> io::Result<SavedState> {
         let Some(path) = &self.state else { return Ok(SavedState::default()) };
         let mut saved = read_kept(path)?;
         if !path.is_dir() {
             for input in &self.inputs {
                 saved.correlations.join(read_beside(input)?);
-                // A number that was somebody else's before is his who had it first.
+                // A number that had another identity before stays with the first identity.
                 let (numbers, identities): (BTreeSet<_>, BTreeSet<_>) =
                     saved.numbers.iter().map(|given| (given.number, given.identity)).unzip();
                 let is_free =
@@ -132,11 +131,11 @@ impl Args {
         Ok(saved)
     }
 
-    /// The inputs, with the trailers and the receivers of the site.
+    /// Opens the inputs, with the trailers and receivers of the site.
     pub(super) fn open(
         &self,
         trailers: &TrailerRules,
-        receivers: &Receivers,
+        receivers: &SiteReceivers,
     ) -> Result<Vec<Capture>, OpenError> {
         let receivers = receivers.clone().with_stamps(self.stamps);
         let open = |path: &PathBuf| {
@@ -145,7 +144,7 @@ impl Args {
         self.inputs.iter().map(open).collect()
     }
 
-    /// What makes no sense together.
+    /// Rejects arguments that contradict each other.
     pub(super) fn check(&self) -> Result<(), Usage> {
         let refuse = |text: &str| Err(Usage(text.to_owned()));
         if self.again && !self.udp && !self.to_inputs && !self.serve {
@@ -177,9 +176,9 @@ impl Args {
             );
         }
         let is_empty = match (self.start, self.end) {
-            (Some(Moment::After(start)), Some(Moment::After(end))) => end <= start,
-            (Some(Moment::At(start)), Some(Moment::At(end))) => end <= start,
-            // The day of a time of day is known once the recording is read.
+            (Some(TimeArgument::After(start)), Some(TimeArgument::After(end))) => end <= start,
+            (Some(TimeArgument::At(start)), Some(TimeArgument::At(end))) => end <= start,
+            // A time of day gets its day only when the recording is read.
             _ => false,
         };
         if is_empty {

@@ -1,54 +1,54 @@
-//! Moves the times inside recorded messages, in place: a receiver takes them for messages of now.
+//! Moves the times inside recorded messages to the present, in place.
 
 use asterix::{
     Block, DataSource, Profile, Record, TimeOfDay, blocks, cat015, cat021, cat034, cat048, cat129, items,
 };
 use serde_json::Value;
 
-use crate::gateways::remote_id::{is_broadcast, is_lines, lines};
-use crate::hex;
-use crate::normalise::{nearest_day, time_of_day_count};
 use fusion::time::{SECOND, Time};
+use input::gateways::remote_id::{is_broadcast, is_lines, lines};
+use input::hex;
+use input::normalise::{nearest_day, time_of_day_count};
 
-/// Maps the times of a recording to times of now.
+/// Mapping from the times of a recording to the present.
 #[derive(Clone, Copy, Debug)]
 pub struct Redating {
     /// First time of the recording.
     first: Time,
-    /// The same, now.
+    /// Present time to which `first` is mapped.
     begins: Time,
     /// Seconds of the recording per second.
     speed: f64,
 }
 
-/// Octets of a Remote ID message, and of the header of a pack.
+/// Length of a Remote ID message, and of the header of a pack, in octets.
 const MESSAGE: usize = remote_id::LENGTH;
 const PACK_HEADER: usize = 3;
-/// Epoch of the seconds in a system message: 2019-01-01, seconds since 1970.
+/// Epoch of the seconds in a system message: 2019-01-01, in seconds since 1970.
 const SYSTEM_EPOCH_S: i64 = 1_546_300_800;
 /// Tenths of a second in an hour.
 const TENTHS_PER_HOUR: i64 = 36_000;
 const TENTH: i64 = SECOND / 10;
 
 impl Redating {
-    /// The recording begins with `first`, and is sent from `now` on. At the speed 1 all times move by the same whole number of
-    /// seconds, which every item can hold without rounding.
+    /// Maps `first` to `now`. At speed 1 all times move by the same whole number of seconds, which every item can represent
+    /// without rounding.
     pub fn new(first: Time, now: Time, speed: f64) -> Self {
         let seconds = (now.nanos() - first.nanos()).div_euclid(SECOND) + 1;
         Self { first, begins: Time::from_nanos(first.nanos() + seconds * SECOND), speed }
     }
 
-    /// When something of this time happens now.
+    /// Present time of the recorded time.
     pub fn now(&self, recorded: Time) -> Time {
         let after = recorded.nanos() - self.first.nanos();
-        // At the speed 1 without rounding.
+        // No rounding at speed 1.
         let after = if self.speed == 1.0 { after } else { (after as f64 / self.speed).round() as i64 };
         Time::from_nanos(self.begins.nanos() + after)
     }
 
-    /// Moves the times in a datagram that was received at `received`. What cannot be decoded stays as it is.
+    /// Moves the times in a datagram received at `received`. Data that cannot be decoded stay unchanged.
     ///
-    /// `edition` is that of the CAT021 of a source.
+    /// `edition` is the edition of a source's CAT021.
     pub fn move_times(
         &self,
         payload: &mut Vec<u8>,
@@ -92,7 +92,7 @@ impl Redating {
         }
     }
 
-    /// The offsets of the times of day in a block, each with the octets that belong there.
+    /// Offsets of the times of day in a block, each with the octets to write there.
     fn times_in<R: Record>(
         &self,
         block: Block<'_>,
@@ -102,7 +102,7 @@ impl Redating {
     ) -> Vec<(usize, Vec<u8>)> {
         let profile: &'static Profile = R::profile(edition);
         let mut found = Vec::new();
-        // Where a record cannot be decoded, those behind it are unknown.
+        // The records after an undecodable one cannot be located.
         for located in block.records_in::<R>(edition).map_while(Result::ok) {
             let begins = located.offset - block.offset;
             let octets = &block.octets[begins..begins + located.length];
@@ -116,7 +116,7 @@ impl Redating {
                     found.push((located.offset + offset, count.to_be_bytes()[1..].to_vec()));
                     latest = Some(count);
                 }
-                // The fraction of the time before it: at other speeds no finer than that.
+                // At other speeds this high-precision item holds the fraction of the rounded time before it.
                 if self.speed != 1.0
                     && R::CATEGORY == cat021::Record::CATEGORY
                     && matches!(item.item, "074" | "076")
@@ -131,12 +131,12 @@ impl Redating {
         found
     }
 
-    /// A time of day, counts of 1/128 s, as it is now; `None` where it is no time of day.
+    /// Present time of day, in units of 1/128 s; `None` if `recorded` is not a time of day.
     fn count(&self, recorded: u32, received: Time) -> Option<u32> {
         Some(time_of_day_count(self.now(nearest_day(recorded, received)?)))
     }
 
-    /// Moves the times in a message of Remote ID or in a pack.
+    /// Moves the times in a Remote ID message or pack.
     fn move_messages(&self, octets: &mut [u8], received: Time) {
         let header = if octets.first().is_some_and(|first| first >> 4 == 0xf) { PACK_HEADER } else { 0 };
         let Some(messages) = octets.get_mut(header..) else { return };
@@ -169,7 +169,7 @@ impl Redating {
         }
     }
 
-    /// A gateway's line with its times moved; one that cannot be read stays as it is.
+    /// A gateway's line with its times moved; an invalid line stays unchanged.
     fn move_line(&self, line: &[u8], received: Time) -> Vec<u8> {
         let Ok(Value::Object(mut members)) = serde_json::from_slice(line) else { return line.to_vec() };
         let mut heard = received;
@@ -224,7 +224,7 @@ mod tests {
         let begins = Redating::new(FIRST, NOW, 1.0).now(FIRST);
         assert!(begins > NOW && begins.nanos() - NOW.nanos() <= SECOND);
         assert_eq!((begins.nanos() - FIRST.nanos()) % SECOND, 0);
-        // Over midnight.
+        // Across midnight.
         let expected = (time_of_day_count(begins) + 5 * 128 + 77) % TimeOfDay::PER_DAY;
         let differing: Vec<usize> = (0..recorded.len()).filter(|&at| recorded[at] != moved[at]).collect();
         let at = |range: std::ops::Range<usize>| {
@@ -268,7 +268,7 @@ mod tests {
             hex::text(&octets)
         );
         let moved = redated(line.as_bytes(), FIRST, 1.0);
-        let line = crate::gateways::remote_id::Line::parse(&moved).unwrap();
+        let line = input::gateways::remote_id::BroadcastLine::parse(&moved).unwrap();
         assert_eq!(line.time, Some(Redating::new(FIRST, NOW, 1.0).now(received)));
         assert!((seconds(&line.octets) - expected).abs() < 1e-9);
     }

@@ -1,4 +1,4 @@
-//! `replay --to-inputs`: a recording becomes the input of a live service on this machine.
+//! `replay --to-inputs`: sends a recording to the inputs of a live service on this machine.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -14,37 +14,37 @@ use tracing::{error, info};
 
 use super::args::Args;
 use super::redate::Redating;
-use crate::app::{Failure, Stop};
-use crate::areas::Masks;
-use crate::capture::{Capture, Merged, Receivers, Reception, TrailerRules};
-use crate::commands::moment::{Moment, Speed};
+use crate::app::{AppError, Stop};
+use crate::commands::moment::{ReplaySpeed, TimeArgument};
 use crate::commands::table::grouped;
 use crate::commands::{CommandResult, Outcome, Usage};
-use crate::config::{Address, Config, Input, Sensor, SensorKind};
-use crate::gateways::remote_id::{Line, is_broadcast, is_lines, lines};
-use crate::live::now;
-use crate::names::counted;
-use crate::net::send::local_socket;
-use crate::normalise::Normaliser;
+use input::capture::{Capture, MergedCaptures, Reception, SiteReceivers, TrailerRules};
+use input::gateways::remote_id::{BroadcastLine, is_broadcast, is_lines, lines};
+use input::names::counted;
+use input::normalise::Normaliser;
+use service::live::now;
+use service::net::send::local_socket;
+use site::areas::Masks;
+use site::config::{Address, Config, Input, Sensor, SensorKind};
 
-/// Sends the datagrams of the recording to the inputs of the site, with their timing and with times of now, until its end or
+/// Sends the datagrams of the recording to the inputs of the site, with their timing and with present times, until its end or
 /// Ctrl-C.
 ///
 /// # Errors
-/// The site has no UDP input, an input takes nothing from this machine, or no datagram is for the site.
+/// The site has no UDP input, an input accepts nothing from this machine, or no datagram is for the site.
 pub(super) fn send(args: &Args, config: &Config) -> CommandResult {
     let speed = match args.speed {
         None => 1.0,
-        Some(Speed::Times(times)) => times,
-        Some(Speed::Max) => {
+        Some(ReplaySpeed::Times(times)) => times,
+        Some(ReplaySpeed::Max) => {
             let text = "--to-inputs needs a speed: a service of now takes no hour within a second";
             return Err(Usage(text.to_owned()).into());
         }
     };
     let normaliser = Normaliser::new(config, Masks::default());
-    let (trailers, receivers) = (TrailerRules::of(config), Receivers::of(config));
+    let (trailers, receivers) = (TrailerRules::of(config), SiteReceivers::of(config));
     let mut rehearsal = Rehearsal {
-        lines: Lines::open(config)?,
+        lines: UdpInputs::open(config)?,
         config,
         editions: normaliser.editions(),
         normaliser,
@@ -57,7 +57,7 @@ pub(super) fn send(args: &Args, config: &Config) -> CommandResult {
     let day = args.day_of(&captures);
     let (outcome, is_whole) = loop {
         let (outcome, is_whole) = rehearsal.pass(args, captures, day, speed)?;
-        // A recording without a datagram would go round without a pause.
+        // A recording without a datagram would repeat without a pause.
         if !args.again || !is_whole || rehearsal.sent.is_empty() {
             break (outcome, is_whole);
         }
@@ -76,31 +76,31 @@ pub(super) fn send(args: &Args, config: &Config) -> CommandResult {
     Ok(outcome)
 }
 
-/// Sends, and counts what is sent.
+/// Sends datagrams and counts them.
 struct Rehearsal<'a> {
     config: &'a Config,
-    lines: Lines,
+    lines: UdpInputs,
     normaliser: Normaliser,
     editions: BTreeMap<DataSource, cat021::Edition>,
     stop: Stop,
-    /// Datagrams, by the place of the input in `lines`.
+    /// Number of datagrams sent, by the index of the input in `lines`.
     sent: BTreeMap<usize, u64>,
-    /// Datagrams that the site has no input for, by what they hold.
+    /// Number of datagrams without an input, by content.
     unsent: BTreeMap<String, u64>,
-    /// How late the latest datagram was sent.
+    /// Maximum delay of a datagram beyond its due time.
     latest: SignedDuration,
 }
 
 impl Rehearsal<'_> {
-    /// Sends the recording once; whether its end was reached.
+    /// Sends the recording once. Returns whether its end was reached.
     fn pass(
         &mut self,
         args: &Args,
         captures: Vec<Capture>,
         day: Date,
         speed: f64,
-    ) -> Result<(Outcome, bool), Failure> {
-        let mut merged = Merged::new(captures, day).with_editions(self.editions.clone());
+    ) -> Result<(Outcome, bool), AppError> {
+        let mut merged = MergedCaptures::new(captures, day).with_editions(self.editions.clone());
         let mut outcome = Outcome::Done;
         let (mut first, mut redating) = (None, None);
         while let Some(next) = merged.next() {
@@ -118,7 +118,7 @@ impl Rehearsal<'_> {
                 continue;
             };
             let first = *first.get_or_insert(received);
-            let is_before = |moment: Moment| received < moment.resolve(first);
+            let is_before = |moment: TimeArgument| received < moment.resolve(first);
             if args.start.is_some_and(is_before) {
                 continue;
             }
@@ -149,14 +149,14 @@ impl Rehearsal<'_> {
         Ok((outcome, true))
     }
 
-    /// The input that a datagram goes to: the one with the address that it was recorded at, else the first of the sensor that
-    /// its records are from.
+    /// Input for a datagram: the one with the address it was recorded at, else the first input of the sensor that sent the
+    /// records.
     fn line_of(&self, reception: &Reception, destination: Option<SocketAddr>) -> Option<usize> {
         let at = destination.and_then(|destination| self.lines.at(destination));
         at.or_else(|| self.lines.first_of(self.sensor(&reception.payload)?))
     }
 
-    /// The place of the sensor in the configuration.
+    /// Index of the sensor in the configuration.
     fn sensor(&self, payload: &[u8]) -> Option<usize> {
         let mut sensors = self.config.sensors.iter();
         let is_receiver =
@@ -165,7 +165,7 @@ impl Rehearsal<'_> {
             return sensors.position(is_receiver);
         }
         if is_lines(payload) {
-            let named = lines(payload).find_map(|line| Line::parse(line).ok()?.receiver);
+            let named = lines(payload).find_map(|line| BroadcastLine::parse(line).ok()?.receiver);
             return sensors.position(|sensor| {
                 is_receiver(sensor) && named.as_ref().is_none_or(|receiver| *receiver == sensor.id)
             });
@@ -174,7 +174,7 @@ impl Rehearsal<'_> {
         sources(payload).find_map(of).map(|index| usize::from(index.0))
     }
 
-    /// The content of a datagram without an input.
+    /// Content of a datagram without an input.
     fn content(&self, payload: &[u8], destination: Option<SocketAddr>) -> String {
         let content = if is_broadcast(payload) || is_lines(payload) {
             "Remote ID".to_owned()
@@ -222,25 +222,25 @@ fn sources(payload: &[u8]) -> impl Iterator<Item = (u8, DataSource)> {
     blocks(payload).flatten().filter_map(|block| Some((block.category, block.first_source()?)))
 }
 
-/// The UDP inputs of a site, each with a socket that sends to it.
-struct Lines {
-    lines: Vec<InputLine>,
-    /// One for each pair of interface and own address: a sensor's inputs hear one sender, as they did when it was recorded.
+/// UDP inputs of a site, each with a socket that sends to it.
+struct UdpInputs {
+    lines: Vec<UdpInput>,
+    /// One socket per pair of interface and own address, so that all inputs of a sensor have one sender, as when recorded.
     sockets: BTreeMap<(Option<Ipv4Addr>, Ipv4Addr), UdpSocket>,
 }
 
-struct InputLine {
-    /// Place of its sensor in the configuration.
+struct UdpInput {
+    /// Index of the sensor in the configuration.
     sensor: usize,
-    /// Its sensor and its address, for people.
+    /// Text with sensor and address.
     name: String,
     input: Input,
     to: SocketAddrV4,
     socket: (Option<Ipv4Addr>, Ipv4Addr),
 }
 
-impl Lines {
-    fn open(config: &Config) -> Result<Self, Failure> {
+impl UdpInputs {
+    fn open(config: &Config) -> Result<Self, AppError> {
         let mut opened = Self { lines: Vec::new(), sockets: BTreeMap::new() };
         for (index, sensor) in config.sensors.iter().enumerate() {
             for &input in &sensor.inputs {
@@ -253,7 +253,7 @@ impl Lines {
         Ok(opened)
     }
 
-    fn add(&mut self, sensor: usize, id: &str, input: Input) -> Result<(), Failure> {
+    fn add(&mut self, sensor: usize, id: &str, input: Input) -> Result<(), AppError> {
         let (to, interface, own) = match input.address {
             Address::Multicast { group, interface } => {
                 let own = if interface.is_loopback() { interface } else { Ipv4Addr::UNSPECIFIED };
@@ -262,7 +262,7 @@ impl Lines {
             Address::Unicast(address) if address.is_unspecified() => {
                 (Ipv4Addr::LOCALHOST, None, Ipv4Addr::LOCALHOST)
             }
-            // Only an address of this machine can be bound: nothing is sent to another one.
+            // Only an address of this machine can be bound, so nothing is sent to another machine.
             Address::Unicast(address) => (address, None, address),
         };
         let to = SocketAddrV4::new(to, input.port);
@@ -278,11 +278,11 @@ impl Lines {
             };
             entry.insert(local_socket(socket.0, socket.1).map_err(problem)?);
         }
-        self.lines.push(InputLine { sensor, name, input, to, socket });
+        self.lines.push(UdpInput { sensor, name, input, to, socket });
         Ok(())
     }
 
-    /// The input that listens at the address.
+    /// Input that listens at the address.
     fn at(&self, destination: SocketAddr) -> Option<usize> {
         let IpAddr::V4(address) = destination.ip() else { return None };
         self.lines.iter().position(|line| {
@@ -302,9 +302,9 @@ impl Lines {
         &self.lines[line].name
     }
 
-    fn send(&self, line: usize, payload: &mut Vec<u8>) -> Result<(), Failure> {
+    fn send(&self, line: usize, payload: &mut Vec<u8>) -> Result<(), AppError> {
         let line = &self.lines[line];
-        // The input removes as many.
+        // The input removes the same number of octets.
         payload.resize(payload.len() + usize::from(line.input.trailer_octets.unwrap_or(0)), 0);
         let socket = &self.sockets[&line.socket];
         socket

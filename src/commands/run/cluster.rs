@@ -6,15 +6,15 @@ use tokio::signal::unix::Signal;
 use tracing::info;
 
 use super::{Args, WATCH, begin, reload_of};
-use crate::app::{Failure, Live, Parts, Signals};
-use crate::areas::Areas;
+use crate::app::{AppError, Live, Parts, Signals};
 use crate::commands::notify::Notifier;
 use crate::commands::reload::Reload;
 use crate::commands::{CommandResult, Outcome};
-use crate::config::{Cluster, Config, Role};
-use crate::state::StateLock;
+use service::state::StateLock;
+use site::areas::Areas;
+use site::config::{Cluster, Config, Role};
 
-/// Does what the roles of this process say, until it is stopped.
+/// Runs the roles of this process until it is stopped.
 pub(super) async fn serve(
     args: &Args,
     (config, cluster): (Arc<Config>, &Cluster),
@@ -24,7 +24,7 @@ pub(super) async fn serve(
     // A gateway keeps no state.
     let keeps_state = [Role::Node, Role::Picture].into_iter().any(|role| cluster.does(role));
     let _lock = if keeps_state { StateLock::take(&config.state.dir)? } else { None };
-    // An address that is taken is told before anything is written into the log.
+    // An address in use is reported before anything is written to the log.
     let builder = if cluster.does(Role::Picture) { Some(begin(&config, &areas)?) } else { None };
     let Some(mut parts) = Parts::join(&config, cluster, &areas, &mut signals).await? else {
         return Ok(Outcome::Done);
@@ -38,10 +38,10 @@ pub(super) async fn serve(
     let roles = cluster.roles.iter().map(Role::name).collect::<Vec<_>>().join(", ");
     info!(site = config.site.name, node = cluster.node, roles, url, "running; Ctrl-C ends it");
     let notifier = Notifier::from_env();
-    notifier.tell("READY=1");
+    notifier.notify("READY=1");
     let ended = wait(&mut reload, (&mut signals, &mut hangup), live.as_ref(), &parts, &notifier).await;
     info!("stopping");
-    notifier.tell("STOPPING=1");
+    notifier.notify("STOPPING=1");
     parts.leave().await;
     if let Some(live) = live {
         live.stop(&mut signals).await?;
@@ -51,14 +51,14 @@ pub(super) async fn serve(
     Ok(Outcome::Done)
 }
 
-/// Waits for the end; an error where a part has ended by itself.
+/// Waits for the end. Returns an error if a part ended by itself.
 async fn wait(
     reload: &mut Option<Reload>,
     (signals, hangup): (&mut Signals, &mut Signal),
     live: Option<&Live>,
     parts: &Parts,
     notifier: &Notifier,
-) -> Result<(), Failure> {
+) -> Result<(), AppError> {
     let mut watch = tokio::time::interval(WATCH);
     loop {
         tokio::select! {
@@ -68,7 +68,7 @@ async fn wait(
                 if live.is_some_and(Live::has_ended) || parts.has_ended() {
                     return Err("a thread of the service has ended; this is a bug".into());
                 }
-                notifier.tell("WATCHDOG=1");
+                notifier.notify("WATCHDOG=1");
             }
         }
     }

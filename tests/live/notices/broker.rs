@@ -1,4 +1,4 @@
-//! mosquitto, a broker of MQTT 5, on this machine; and a client that hears what it has.
+//! mosquitto, a broker of MQTT 5, on this machine; and a client that reads its messages.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -21,12 +21,12 @@ pub(crate) struct Broker {
 }
 
 impl Broker {
-    /// `None`, and a line, where it is not installed. `more`: lines of its configuration.
+    /// Starts the broker, with the lines `more` in its configuration. `None`, with a message, if it is not installed.
     pub(crate) fn start(more: &str) -> Option<Self> {
         Self::start_in(Scratch::new(), more)
     }
 
-    /// The same with files beside it.
+    /// Starts the broker with the files of `scratch`.
     pub(crate) fn start_in(scratch: Scratch, more: &str) -> Option<Self> {
         let Some(program) = program() else {
             eprintln!("skipped: mosquitto is not installed");
@@ -41,7 +41,7 @@ impl Broker {
         Some(broker)
     }
 
-    /// It ends, and forgets everything.
+    /// Stops the broker, which loses its state.
     pub(crate) fn stop(&mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
@@ -60,7 +60,7 @@ impl Broker {
         Listener::new(self.port)
     }
 
-    /// What it retains now, by topic.
+    /// Retained messages, by topic.
     pub(crate) fn retained(&self) -> BTreeMap<String, String> {
         let mut listener = self.listener();
         listener.client.publish("mark", QoS::AtLeastOnce, false, "").unwrap();
@@ -105,7 +105,7 @@ fn spawn(program: &PathBuf, scratch: &Scratch) -> Child {
     command.stdout(Stdio::null()).stderr(log).spawn().unwrap()
 }
 
-/// Hears every topic.
+/// Client that subscribes to all topics.
 pub(crate) struct Listener {
     pub(crate) client: Client,
     connection: Connection,
@@ -121,7 +121,7 @@ impl Listener {
         Self { client, connection }
     }
 
-    /// The next message: topic, text, and whether it was retained before.
+    /// The next message: topic, text, and whether it was retained.
     pub(crate) fn next(&mut self) -> (String, String, bool) {
         loop {
             let event = self.connection.recv_timeout(PATIENCE).expect("a message comes");
@@ -132,7 +132,7 @@ impl Listener {
         }
     }
 
-    /// Waits for the broker to have a subscription.
+    /// Waits for the broker's acknowledgement of the subscription.
     pub(crate) fn ready(mut self) -> Self {
         loop {
             let event = self.connection.recv_timeout(PATIENCE).expect("an answer comes");
@@ -142,7 +142,7 @@ impl Listener {
         }
     }
 
-    /// Publishes, and waits until the broker has it.
+    /// Publishes, and waits for the broker's acknowledgement.
     pub(crate) fn retain(&mut self, topic: &str, text: &str) {
         self.client.publish(topic, QoS::AtLeastOnce, true, text.to_owned()).unwrap();
         while let Ok(event) = self.connection.recv_timeout(Duration::from_secs(5)) {

@@ -1,9 +1,9 @@
-//! A broker of MQTT 5: what it retains, what happens, and what becomes of both when it is gone.
+//! A broker of MQTT 5: its retained messages and events, also while it is unreachable.
 
 use rcgen::{CertificateParams, KeyPair};
 use serde_json::Value;
-use utm_fusion::live::{Alert, Change, Severity};
-use utm_fusion::notices::{Loss, Receivers};
+use utm_fusion::live::{Alert, AlertChange, Severity};
+use utm_fusion::notices::{NoticeLoss, NoticeReceivers};
 
 use super::broker::Broker;
 use super::{Desk, alert, ended, site, wait_for};
@@ -23,7 +23,7 @@ fn topic(id: u64) -> String {
 }
 
 #[test]
-fn an_alert_is_retained_while_it_lasts_and_each_change_is_an_event() {
+fn alert_is_retained_and_each_change_is_an_event() {
     let Some(broker) = Broker::start("") else { return };
     let mut listener = broker.listener().ready();
     let mut desk = Desk::open(&site(&mqtt(&broker, "")));
@@ -32,7 +32,7 @@ fn an_alert_is_retained_while_it_lasts_and_each_change_is_an_event() {
         (topic, text)
     };
     assert_eq!(next(), (STATUS.to_owned(), "online".to_owned()));
-    desk.note(Change::Began, &alert(1));
+    desk.note(AlertChange::Began, &alert(1));
     let (state, text) = next();
     assert_eq!(state, topic(1));
     let json: Value = serde_json::from_str(&text).unwrap();
@@ -45,13 +45,13 @@ fn an_alert_is_retained_while_it_lasts_and_each_change_is_an_event() {
         (&"began".into(), &"north".into(), &json)
     );
 
-    desk.note(Change::Changed, &Alert { severity: Severity::Critical, ..alert(1) });
+    desk.note(AlertChange::Changed, &Alert { severity: Severity::Critical, ..alert(1) });
     let texts = [next().1, next().1];
     assert!(texts.iter().all(|text| text.contains("\"critical\"")), "{texts:?}");
     broker.comes_to_retain(&[&topic(1), STATUS]);
     assert_eq!(next().0, "mark");
 
-    desk.note(Change::Ended, &ended(1));
+    desk.note(AlertChange::Ended, &ended(1));
     assert_eq!(next(), (topic(1), String::new()));
     assert!(next().1.contains("\"ended\""));
     wait_for("three are sent", || desk.counts("mqtt").sent == 3);
@@ -59,13 +59,13 @@ fn an_alert_is_retained_while_it_lasts_and_each_change_is_an_event() {
 }
 
 #[test]
-fn a_service_that_ends_leaves_nothing_but_that_it_is_offline() {
+fn stopped_service_leaves_only_its_offline_state() {
     let Some(broker) = Broker::start("") else { return };
     let mut desk = Desk::open(&site(&mqtt(&broker, "")));
-    (1..=20).for_each(|id| desk.note(Change::Began, &alert(id)));
+    (1..=20).for_each(|id| desk.note(AlertChange::Began, &alert(id)));
     wait_for("all are sent", || desk.counts("mqtt").sent == 20);
     assert_eq!(broker.retained().len(), 21);
-    desk.note(Change::Changed, &alert(7));
+    desk.note(AlertChange::Changed, &alert(7));
     desk.close();
     assert_eq!(desk.counts("mqtt").sent, 21);
     let retained: Vec<_> = broker.retained().into_iter().collect();
@@ -73,40 +73,40 @@ fn a_service_that_ends_leaves_nothing_but_that_it_is_offline() {
 }
 
 #[test]
-fn what_a_run_that_broke_off_left_is_cleared() {
+fn remains_of_a_crashed_run_are_cleared() {
     let Some(broker) = Broker::start("") else { return };
     let mut listener = broker.listener().ready();
     listener.retain(&topic(99), "{\"id\":\"area-99\"}");
     listener.retain(&topic(1), "{\"id\":\"area-1\"}");
     listener.retain("north/other/alerts/area/area-99", "somebody else's");
     let mut desk = Desk::open(&site(&mqtt(&broker, "")));
-    desk.note(Change::Began, &alert(1));
+    desk.note(AlertChange::Began, &alert(1));
     broker.comes_to_retain(&[&topic(1), STATUS, "north/other/alerts/area/area-99"]);
     assert!(broker.retained()[&topic(1)].contains("Airfield"));
 }
 
 #[test]
-fn a_broker_that_comes_back_hears_how_things_are_now() {
+fn returning_broker_gets_the_present_alerts() {
     let Some(mut broker) = Broker::start("") else { return };
     let mut desk = Desk::open(&site(&mqtt(&broker, "")));
-    desk.note(Change::Began, &alert(1));
-    desk.note(Change::Began, &alert(2));
+    desk.note(AlertChange::Began, &alert(1));
+    desk.note(AlertChange::Began, &alert(2));
     wait_for("both are sent", || desk.counts("mqtt").sent == 2);
     broker.stop();
     wait_for("it is missed", || desk.counts("mqtt").is_failing);
-    desk.note(Change::Ended, &ended(1));
-    desk.note(Change::Began, &alert(3));
-    desk.note(Change::Acknowledged, &alert(3));
+    desk.note(AlertChange::Ended, &ended(1));
+    desk.note(AlertChange::Began, &alert(3));
+    desk.note(AlertChange::Acknowledged, &alert(3));
     broker.start_again();
     broker.comes_to_retain(&[&topic(2), &topic(3), STATUS]);
-    // The end of the first, and one of the third that stands for both.
+    // The end of the first alert, and one notice of the third that covers both changes.
     wait_for("what happened is sent", || desk.counts("mqtt").sent == 4);
     let counts = desk.counts("mqtt");
-    assert_eq!((counts.waiting, Loss::ALL.map(|loss| counts.lost(loss))), (0, [0; 3]));
+    assert_eq!((counts.waiting, NoticeLoss::ALL.map(|loss| counts.lost(loss))), (0, [0; 3]));
 }
 
 #[test]
-fn who_is_not_let_in_says_why_and_a_password_lets_in() {
+fn refused_login_is_reported_and_a_password_accepted() {
     let scratch = Scratch::new();
     let passwords = scratch.path("passwords");
     let made = std::process::Command::new("mosquitto_passwd")
@@ -123,7 +123,7 @@ fn who_is_not_let_in_says_why_and_a_password_lets_in() {
     let Some(broker) = Broker::start_in(scratch, &more) else { return };
     let answer = |password: &std::path::Path| {
         let login = format!("username = \"fusion\"\npassword_file = \"{}\"", password.display());
-        let receivers = Receivers::open(&site(&mqtt(&broker, &login))).unwrap();
+        let receivers = NoticeReceivers::open(&site(&mqtt(&broker, &login))).unwrap();
         utm_fusion::app::runtime(1).unwrap().block_on(receivers.test()).remove(0).1
     };
     assert_eq!(answer(&right), Ok("published on north/fusion/alerts/events".to_owned()));
@@ -131,18 +131,18 @@ fn who_is_not_let_in_says_why_and_a_password_lets_in() {
 }
 
 #[test]
-fn what_is_too_large_for_a_broker_is_lost_and_the_rest_goes_on() {
+fn oversized_message_is_lost_and_others_are_sent() {
     let Some(broker) = Broker::start("max_packet_size 1000\n") else { return };
     let mut desk = Desk::open(&site(&mqtt(&broker, "")));
-    desk.note(Change::Began, &Alert { text: "x".repeat(2_000), ..alert(1) });
-    desk.note(Change::Began, &alert(2));
+    desk.note(AlertChange::Began, &Alert { text: "x".repeat(2_000), ..alert(1) });
+    desk.note(AlertChange::Began, &alert(2));
     wait_for("the second is sent", || desk.counts("mqtt").sent == 1);
-    assert_eq!(desk.counts("mqtt").lost(Loss::Refused), 1);
+    assert_eq!(desk.counts("mqtt").lost(NoticeLoss::Refused), 1);
     broker.comes_to_retain(&[&topic(2), STATUS]);
 }
 
 #[test]
-fn over_tls_the_broker_has_to_prove_who_it_is() {
+fn tls_broker_needs_a_valid_certificate() {
     let scratch = Scratch::new();
     let key = KeyPair::generate().unwrap();
     let certificate =
@@ -158,7 +158,7 @@ fn over_tls_the_broker_has_to_prove_who_it_is() {
     let Some(_broker) = Broker::start_in(scratch, &more) else { return };
     let answer = |more: &str| {
         let text = format!("[alerts.mqtt]\nhost = \"localhost\"\nport = {port}\n{more}");
-        let receivers = Receivers::open(&site(&text)).unwrap();
+        let receivers = NoticeReceivers::open(&site(&text)).unwrap();
         utm_fusion::app::runtime(1).unwrap().block_on(receivers.test()).remove(0).1
     };
     let known = answer(&format!("tls = true\nca = \"{}\"", ca.display()));

@@ -1,4 +1,4 @@
-//! An HTTP server that answers as it is told to.
+//! An HTTP server with prescribed answers.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
@@ -10,20 +10,20 @@ use serde_json::Value;
 
 use super::PATIENCE;
 
-/// What it answers.
+/// An answer.
 #[derive(Clone, Copy)]
 pub(crate) enum Say {
     /// A status, and header lines.
     Status(u16, &'static str),
-    /// Nothing; it holds the connection.
+    /// No answer; the connection stays open.
     Nothing,
 }
 
-/// What was posted.
+/// A posted request.
 #[derive(Debug)]
 pub(crate) struct Posted {
     pub(crate) path: String,
-    /// By their names in small letters.
+    /// Headers by their names in lower case.
     pub(crate) headers: BTreeMap<String, String>,
     pub(crate) body: Vec<u8>,
 }
@@ -33,7 +33,7 @@ impl Posted {
         serde_json::from_slice(&self.body).unwrap()
     }
 
-    /// Number of the alert, what became of it, and what had before.
+    /// Id of the alert, its latest change, and its earlier changes.
     pub(crate) fn told(&self) -> (String, String, Vec<String>) {
         let json = self.json();
         let text = |value: &Value| value.as_str().unwrap().to_owned();
@@ -48,7 +48,7 @@ pub(crate) struct Receiver {
 }
 
 impl Receiver {
-    /// Answers in that order, and then 204.
+    /// Gives these answers in order, and then 204.
     pub(crate) fn start(answers: &[Say]) -> Self {
         Self::on(TcpListener::bind("127.0.0.1:0").unwrap(), answers)
     }
@@ -97,13 +97,13 @@ impl Receiver {
         self.heard.recv_timeout(PATIENCE).expect("something is posted")
     }
 
-    /// Nothing else has been posted.
+    /// Whether no other request was posted.
     pub(crate) fn is_done(&self) -> bool {
         matches!(self.heard.recv_timeout(Duration::from_millis(1)), Err(RecvTimeoutError::Timeout))
     }
 }
 
-/// One request, where there is one.
+/// The next request, if there is one.
 pub(crate) fn posted(stream: &mut impl BufRead) -> Option<Posted> {
     let mut line = String::new();
     stream.read_line(&mut line).ok()?;
@@ -121,7 +121,7 @@ pub(crate) fn posted(stream: &mut impl BufRead) -> Option<Posted> {
     Some(Posted { path, headers, body })
 }
 
-/// The same over TLS, one connection after the other: what was posted.
+/// Requests over TLS, one connection after the other.
 pub(crate) fn over_tls(listener: TcpListener, certificate: &str, key: &str) -> Heard<Posted> {
     use tokio_rustls::rustls::crypto::ring;
     use tokio_rustls::rustls::pki_types::pem::PemObject;

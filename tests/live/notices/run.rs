@@ -1,4 +1,4 @@
-//! The program itself: a sensor falls silent, and who is elsewhere hears of it.
+//! The program itself: a sensor falls silent, and a remote receiver is notified.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -12,7 +12,7 @@ use super::{site, wait_for};
 use crate::common::{Running, Scratch, flight, on_own_ports, utm_fusion};
 
 #[test]
-fn a_silent_sensor_is_heard_of_at_a_webhook_and_a_broker() {
+fn silent_sensor_is_sent_to_webhook_and_broker() {
     let scratch = Scratch::new();
     let scenario = "name = \"still\"\nduration_s = 20\n[drones]\nmultirotors = 1\nequipped = 1\n";
     let mut config: Config = on_own_ports(&flight(scenario, 1, None).config, 24_400, &scratch, None);
@@ -42,7 +42,7 @@ fn a_silent_sensor_is_heard_of_at_a_webhook_and_a_broker() {
     };
     let status = "utm-fusion/status";
     wait_for("both sensors are retained", || broker.retained().len() == 1 + config.sensors.len());
-    // It dies: whoever listens is told so by the broker.
+    // The program is killed: the broker notifies its subscribers.
     service.signal("-KILL");
     service.wait(Duration::from_secs(5));
     wait_for("it is offline", || broker.retained()[status] == "offline");
@@ -61,11 +61,11 @@ fn a_silent_sensor_is_heard_of_at_a_webhook_and_a_broker() {
 }
 
 #[test]
-fn a_second_signal_ends_it_at_once() {
+fn second_signal_ends_the_service_at_once() {
     let scratch = Scratch::new();
     let scenario = "name = \"still\"\nduration_s = 20\n[drones]\nmultirotors = 1\nequipped = 1\n";
     let mut config = on_own_ports(&flight(scenario, 1, None).config, 24_410, &scratch, None);
-    // What is on its way there keeps the service for more than a second.
+    // A pending delivery keeps the service running for more than a second.
     let silent = Receiver::start(&[Say::Nothing]);
     let hook = format!("[[alerts.webhooks]]\nid = \"a\"\nurl = \"{}\"\nkinds = [\"sensor\"]\n", silent.url());
     config.alerts = site(&hook).alerts;
@@ -83,7 +83,7 @@ fn a_second_signal_ends_it_at_once() {
     assert!(log.contains("stopped at once; not all that was owed may have been sent"), "{log}");
 }
 
-/// What the service counts.
+/// Metrics of the service.
 fn metrics(service: &Running) -> String {
     let log = service.log();
     let address = log.split("url=http://").nth(1).unwrap().split('/').next().unwrap();

@@ -1,11 +1,11 @@
-//! Webhooks: what is posted, and what becomes of it where the receiver is ill.
+//! Webhooks: posted notices, also with failing receivers.
 
 use std::net::TcpListener;
 
 use rcgen::{CertificateParams, KeyPair};
 use sha2::{Digest, Sha256};
-use utm_fusion::live::{Alert, Change, Severity};
-use utm_fusion::notices::{Loss, Receivers};
+use utm_fusion::live::{Alert, AlertChange, Severity};
+use utm_fusion::notices::{NoticeLoss, NoticeReceivers};
 
 use super::receiver::{Receiver, Say, over_tls};
 use super::{Desk, alert, ended, site, wait_for};
@@ -17,7 +17,7 @@ fn hook(id: &str, url: &str, more: &str) -> String {
     format!("[[alerts.webhooks]]\nid = \"{id}\"\nurl = \"{url}\"\n{more}\n")
 }
 
-/// HMAC by its definition, RFC 2104: H(key ^ outer, H(key ^ inner, text)).
+/// HMAC by its definition in RFC 2104: H(key ^ outer, H(key ^ inner, text)).
 fn hmac(key: &[u8], text: &[u8]) -> Vec<u8> {
     let mut block = [0; 64];
     block[..key.len()].copy_from_slice(key);
@@ -27,7 +27,7 @@ fn hmac(key: &[u8], text: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn a_notice_is_signed_and_tried_again_until_it_is_taken() {
+fn notice_is_signed_and_retried_until_accepted() {
     let scratch = Scratch::new();
     let secret = scratch.file("secret", "whsec_MDEyMzQ1Njc4OWFiY2RlZjAxMjM0NTY3ODlhYmNkZWY=\n");
     let authorization = scratch.file("authorization", "Bearer opensesame\n");
@@ -38,7 +38,7 @@ fn a_notice_is_signed_and_tried_again_until_it_is_taken() {
         authorization.display()
     );
     let mut desk = Desk::open(&site(&hook("a", &receiver.url(), &more)));
-    desk.note(Change::Began, &alert(1));
+    desk.note(AlertChange::Began, &alert(1));
     let posted = [receiver.next(), receiver.next(), receiver.next()];
     for post in &posted {
         assert_eq!(post.path, "/hook?key=1");
@@ -64,15 +64,15 @@ fn a_notice_is_signed_and_tried_again_until_it_is_taken() {
     wait_for("it is taken", || desk.counts("webhook:a").sent == 1);
     let counts = desk.counts("webhook:a");
     assert_eq!((counts.failed, counts.waiting, counts.is_failing), (2, 0, false));
-    // Another notice of the same alert is another one.
-    desk.note(Change::Ended, &ended(1));
+    // A later notice of the same alert has another id.
+    desk.note(AlertChange::Ended, &ended(1));
     let end = receiver.next();
     assert_ne!(end.headers["webhook-id"], posted[0].headers["webhook-id"]);
     assert_eq!(end.json()["alert"]["until"], "2025-11-13T02:13:29.000Z");
 }
 
 #[test]
-fn what_is_refused_is_lost_and_the_next_one_goes_on() {
+fn rejected_notice_is_lost_and_the_next_is_sent() {
     let answers = [
         Say::Status(429, "Retry-After: 1\r\n"),
         Say::Status(404, ""),
@@ -80,12 +80,12 @@ fn what_is_refused_is_lost_and_the_next_one_goes_on() {
     ];
     let receiver = Receiver::start(&answers);
     let mut desk = Desk::open(&site(&hook("a", &receiver.url(), "")));
-    desk.note(Change::Began, &alert(1));
-    desk.note(Change::Began, &alert(2));
-    desk.note(Change::Began, &alert(3));
+    desk.note(AlertChange::Began, &alert(1));
+    desk.note(AlertChange::Began, &alert(2));
+    desk.note(AlertChange::Began, &alert(3));
     let mut told: Vec<_> = (0..4).map(|_| receiver.next()).collect();
     assert!(!told[0].headers.contains_key("webhook-signature"), "there is no secret");
-    // The first is told to come later, and waits behind the others; these are not wanted.
+    // The first is to be repeated later, and waits behind the others, which are rejected.
     let ids = |post: &super::receiver::Posted| (post.told().0, post.path.clone());
     let first = told.remove(0);
     assert_eq!(ids(&first), ("area-1".to_owned(), "/hook?key=1".to_owned()));
@@ -93,33 +93,33 @@ fn what_is_refused_is_lost_and_the_next_one_goes_on() {
     assert_eq!(told.iter().map(ids).collect::<Vec<_>>(), wanted);
     wait_for("the first is taken", || desk.counts("webhook:a").sent == 1);
     assert!(receiver.is_done());
-    assert_eq!(Loss::ALL.map(|loss| desk.counts("webhook:a").lost(loss)), [0, 2, 0]);
+    assert_eq!(NoticeLoss::ALL.map(|loss| desk.counts("webhook:a").lost(loss)), [0, 2, 0]);
     assert_eq!(desk.troubles(), [""; 0], "it works again");
 }
 
 #[test]
-fn a_refusal_is_a_trouble_until_something_is_taken() {
+fn rejection_is_a_fault_until_a_delivery_succeeds() {
     let receiver = Receiver::start(&[Say::Status(401, "")]);
     let mut desk = Desk::open(&site(&hook("a", &receiver.url(), "")));
-    desk.note(Change::Began, &alert(1));
-    wait_for("it is refused", || desk.counts("webhook:a").lost(Loss::Refused) == 1);
+    desk.note(AlertChange::Began, &alert(1));
+    wait_for("it is refused", || desk.counts("webhook:a").lost(NoticeLoss::Refused) == 1);
     let wanted = "webhook:a: one notice of an alert is lost: answered 401 Unauthorized";
     assert_eq!(desk.troubles(), [wanted]);
-    desk.note(Change::Began, &alert(2));
+    desk.note(AlertChange::Began, &alert(2));
     wait_for("the next is taken", || desk.troubles().is_empty());
 }
 
 #[test]
-fn a_slow_receiver_hinders_nobody_and_gets_the_newest() {
+fn slow_receiver_delays_no_other_and_gets_the_newest() {
     let (slow, quick) = (Receiver::start(&[Say::Nothing]), Receiver::start(&[]));
     let hooks = hook("slow", &slow.url(), "timeout_s = 0.5") + &hook("quick", &quick.url(), "");
     let mut desk = Desk::open(&site(&hooks));
-    desk.note(Change::Began, &alert(1));
+    desk.note(AlertChange::Began, &alert(1));
     assert_eq!(slow.next().told(), ("area-1".to_owned(), "began".to_owned(), vec![]));
-    // What waits is replaced by what is newer, at the quick one too.
+    // A waiting notice is replaced by a newer one, also at the quick receiver.
     wait_for("the quick one has the first", || desk.counts("webhook:quick").sent == 1);
     for count in 2..=20 {
-        desk.note(Change::Changed, &Alert { severity: Severity::Critical, ..alert(1) });
+        desk.note(AlertChange::Changed, &Alert { severity: Severity::Critical, ..alert(1) });
         wait_for("the quick one has it", || desk.counts("webhook:quick").sent == count);
     }
     let began = vec!["began".to_owned()];
@@ -129,13 +129,13 @@ fn a_slow_receiver_hinders_nobody_and_gets_the_newest() {
 }
 
 #[test]
-fn a_receiver_that_comes_back_hears_how_things_are_now() {
+fn returning_receiver_gets_the_present_alerts() {
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let mut desk = Desk::open(&site(&hook("a", &format!("http://127.0.0.1:{port}"), "")));
-    desk.note(Change::Began, &alert(1));
+    desk.note(AlertChange::Began, &alert(1));
     wait_for("it fails", || desk.counts("webhook:a").failed >= 1);
-    desk.note(Change::Acknowledged, &alert(1));
-    desk.note(Change::Ended, &ended(1));
+    desk.note(AlertChange::Acknowledged, &alert(1));
+    desk.note(AlertChange::Ended, &ended(1));
     let receiver = Receiver::on(TcpListener::bind(("127.0.0.1", port)).unwrap(), &[]);
     let earlier = ["began", "acknowledged"].map(str::to_owned).to_vec();
     let posted = receiver.next();
@@ -149,11 +149,11 @@ fn a_receiver_that_comes_back_hears_how_things_are_now() {
 fn critical_alert_overtakes_a_flood_at_a_slow_webhook() {
     let (receiver, answer) = Receiver::held();
     let mut desk = Desk::open(&site(&hook("a", &receiver.url(), "")));
-    desk.note(Change::Began, &alert(1));
+    desk.note(AlertChange::Began, &alert(1));
     assert_eq!(receiver.next().told().0, "area-1");
     // The first notice is not answered yet.
-    (2..=500).for_each(|id| desk.note(Change::Began, &alert(id)));
-    desk.note(Change::Began, &Alert { severity: Severity::Critical, ..alert(501) });
+    (2..=500).for_each(|id| desk.note(AlertChange::Began, &alert(id)));
+    desk.note(AlertChange::Began, &Alert { severity: Severity::Critical, ..alert(501) });
     answer.send(()).unwrap();
     assert_eq!(receiver.next().told().0, "area-501", "it is the next call");
     answer.send(()).unwrap();
@@ -163,21 +163,21 @@ fn critical_alert_overtakes_a_flood_at_a_slow_webhook() {
     assert_eq!((&summary["kind"], &summary["effect"]), (&"area".into(), &"began".into()));
     answer.send(()).unwrap();
     wait_for("all are sent", || desk.counts("webhook:a").sent == 501);
-    assert_eq!(Loss::ALL.map(|loss| desk.counts("webhook:a").lost(loss)), [0; 3]);
+    assert_eq!(NoticeLoss::ALL.map(|loss| desk.counts("webhook:a").lost(loss)), [0; 3]);
     assert!(receiver.is_done());
 }
 
 #[test]
-fn what_waits_is_sent_when_the_service_ends() {
+fn waiting_notices_are_sent_when_the_service_ends() {
     let receiver = Receiver::start(&[]);
     let mut desk = Desk::open(&site(&hook("a", &receiver.url(), "")));
-    (1..=5).for_each(|id| desk.note(Change::Began, &alert(id)));
+    (1..=5).for_each(|id| desk.note(AlertChange::Began, &alert(id)));
     desk.close();
     assert_eq!(desk.counts("webhook:a").sent, 5);
 }
 
 #[test]
-fn over_tls_the_receiver_has_to_prove_who_it_is() {
+fn tls_receiver_needs_a_valid_certificate() {
     let scratch = Scratch::new();
     let key = KeyPair::generate().unwrap();
     let certificate =
@@ -190,7 +190,7 @@ fn over_tls_the_receiver_has_to_prove_who_it_is() {
     let other = scratch.file("other.pem", other.self_signed(&KeyPair::generate().unwrap()).unwrap().pem());
     let hooks = hook("known", &url, &format!("ca = \"{}\"", ca.display()))
         + &hook("unknown", &url, &format!("ca = \"{}\"", other.display()));
-    let receivers = Receivers::open(&site(&hooks)).unwrap();
+    let receivers = NoticeReceivers::open(&site(&hooks)).unwrap();
     let answers = utm_fusion::app::runtime(1).unwrap().block_on(receivers.test());
     assert_eq!(answers[0], ("webhook:known".to_owned(), Ok("answered 200 OK".to_owned())));
     let why = answers[1].1.clone().unwrap_err();
@@ -199,7 +199,7 @@ fn over_tls_the_receiver_has_to_prove_who_it_is() {
 }
 
 #[test]
-fn what_cannot_be_used_is_refused_by_name() {
+fn unusable_receiver_is_rejected_by_key() {
     let scratch = Scratch::new();
     let short = scratch.file("short", "short\n");
     for (more, told) in [
@@ -209,21 +209,22 @@ fn what_cannot_be_used_is_refused_by_name() {
         ("authorization_file = \"/dev/null\"", "/dev/null is empty"),
     ] {
         let refused =
-            Receivers::open(&site(&hook("a", "http://127.0.0.1:1/", more))).unwrap_err().to_string();
+            NoticeReceivers::open(&site(&hook("a", "http://127.0.0.1:1/", more))).unwrap_err().to_string();
         assert!(refused.starts_with("alerts.webhooks, id \"a\": ") && refused.contains(told), "{refused}");
     }
     let ca = format!("ca = \"{}\"", short.display());
-    let refused = Receivers::open(&site(&hook("a", "https://127.0.0.1:1/", &ca))).unwrap_err().to_string();
+    let refused =
+        NoticeReceivers::open(&site(&hook("a", "https://127.0.0.1:1/", &ca))).unwrap_err().to_string();
     assert!(refused.contains("holds no certificate"), "{refused}");
 }
 
 #[test]
-fn what_travels_in_the_clear_is_warned_of() {
+fn unencrypted_receiver_is_warned_of() {
     let scratch = Scratch::new();
     let file = scratch.file("authorization", "Bearer opensesame");
     let warned = |url: &str| {
         let hook = hook("a", url, &format!("authorization_file = \"{}\"", file.display()));
-        !Receivers::open(&site(&hook)).unwrap().warnings().is_empty()
+        !NoticeReceivers::open(&site(&hook)).unwrap().warnings().is_empty()
     };
     assert!(warned("http://192.0.2.1/"));
     assert!(!warned("https://192.0.2.1/") && !warned("http://[::1]/") && !warned("http://localhost/"));
@@ -232,7 +233,7 @@ fn what_travels_in_the_clear_is_warned_of() {
             "[alerts.mqtt]\nhost = \"{host}\"\nusername = \"fusion\"\npassword_file = \"{}\"",
             file.display()
         );
-        Receivers::open(&site(&text)).unwrap().warnings().to_vec()
+        NoticeReceivers::open(&site(&text)).unwrap().warnings().to_vec()
     };
     assert_eq!(mqtt("192.0.2.1"), ["mqtt: its password travels beyond this machine without TLS"]);
     assert_eq!(mqtt("127.0.0.1"), [""; 0]);

@@ -1,4 +1,4 @@
-//! Cursor on Target: what arrives over UDP, TCP and TLS is what the picture shows.
+//! Cursor on Target: the events received over UDP, TCP and TLS match the picture.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -18,12 +18,12 @@ use tokio_rustls::rustls::server::WebPkiClientVerifier;
 use tokio_rustls::rustls::{RootCertStore, ServerConfig, ServerConnection, StreamOwned};
 use utm_fusion::live::PublishedPicture;
 use utm_fusion::picture::PictureTrack;
-use utm_fusion::sinks::Loss;
+use utm_fusion::sinks::SinkLoss;
 
 use super::{PATIENCE, Site, flown, tracks, wait_for};
 use crate::common::{Scratch, group, joined};
 
-/// An event as a reader of XML sees it.
+/// An event, as parsed from XML.
 #[derive(Debug, PartialEq)]
 pub(super) struct Event {
     pub(super) uid: String,
@@ -34,7 +34,7 @@ pub(super) struct Event {
     stale: String,
     place: [f64; 2],
     callsign: String,
-    /// The uid whose symbol it removes.
+    /// The uid whose symbol it deletes.
     deletes: Option<String>,
 }
 
@@ -59,7 +59,7 @@ impl Event {
         }
     }
 
-    /// Whether it is this track of the picture, sent at `due`.
+    /// Whether the event is of this track, sent at `due`.
     fn is_of(&self, track: &PictureTrack, due: Time) -> bool {
         let seconds = |time: Time| time.to_string();
         let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
@@ -83,7 +83,7 @@ fn text_of_one(socket: &UdpSocket) -> String {
     String::from_utf8(octets[..length].to_vec()).unwrap()
 }
 
-/// The next event of a track that is shown.
+/// The next event of a shown track.
 pub(super) fn track_event(mut next: impl FnMut() -> Event) -> Event {
     loop {
         let event = next();
@@ -137,7 +137,7 @@ fn ended_track_is_deleted_once() {
 }
 
 #[test]
-fn each_track_is_a_datagram_a_second() {
+fn each_track_is_one_datagram_per_second() {
     let socket = udp();
     let port = socket.local_addr().unwrap().port();
     let mut site = Site::open(&format!("[[output.cot]]\nid = \"host\"\nurl = \"udp://127.0.0.1:{port}\"\n"));
@@ -163,7 +163,7 @@ fn each_track_is_a_datagram_a_second() {
 }
 
 #[test]
-fn the_picture_of_now_goes_to_who_wants_that_and_to_a_group() {
+fn present_picture_is_sent_to_its_sinks_and_a_group() {
     let (there, port) = (group(77), 24_700);
     let socket = joined(there, port, Ipv4Addr::LOCALHOST);
     socket.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -172,7 +172,7 @@ fn the_picture_of_now_goes_to_who_wants_that_and_to_a_group() {
          picture = \"now\"\nstale_s = 5.0\n"
     );
     let mut site = Site::open(&sink);
-    // It begins its seconds in other slots than the picture that is behind.
+    // Its seconds begin in other slots than those of the lagged picture.
     let frame = &flown().of_now;
     site.publish();
     site.writer.publish(frame.clone());
@@ -184,7 +184,7 @@ fn the_picture_of_now_goes_to_who_wants_that_and_to_a_group() {
     site.close();
 }
 
-/// A receiver of connections: the events that come on each.
+/// Reads the events on a connection.
 pub(super) fn events_of(stream: impl Read + Send + 'static) -> Receiver<Event> {
     let (seen, events) = channel();
     std::thread::spawn(move || {
@@ -205,7 +205,7 @@ pub(super) fn events_of(stream: impl Read + Send + 'static) -> Receiver<Event> {
 }
 
 #[test]
-fn over_tcp_events_follow_each_other_and_what_waits_is_sent_at_the_end() {
+fn tcp_events_are_sequential_and_flushed_at_the_end() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
     let mut site = Site::open(&format!("[[output.cot]]\nid = \"tak\"\nurl = \"tcp://127.0.0.1:{port}\"\n"));
@@ -226,25 +226,25 @@ fn over_tcp_events_follow_each_other_and_what_waits_is_sent_at_the_end() {
 }
 
 #[test]
-fn who_comes_back_gets_the_newest_and_the_rest_is_counted() {
+fn returning_receiver_gets_the_newest_and_losses_count() {
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let mut site = Site::open(&format!("[[output.cot]]\nid = \"tak\"\nurl = \"tcp://127.0.0.1:{port}\"\n"));
     wait_for("it fails", || site.counts("cot:tak").failed >= 1);
     assert!(site.counts("cot:tak").is_failing);
     let last = (0..4).map(|_| site.publish()).last().unwrap();
-    wait_for("the newest alone waits", || site.lost("cot:tak", Loss::Unreachable) == 3);
+    wait_for("the newest alone waits", || site.lost("cot:tak", SinkLoss::Unreachable) == 3);
     let listener = TcpListener::bind(("127.0.0.1", port)).unwrap();
     let events = events_of(listener.accept().unwrap().0);
     for track in tracks(last) {
         let event = track_event(|| events.recv_timeout(PATIENCE).unwrap());
         assert!(event.is_of(track, last.due), "{event:?}");
     }
-    // It counts as there once that lasts.
+    // The sink counts as working once the connection has lasted.
     wait_for("it works again", || !site.counts("cot:tak").is_failing);
     assert_eq!(site.troubles(), [""; 0]);
 }
 
-/// A server's and a client's certificate, issued by one of their own.
+/// Certificates of a server and a client, issued by the test's own authority.
 struct Issued {
     ca: String,
     server: (String, String),
@@ -267,7 +267,7 @@ impl Issued {
         Self { ca, server: issue("takserver"), client: issue("utm-fusion") }
     }
 
-    /// A server that lets in whoever has a certificate of the authority.
+    /// A server that accepts clients with a certificate of the authority.
     fn server(&self) -> Arc<ServerConfig> {
         let mut roots = RootCertStore::empty();
         roots.add(CertificateDer::from_pem_slice(self.ca.as_bytes()).unwrap()).unwrap();
@@ -282,7 +282,7 @@ impl Issued {
 }
 
 #[test]
-fn over_tls_both_sides_prove_who_they_are() {
+fn tls_authenticates_both_sides() {
     let (scratch, issued, other) = (Scratch::new(), Issued::new(), Issued::new());
     let file = |name: &str, text: &str| scratch.file(name, text).display().to_string();
     let ca = file("ca.pem", &issued.ca);
@@ -306,7 +306,7 @@ fn over_tls_both_sides_prove_who_they_are() {
             stream.set_read_timeout(Some(PATIENCE)).unwrap();
             let mut stream = StreamOwned::new(ServerConnection::new(config.clone()).unwrap(), stream);
             let events = {
-                // The handshake, and with it whether the other side may come in.
+                // Completes the handshake, which decides whether the client is accepted.
                 let mut first = [0];
                 if stream.read_exact(&mut first).is_err() {
                     continue;
@@ -337,7 +337,7 @@ fn over_tls_both_sides_prove_who_they_are() {
     assert!(streams.recv_timeout(Duration::from_millis(200)).is_err(), "somebody else is let in");
 }
 
-/// The events' schema (the Event data model 2.0 of 2003), where it and a validator are at hand.
+/// Schema of the events (Event data model 2.0 of 2003), if it and a validator are available.
 #[test]
 fn every_event_is_valid_by_the_schema() {
     let Some(folder) = std::env::var_os("UTM_FUSION_SHARED_DATA") else {

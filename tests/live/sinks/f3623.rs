@@ -1,4 +1,4 @@
-//! Observations for surveillance supplementary data: what is posted is what Flight Blender's interface describes.
+//! Observations for surveillance supplementary data: the posts match the interface of Flight Blender.
 
 use std::net::TcpListener;
 use std::time::Duration;
@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde_json::Value;
 use utm_fusion::live::PublishedPicture;
 use utm_fusion::picture::PictureTrack;
-use utm_fusion::sinks::Loss;
+use utm_fusion::sinks::SinkLoss;
 
 use super::{Site, flown, tracks, wait_for};
 use crate::common::Scratch;
@@ -18,7 +18,7 @@ fn sink(port: u16, more: &str) -> String {
     format!("[[output.f3623]]\nid = \"sdsp\"\nurl = \"http://127.0.0.1:{port}{PATH}\"\n{more}\n")
 }
 
-/// What its interface demands of a body (`ArrayOfObservations`): the observations.
+/// Checks a body against the interface (`ArrayOfObservations`); returns the observations.
 fn observations(posted: &Posted) -> Vec<Value> {
     assert_eq!((&*posted.path, &*posted.headers["content-type"]), (PATH, "application/json"));
     let json = posted.json();
@@ -32,7 +32,7 @@ fn observations(posted: &Posted) -> Vec<Value> {
         assert!(!id.is_empty() && id.len() <= 24, "{id}");
         assert!([5, 8, 11].contains(&observation["traffic_source"].as_i64().unwrap()));
         assert!((0..=1).contains(&observation["source_type"].as_i64().unwrap()));
-        // Whole milliseconds: below 1e12 they would be taken for seconds.
+        // Whole milliseconds: values below 1e12 would be taken for seconds.
         assert!(observation["timestamp"].as_i64().unwrap() > 1_000_000_000_000);
         assert!(observation["metadata"].is_object());
     }
@@ -51,7 +51,7 @@ fn is_of(observation: &Value, track: &PictureTrack) -> bool {
         && observation["metadata"]["id"] == observation["icao_address"]
 }
 
-/// The tracks with a height, and how many have none.
+/// Tracks with a height, and the number of tracks without one.
 fn split(frame: &PublishedPicture) -> (Vec<&PictureTrack>, u64) {
     let (known, unknown): (Vec<_>, Vec<_>) =
         tracks(frame).into_iter().partition(|track| track.altitude_amsl_m.is_some());
@@ -66,7 +66,7 @@ fn without_a_height(second: usize) -> PublishedPicture {
 }
 
 #[test]
-fn a_second_is_a_post_with_the_token_that_is_in_the_file_then() {
+fn each_second_is_posted_with_the_present_token() {
     let scratch = Scratch::new();
     let token = scratch.file("token", "first\n");
     let receiver = Receiver::start(&[Say::Status(201, ""), Say::Status(201, "")]);
@@ -89,20 +89,20 @@ fn a_second_is_a_post_with_the_token_that_is_in_the_file_then() {
 }
 
 #[test]
-fn what_is_refused_fails_or_waits_is_counted_and_the_newest_is_posted_then() {
+fn failed_posts_are_counted_and_the_newest_is_posted() {
     let receiver =
         Receiver::start(&[Say::Status(401, ""), Say::Nothing, Say::Status(503, "Retry-After: 1\r\n")]);
     let mut site = Site::open(&sink(receiver.port, "timeout_s = 0.5"));
     site.publish();
     receiver.next();
-    wait_for("it is refused", || site.lost("f3623:sdsp", Loss::Refused) == 1);
+    wait_for("it is refused", || site.lost("f3623:sdsp", SinkLoss::Refused) == 1);
     site.publish();
     site.publish();
     receiver.next();
-    wait_for("it is not answered", || site.lost("f3623:sdsp", Loss::Unreachable) == 2);
+    wait_for("it is not answered", || site.lost("f3623:sdsp", SinkLoss::Unreachable) == 2);
     site.publish();
     receiver.next();
-    wait_for("it cannot now", || site.lost("f3623:sdsp", Loss::Unreachable) == 3);
+    wait_for("it cannot now", || site.lost("f3623:sdsp", SinkLoss::Unreachable) == 3);
     let last = site.publish();
     let seen = observations(&receiver.next());
     assert!(is_of(&seen[0], split(last).0[0]));
@@ -112,7 +112,7 @@ fn what_is_refused_fails_or_waits_is_counted_and_the_newest_is_posted_then() {
 }
 
 #[test]
-fn a_receiver_that_is_gone_delays_no_slot_and_no_end() {
+fn unreachable_receiver_delays_no_slot_and_no_end() {
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let mut site = Site::open(&sink(port, ""));
     (0..6).for_each(|_| _ = site.publish());

@@ -1,4 +1,4 @@
-//! Receivers that are slow, talk too much, close, or hold their breath: they cost themselves, and nobody else.
+//! Receivers that are slow, flood, close, or stall: they affect only themselves.
 
 use std::io::Write;
 use std::net::{TcpListener, TcpStream, UdpSocket};
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use socket2::{Domain, Socket, Type};
 use utm_fusion::live::PublishedPicture;
-use utm_fusion::sinks::Loss;
+use utm_fusion::sinks::SinkLoss;
 
 use super::cot::{Event, events_of, track_event};
 use super::{PATIENCE, Site, flown, tracks, wait_for};
@@ -17,7 +17,7 @@ fn sink(id: &str, url: &str) -> String {
     format!("[[output.cot]]\nid = \"{id}\"\nurl = \"{url}\"\n")
 }
 
-/// A second of a city: so many that no buffer of a connection holds a few of them.
+/// A second of a city: the buffer of a connection cannot hold a few such seconds.
 fn crowded(frame: &PublishedPicture) -> PublishedPicture {
     let mut frame = frame.clone();
     let one = frame.picture.tracks[0].clone();
@@ -26,8 +26,8 @@ fn crowded(frame: &PublishedPicture) -> PublishedPicture {
 }
 
 #[test]
-fn a_receiver_that_takes_nothing_delays_nobody_and_is_given_up() {
-    // With a small buffer, and never read.
+fn stalled_receiver_delays_nothing_and_is_closed() {
+    // With a small buffer, which is never read.
     let socket = Socket::new(Domain::IPV4, Type::STREAM, None).unwrap();
     socket.set_recv_buffer_size(4 << 10).unwrap();
     socket.bind(&"127.0.0.1:0".parse::<std::net::SocketAddr>().unwrap().into()).unwrap();
@@ -45,7 +45,7 @@ fn a_receiver_that_takes_nothing_delays_nobody_and_is_given_up() {
     site.writer.publish(crowded(&flown().frames[0]));
     site.writer.publish(crowded(&flown().frames[1]));
     wait_for("all datagrams are sent", || site.counts("cot:quick").sent == 8_000);
-    // What was for the group of the crowd is read and dropped.
+    // Datagrams of the crowd are read and dropped.
     quick.set_nonblocking(true).unwrap();
     while quick.recv(&mut [0; 4096]).is_ok() {}
     quick.set_nonblocking(false).unwrap();
@@ -64,7 +64,7 @@ fn a_receiver_that_takes_nothing_delays_nobody_and_is_given_up() {
         }
     }
     assert!(began.elapsed() < Duration::from_secs(5), "the quick one waits for the other");
-    wait_for("the slow one loses the oldest", || site.lost("cot:stuck", Loss::Slow) >= 3);
+    wait_for("the slow one loses the oldest", || site.lost("cot:stuck", SinkLoss::Slow) >= 3);
     let text = site.troubles().join("; ");
     assert!(text.contains("cot:stuck: the receiver is too slow"), "{text}");
     wait_for("it is given up", || site.counts("cot:stuck").failed >= 1);
@@ -76,7 +76,7 @@ fn a_receiver_that_takes_nothing_delays_nobody_and_is_given_up() {
 }
 
 #[test]
-fn a_receiver_that_never_stops_talking_is_heard_and_served() {
+fn receiver_that_sends_endlessly_is_still_served() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
     let mut site = Site::open(&sink("loud", &format!("tcp://127.0.0.1:{port}")));
@@ -98,7 +98,7 @@ fn a_receiver_that_never_stops_talking_is_heard_and_served() {
     assert_eq!(site.counts("cot:loud").failed, 0);
 }
 
-/// Octets that are no protocol at all, as many as are taken.
+/// Sends octets of no protocol, as many as are accepted.
 fn talk(mut stream: TcpStream, ends: &AtomicBool) -> usize {
     let octets: Vec<u8> = (0..=255).cycle().take(64 << 10).collect();
     let mut said = 0;
@@ -109,7 +109,7 @@ fn talk(mut stream: TcpStream, ends: &AtomicBool) -> usize {
 }
 
 #[test]
-fn a_receiver_that_closes_each_time_is_tried_ever_less_often() {
+fn receiver_that_always_closes_is_tried_less_often() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
     let (came, connections) = mpsc::channel();
@@ -128,7 +128,7 @@ fn a_receiver_that_closes_each_time_is_tried_ever_less_often() {
             connections.recv_timeout(PATIENCE).unwrap()
         })
         .collect();
-    // 1, 2 and 4 s.
+    // Pauses of 1, 2 and 4 s.
     let pauses: Vec<f64> = times.windows(2).map(|pair| (pair[1] - pair[0]).as_secs_f64()).collect();
     assert!(pauses[0] > 0.9 && pauses[1] > 1.9 && pauses[2] > 3.9 && pauses[2] < 10.0, "{pauses:?}");
     assert!(site.counts("cot:shut").failed >= 3);

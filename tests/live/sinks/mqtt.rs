@@ -17,7 +17,7 @@ fn sink(broker: &Broker, retain: bool) -> String {
 }
 
 #[test]
-fn each_track_is_a_message_a_second_and_its_end_an_empty_one() {
+fn each_track_is_a_message_and_its_end_an_empty_one() {
     let Some(broker) = Broker::start("") else { return };
     let mut listener = broker.listener().ready();
     let mut site = Site::open(&sink(&broker, false));
@@ -51,7 +51,7 @@ fn each_track_is_a_message_a_second_and_its_end_an_empty_one() {
 }
 
 #[test]
-fn retained_tracks_are_those_shown_and_none_after_the_end() {
+fn retained_tracks_match_the_picture_and_are_cleared() {
     let Some(broker) = Broker::start("") else { return };
     let mut site = Site::open(&sink(&broker, true));
     let frame = (0..3).map(|_| site.publish()).last().unwrap();

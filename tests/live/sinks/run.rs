@@ -1,4 +1,4 @@
-//! The program itself: who is configured gets the picture, and what goes wrong is counted and said.
+//! The program itself: configured sinks get the picture, and failures are counted and logged.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream, UdpSocket};
@@ -9,7 +9,7 @@ use super::{PATIENCE, configured, wait_for};
 use crate::common::{Running, Scratch, ask, flight, on_own_ports, utm_fusion};
 
 #[test]
-fn what_the_sensors_report_arrives_as_events() {
+fn sensor_reports_arrive_as_events() {
     let scratch = Scratch::new();
     let scenario = "name = \"two\"\nduration_s = 60\n[drones]\nmultirotors = 2\nequipped = 2\n";
     let host = UdpSocket::bind("127.0.0.1:0").unwrap();
@@ -26,7 +26,7 @@ fn what_the_sensors_report_arrives_as_events() {
     let simulation = flight(scenario, 1, Some(utm_fusion::live::now()));
     let mut config = on_own_ports(&simulation.config, 24_600, &scratch, None);
     config.output.cot = configured(&sinks).output.cot;
-    // They stay here.
+    // Unicast, so that the datagrams stay on this machine.
     for sensor in &mut config.sensors {
         sensor.inputs[0].address = utm_fusion::config::Address::Unicast(std::net::Ipv4Addr::LOCALHOST);
     }

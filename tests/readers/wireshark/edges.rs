@@ -1,4 +1,4 @@
-//! Datagrams of CAT129 at the edges of what it can say, and beyond.
+//! CAT129 datagrams at the limits of the format, and beyond.
 
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -9,7 +9,7 @@ pub fn block(records: &[u8]) -> Vec<u8> {
     [&[129], &length[..], records].concat()
 }
 
-/// A record of these items, by their field reference numbers.
+/// A record of these items, given by field reference number.
 fn record(items: &[(u8, &[u8])]) -> Vec<u8> {
     let mut fspec = vec![0_u8; items.iter().map(|(frn, _)| usize::from(frn - 1) / 7 + 1).max().unwrap_or(1)];
     for (frn, _) in items {
@@ -20,11 +20,11 @@ fn record(items: &[(u8, &[u8])]) -> Vec<u8> {
     items.iter().fold(fspec, |record, (_, octets)| [&record, *octets].concat())
 }
 
-/// The special purpose field of the service: fused, track 10,007, radar track and transponder 1, 1.2 m and 2.5 m.
+/// Special purpose field of the service: fused, track 10,007, radar track and transponder 1, 1.2 m and 2.5 m.
 const OURS: [u8; 22] =
     [22, b'U', b'F', 1, 1, 0, 0, 0x27, 0x17, 0, 1, 0, 0, 0, 1, 0, 12, 0, 25, 0b0010_1101, 127, 0];
 
-/// A record with every item; I129/120 in one octet or three.
+/// A record with every item; I129/120 has one octet or three.
 pub fn full(long: bool) -> Vec<u8> {
     let risk: &[u8] = if long { &[0b1010_1001, 0xab, 0xcd] } else { &[0b0101_0011] };
     record(&[
@@ -46,19 +46,19 @@ pub fn full(long: bool) -> Vec<u8> {
     ])
 }
 
-/// Which of these items is another one.
+/// A record with every item, one of them replaced.
 fn with(frn: u8, octets: &[u8]) -> Vec<u8> {
     block(&record(&[(1, &[25, 7]), (frn, octets)]))
 }
 
-/// The service's special purpose field with other octets from this one on.
+/// The service's special purpose field, with octets replaced from this offset on.
 fn ours_with(at: usize, octets: &[u8]) -> Vec<u8> {
     let mut field = OURS;
     field[at..at + octets.len()].copy_from_slice(octets);
     with(13, &field)
 }
 
-/// All of them, a datagram each.
+/// All cases, one datagram each.
 pub fn all() -> Vec<Vec<u8>> {
     let source = record(&[(1, &[0, 255])]);
     let mut datagrams = vec![
@@ -66,14 +66,14 @@ pub fn all() -> Vec<Vec<u8>> {
         block(&full(true)),
         block(&record(&[])),
         block(&[]),
-        // The least and the greatest.
+        // Minimum and maximum values.
         with(7, &[0; 3]),
         with(7, &[0xa8, 0xbf, 0xff]),
         with(7, &[0xa8, 0xc0, 0]),
         with(7, &[0xff; 3]),
         with(8, &[0x80, 0, 0, 0, 0x7f, 0xff, 0xff, 0xff]),
         with(8, &[0x20, 0, 0, 0, 0xc0, 0, 0, 0]),
-        // In the middle between two numbers of eight decimals, on either side of 0.
+        // Halfway between two numbers of eight decimals, on either side of 0.
         with(8, &[0, 8, 0, 0, 0xff, 0xf8, 0, 0]),
         with(9, &[0x80, 0, 0]),
         with(10, &[0x7f, 0xff, 0xff]),
@@ -86,12 +86,12 @@ pub fn all() -> Vec<Vec<u8>> {
         with(14, &[0x7f, 0xff, 0xf8, 0, 0]),
         with(15, &[0x08, 0, 0]),
         with(15, &[0xf7, 0xff, 0xff]),
-        // Texts that are none.
+        // Octets that are not texts.
         with(3, &[0, 0, 0]),
         with(4, b"\xc3\xa9 "),
         with(5, b"<&\"'>~ \x7f\x1f\x80\xff\0"),
         with(6, b"  "),
-        // Special purpose fields of others, of another version, and of the service with its edges.
+        // Special purpose fields of other systems, of another version, and with limits of the service's own.
         with(13, &[1]),
         with(13, &[4, 1, 2, 3]),
         with(13, &[22, b'U', b'F', 2, 1, 0, 0, 0, 9, 0, 1, 0, 0, 0, 1, 0, 12, 0, 25, 0, 127, 0]),
@@ -100,17 +100,17 @@ pub fn all() -> Vec<Vec<u8>> {
         ours_with(5, &[0xff; 16]),
         ours_with(5, &[0; 17]),
         ours_with(20, &[254, 0xff]),
-        // With a whole serial number behind it, and one alone.
+        // With a complete serial number after it, and only a serial number.
         with(13, &[&[42, b'U', b'F', 2], &OURS[4..], &b"1581F4FKD2291000A4  "[..]].concat()),
         with(13, &[&[24, b'U', b'F', 3][..], b"1581F4FKD2291000A4B2"].concat()),
-        // FSPECs that are longer than need be.
+        // FSPECs that are longer than necessary.
         block(&[0x81, 0x00, 25, 7]),
         block(&[0x81, 1, 1, 1, 1, 1, 1, 0, 25, 7]),
         block(&[0x81, 1, 1, 1, 1, 1, 1, 1, 0, 25, 7]),
         block(&[0x81, 1, 1, 1, 1, 1, 1, 1, 0x80, 25, 7]),
         block(&[0x81, 1, 1]),
         block(&[1; 9]),
-        // Items that do not exist.
+        // Undefined items.
         block(&[0x81, 1, 0x40, 25, 7]),
         block(&[0x81, 1, 1, 1, 1, 1, 1, 2, 25, 7]),
         // Several records, several blocks.
@@ -119,7 +119,7 @@ pub fn all() -> Vec<Vec<u8>> {
         [block(&source), block(&full(true)), block(&source)].concat(),
         [block(&source), with(13, &[0]), block(&source)].concat(),
         [with(13, &[200, 1]), block(&[full(false), vec![0x80, 1]].concat())].concat(),
-        // Blocks that are none.
+        // Invalid blocks.
         vec![129, 0, 2],
         [block(&source), vec![129, 0, 99, 0x80]].concat(),
         [block(&source), vec![129]].concat(),
@@ -130,7 +130,7 @@ pub fn all() -> Vec<Vec<u8>> {
         let full = full(long);
         datagrams.extend((1..full.len()).map(|length| block(&full[..length])));
     }
-    // Octets that are others, of a record with every item.
+    // Records with every item, with random octets replaced.
     let mut random = ChaCha8Rng::seed_from_u64(129);
     for _ in 0..400 {
         let mut record = full(random.random());

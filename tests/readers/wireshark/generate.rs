@@ -1,5 +1,5 @@
-//! What is made of the description that the codec itself reads CAT129 by: the items of the dissector, and a definition in the
-//! form of the asterix-specs project.
+//! Generates the items of the dissector, and a definition in the form of the asterix-specs project, from the codec's description
+//! of CAT129.
 
 use std::fmt::Write;
 
@@ -7,14 +7,14 @@ use asterix::cat129::fusion_report::{Deviation, Flags, Source, UavProbability};
 use asterix::cat129::{FusionReport, RiskCategories, UAP};
 use asterix::{Contents, Field, Kind, Layout, UapItem};
 
-/// Between these lines of the dissector its items stand.
+/// First of the two lines that enclose the items in the dissector.
 const BEGIN: &str = "-- items: made of asterix/src/cat129 by tests/readers/wireshark/generate.rs; UPDATE=1 makes them anew.\n";
 const END: &str = "-- end of items\n";
 
-/// Field reference numbers that the edition has, with those it reserves.
+/// Number of field reference numbers of the edition, including reserved ones.
 const FRNS: u8 = 21;
 
-/// The dissector with its items made anew.
+/// The dissector with its items generated again.
 pub fn dissector(kept: &str) -> String {
     let (head, rest) = kept.split_once(BEGIN).unwrap();
     let (_, tail) = rest.split_once(END).unwrap();
@@ -58,7 +58,7 @@ fn items() -> String {
     out + "}\n"
 }
 
-/// A field as members of a table in Lua.
+/// A field as members of a Lua table.
 fn part(item: &UapItem, field: &Field) -> String {
     let name = name_of(field);
     let mut out = format!("key = {:?}, title = {:?}, bits = {}, is = ", field.key, name.title, field.bits);
@@ -68,7 +68,7 @@ fn part(item: &UapItem, field: &Field) -> String {
         Kind::Ascii => "\"text\"".to_owned(),
         Kind::Count => "\"count\"".to_owned(),
         Kind::CountFrom(first) => format!("\"count\", first = {first}"),
-        // Shown as the quantity that its unit makes it, or as a number.
+        // Shown as a quantity if it has a unit, otherwise as a number.
         Kind::CountOr(unknown) if name.unit.is_empty() => format!("\"count\", unknown = {unknown}"),
         Kind::CountOr(unknown) => {
             format!("\"quantity\", lsb = 1, decimals = 0, unit = {:?}, unknown = {unknown}", name.lua_unit())
@@ -98,18 +98,18 @@ fn part(item: &UapItem, field: &Field) -> String {
     out
 }
 
-/// A key as people read it.
+/// Human-readable form of a key.
 struct Name {
-    /// Without its unit: `"Air risk category"`.
+    /// Name without unit: `"Air risk category"`.
     title: String,
-    /// As `°`, `m`, `m/s`, `s`; empty where it has none.
+    /// Unit, such as `°`, `m`, `m/s`, `s`; empty if there is none.
     unit: &'static str,
-    /// In capitals, as asterix-specs have it: `"AIR_RISK_CATEGORY"`.
+    /// Name in capitals, as in asterix-specs: `"AIR_RISK_CATEGORY"`.
     capitals: String,
 }
 
 impl Name {
-    /// Behind a number.
+    /// Unit as written after a number.
     fn lua_unit(&self) -> String {
         if matches!(self.unit, "" | "°") { self.unit.to_owned() } else { format!(" {}", self.unit) }
     }
@@ -120,7 +120,7 @@ fn name_of(field: &Field) -> Name {
     let found = UNITS.iter().find_map(|(end, unit)| Some((field.key.strip_suffix(end)?, *unit)));
     let (plain, unit) = match (found, field.kind) {
         (Some(found), _) => found,
-        // The one quantity without a key is the time of day.
+        // The only quantity without a key is the time of day.
         (None, Kind::Quantity(_)) if field.key.is_empty() => ("", "s"),
         (None, _) => (field.key, ""),
     };
@@ -139,7 +139,7 @@ fn name_of(field: &Field) -> Name {
     Name { title, unit, capitals: plain.to_uppercase() }
 }
 
-/// The names of the codes of a field that has some.
+/// Names of the codes of a field, if it has any.
 fn codes(item: &str, field: &Field) -> Vec<(u64, String)> {
     match (item, field.key) {
         ("120", "certification_category") => (0..4)
@@ -155,7 +155,7 @@ fn codes(item: &str, field: &Field) -> Vec<(u64, String)> {
     }
 }
 
-/// The code of a source in the special purpose field.
+/// Code of a source in the special purpose field.
 fn said_source(source: Source) -> u64 {
     let report = FusionReport {
         source,
@@ -172,7 +172,7 @@ fn said_source(source: Source) -> u64 {
     report.to_field().contents()[usize::from(place / 8)].into()
 }
 
-/// An LSB as the specification writes it.
+/// An LSB in the notation of the specification.
 fn fraction(lsb: f64) -> String {
     for over in [1.0, 180.0] {
         let under = (over / lsb).round();

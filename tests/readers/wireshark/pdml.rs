@@ -1,4 +1,4 @@
-//! What Wireshark says of a capture, as `tshark -T pdml` prints it.
+//! Wireshark's dissection of a capture, from `tshark -T pdml`.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -7,38 +7,38 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::program::Scratch;
 
-/// A field as it is shown: its value, and the octets that it stands for.
+/// A displayed field: its value and its octets.
 #[derive(Clone, Debug)]
 pub struct Shown {
-    /// With its item, without `cat129.`: `080.latitude_deg`.
+    /// Name with its item, without `cat129.`: `080.latitude_deg`.
     pub name: String,
-    /// Its value.
+    /// Displayed value.
     pub show: String,
-    /// Its octets in hexadecimal.
+    /// Octets in hexadecimal.
     pub octets: String,
 }
 
-/// What stands in a datagram.
+/// Content of a datagram.
 #[derive(Clone, Debug)]
 pub enum Said {
-    /// A record, with its fields, the FSPEC and whatever is a note.
+    /// A record with its fields, the FSPEC and notes.
     Record(Vec<Shown>),
-    /// What cannot be read: its name, and the octet of the frame at which it is.
+    /// Octets that cannot be read: name of the fault, and offset in the frame.
     Fault(String, usize),
 }
 
 /// A packet.
 #[derive(Debug, Default)]
 pub struct Packet {
-    /// Its blocks of CAT129 in their order.
+    /// CAT129 content of the packet, in order.
     pub said: Vec<Said>,
-    /// The names of its protocols.
+    /// Names of its protocols.
     pub protocols: Vec<String>,
-    /// The notes and warnings on any of it.
+    /// Notes and warnings.
     pub notes: Vec<String>,
 }
 
-/// What tshark prints with the dissector, and with none of the settings of whoever runs the test.
+/// Output of tshark with the dissector, without the user's settings.
 pub fn tshark(scratch: &Scratch, capture: &Path, arguments: &[&str]) -> String {
     let lua = concat!("lua_script:", env!("CARGO_MANIFEST_DIR"), "/wireshark/cat129.lua");
     let mut command = Command::new("tshark");
@@ -53,7 +53,7 @@ pub fn tshark(scratch: &Scratch, capture: &Path, arguments: &[&str]) -> String {
     out
 }
 
-/// The packets of a capture.
+/// Packets of a capture.
 pub fn packets(scratch: &Scratch, capture: &Path, arguments: &[&str]) -> Vec<Packet> {
     let text = tshark(scratch, capture, &[arguments, &["-T", "pdml"]].concat());
     let options = ParsingOptions { nodes_limit: u32::MAX, ..ParsingOptions::default() };
@@ -87,10 +87,10 @@ fn name<'a>(node: Node<'a, '_>) -> &'a str {
     node.attribute("name").unwrap_or_default()
 }
 
-/// The severity of what cannot be read, as Wireshark numbers them.
+/// Severity of unreadable data, in Wireshark's numbering.
 const ERROR: &str = "8388608";
 
-/// What experts say of any part of this: the name, the octet of what it is about, and the severity.
+/// Expert information of a node: name, offset, and severity.
 fn experts<'a>(node: Node<'a, '_>) -> Vec<(String, usize, &'a str)> {
     let of = |expert: Node<'a, '_>| {
         let about = expert.parent().unwrap().attribute("pos").unwrap().parse().unwrap();
@@ -113,7 +113,7 @@ fn said(record: Node<'_, '_>) -> Said {
         let name = name(node).strip_prefix("cat129.")?.to_owned();
         let attribute = |name| node.attribute(name).unwrap_or_default().to_owned();
         let is_expert = self::name(node.parent().unwrap()) == "_ws.expert";
-        // A node that only holds others has no value.
+        // A node that only contains others has no value.
         let says = !is_expert && node.attribute("value").is_some_and(|octets| !octets.is_empty());
         says.then(|| Shown { name, show: attribute("show"), octets: attribute("value") })
     };

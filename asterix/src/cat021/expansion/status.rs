@@ -1,11 +1,11 @@
-//! STA in RE: what the aircraft can do and how it is.
+//! STA in RE: capability and status of the aircraft.
 
 use crate::item::items;
 
 items! {
     /// STA in RE: aircraft status: one octet and, where sent, its extensions (5 in edition 1.5; more are kept).
     ///
-    /// Of most values a bit says whether it is populated: `None` when it is not, or when the extension is absent.
+    /// For most values a bit states whether they are populated: `None` if not, or if the extension is absent.
     extended pub struct AircraftStatus {
         first {
             /// ES: receives 1090 ES.
@@ -22,7 +22,7 @@ items! {
         extension {
             count 1 "ps3_ep";
             /// PS3, priority status of version 3: 0 none, 1 general emergency, 2 unmanned aircraft without link, 3 minimum
-            /// fuel, 4 no communications, 5 unlawful interference, 6 in distress, 7 in distress by hand.
+            /// fuel, 4 no communications, 5 unlawful interference, 6 in distress, 7 in distress, activated manually.
             populated 3 "ps3" priority: u8;
             count 1 "tpw_ep";
             /// TPW, transmit power: 0 unknown or below 70 W, 1 70 W, 2 125 W, 3 200 W.

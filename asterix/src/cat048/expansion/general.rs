@@ -22,7 +22,7 @@ items! {
         _,
     }
 
-    /// SCO in RPC: how good the plot is.
+    /// SCO in RPC: quality of the plot.
     /// The score, 0 to 255.
     pub struct Score(1) = count 8 "" score / with_score: u8;
 
@@ -34,7 +34,7 @@ items! {
     /// Metres: LSB 1/256 NM (7.234375 m), 0 to below 256 NM.
     pub struct RangeWidth(2) = unsigned 16 "" metres / with_metres = NAUTICAL_MILE_M / 256.0, 1;
 
-    /// ERR in RE: the slant range where I048/040 cannot hold it.
+    /// ERR in RE: slant range beyond the range of I048/040.
     /// Metres: LSB 1/256 NM (7.234375 m), 0 to below 65536 NM.
     pub struct ExtendedRange(3) = unsigned 24 "" metres / with_metres = NAUTICAL_MILE_M / 256.0, 1;
 
@@ -42,7 +42,7 @@ items! {
     compound pub struct Common {
         /// PNB, plot number.
         "pnb" plot_number: PlotNumber,
-        /// RPL, the replies that made the plot.
+        /// RPL, the replies used for the plot.
         "rpl" replies: Repeated<ReplyLink>,
         /// SNB, scan number.
         "snb" scan_number: ScanNumber,
@@ -69,7 +69,7 @@ items! {
         RollCall = 3,
     }
 
-    /// A part of RPL in CPC: a reply that helped to make the plot.
+    /// A part of RPL in CPC: a reply used for the plot.
     pub struct ReplyLink(3) {
         /// Kind of reply.
         code 8 "type" reply_type / with_reply_type: ReplyType;
@@ -83,11 +83,11 @@ items! {
 
     /// DATE in CPC: the day, in decimal digits of four bits each.
     pub struct Date(4) {
-        /// Year: four digits. The accessor gives them as a hexadecimal number reads: 0x2026.
+        /// Year: four digits. The accessor returns them as hexadecimal digits: 0x2026.
         hex 16 "year" year_digits / with_year_digits: u16;
-        /// Month: two digits, as the year.
+        /// Month: two digits, like the year.
         hex 8 "month" month_digits / with_month_digits: u8;
-        /// Day: two digits, as the year.
+        /// Day: two digits, like the year.
         hex 8 "day" day_digits / with_day_digits: u8;
     }
 
@@ -107,7 +107,7 @@ items! {
         _,
     }
 
-    /// ALTM2 and ALTM3 in GEN48: another Mode 2 or Mode 3/A code of the same target.
+    /// ALTM2 and ALTM3 in GEN48: alternative Mode 2 or Mode 3/A code of the target.
     pub struct AlternativeCode(2) {
         /// V: the code is not validated.
         flag 1 "v" is_not_validated / with_not_validated;
@@ -120,7 +120,7 @@ items! {
         octal 12 "code" code / with_code: u16;
     }
 
-    /// ALTFL in GEN48: another flight level of the same target.
+    /// ALTFL in GEN48: alternative flight level of the target.
     pub struct AlternativeFlightLevel(2) {
         /// V: the level is not validated.
         flag 1 "v" is_not_validated / with_not_validated;
@@ -133,7 +133,7 @@ items! {
     /// RCSDB in GEN48: radar cross section.
     pub struct CrossSection(2) {
         spare 2 "spare";
-        /// Decibels over a square metre: LSB 0.01 dBm², -60 to 30 dBm²; the bits hold -81.92 to 81.91.
+        /// Decibels relative to a square metre: LSB 0.01 dBm², -60 to 30 dBm²; the bits hold -81.92 to 81.91.
         signed 14 "dbm2" dbm2 / with_dbm2 = 0.01, 2;
     }
 

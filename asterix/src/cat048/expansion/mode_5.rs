@@ -3,7 +3,7 @@
 use crate::aircraft::{FigureOfMerit, XPulses};
 use crate::item::items;
 
-/// Degrees of one count of a position in 24 bits.
+/// Degrees per count of a 24-bit position.
 const POSITION_LSB_DEG: f64 = 180.0 / 8_388_608.0;
 
 items! {
@@ -122,7 +122,7 @@ items! {
         octal 12 "em1" code / with_code: u16;
     }
 
-    /// TOS in MD5 and M5N: how long after I048/140 the position and altitude were.
+    /// TOS in MD5 and M5N: time from I048/140 to the position and altitude.
     /// Seconds: LSB 1/128 s, 0 to below 2 s.
     pub struct TimeOffset(1) = unsigned 8 "" seconds / with_seconds = 1.0 / 128.0, 7;
 }

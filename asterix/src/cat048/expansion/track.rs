@@ -9,9 +9,9 @@ const NAUTICAL_MILE_M: f64 = 1852.0;
 items! {
     /// RTC in RE: radar track characteristics.
     compound pub struct TrackCharacteristics {
-        /// PTL, the plot of the track.
+        /// PTL, the plot linked to the track.
         "ptl" plot_link: PlotLink,
-        /// ATL, the ADS-B reports of the track.
+        /// ATL, the ADS-B reports linked to the track.
         "atl" adsb_links: Repeated<AdsbLink>,
         /// TRN, turn state.
         "trn_percent" turn_state: TurnState,
@@ -36,7 +36,7 @@ items! {
         _,
     }
 
-    /// PTL in RTC: the plot that belongs to the track.
+    /// PTL in RTC: the plot linked to the track.
     pub struct PlotLink(3) {
         spare 3 "spare";
         /// SCN: the track is associated with a plot of the surveillance cluster network.
@@ -53,7 +53,7 @@ items! {
         count 16 "plot_number" plot_number / with_plot_number: u16;
     }
 
-    /// A part of ATL in RTC: an ADS-B report that belongs to the track.
+    /// A part of ATL in RTC: an ADS-B report linked to the track.
     /// Number of the report, 0 to 65535.
     pub struct AdsbLink(2) = count 16 "" number / with_number: u16;
 
@@ -61,7 +61,7 @@ items! {
     /// Probability of a turn in percent: LSB 1 %, 0 to 100 %; the bits hold 0 to 255.
     pub struct TurnState(1) = count 8 "" percent / with_percent: u8;
 
-    /// NPP in RTC: where the target is expected next, and the window in which it is looked for.
+    /// NPP in RTC: predicted position of the target, and the window in which the target is searched.
     pub struct Prediction(22) {
         /// Predicted slant range in metres: LSB 1/128 NM (14.46875 m), 0 to below 512 NM.
         unsigned 16 "rho_m" rho_m / with_rho_m = NAUTICAL_MILE_M / 128.0, 1;
@@ -112,9 +112,9 @@ items! {
         /// TYPE: 0 surveillance Mode A, 1 Comm-A, 2 ground-initiated Comm-B, 3 air-initiated Comm-B, 4 broadcast Comm-B,
         /// 5 Comm-C, 6 Comm-D; to 15 reserved.
         count 4 "type" transaction / with_transaction: u8;
-        /// ORIGIN, where it comes from.
+        /// ORIGIN, origin of the transaction.
         code 2 "origin" origin / with_origin: DataLinkOrigin;
-        /// STATE, how far it is.
+        /// STATE, progress of the transaction.
         code 2 "state" state / with_state: DataLinkState;
     }
 
@@ -129,21 +129,21 @@ items! {
     /// TC in RTC: changes of the Mode 1, 2 and 3/A codes.
     pub struct TransitionCode(6) {
         spare 7 "spare";
-        /// TCOUNT1, scans since the Mode 1 code changed, 0 to 15.
+        /// TCOUNT1, scans since the last change of the Mode 1 code, 0 to 15.
         count 4 "count_1" count_1 / with_count_1: u8;
-        /// TCODE1, the Mode 1 code before, as [`Mode1::code_bits`](crate::cat048::Mode1::code_bits).
+        /// TCODE1, previous Mode 1 code, as [`Mode1::code_bits`](crate::cat048::Mode1::code_bits).
         count 5 "code_1" code_1 / with_code_1: u8;
-        /// TCOUNT2, scans since the Mode 2 code changed, 0 to 15.
+        /// TCOUNT2, scans since the last change of the Mode 2 code, 0 to 15.
         count 4 "count_2" count_2 / with_count_2: u8;
-        /// TCODE2, the Mode 2 code before, 0 to octal 7777.
+        /// TCODE2, previous Mode 2 code, 0 to octal 7777.
         octal 12 "code_2" code_2 / with_code_2: u16;
-        /// TCOUNT3, scans since the Mode 3/A code changed, 0 to 15.
+        /// TCOUNT3, scans since the last change of the Mode 3/A code, 0 to 15.
         count 4 "count_3" count_3 / with_count_3: u8;
-        /// TCODE3, the Mode 3/A code before, 0 to octal 7777.
+        /// TCODE3, previous Mode 3/A code, 0 to octal 7777.
         octal 12 "code_3" code_3 / with_code_3: u16;
     }
 
-    /// ACQI in TLC: how far the track is acquired.
+    /// ACQI in TLC: state of acquisition.
     pub enum TrackAcquisition {
         /// tentative with one plot.
         OnePlot = 0,
@@ -157,7 +157,7 @@ items! {
 
     /// TLC in RTC: life cycle of the track.
     pub struct TrackLife(4) {
-        /// ACQI, how far the track is acquired.
+        /// ACQI, state of acquisition.
         code 2 "acqi" acquisition / with_acquisition: TrackAcquisition;
         /// TRKUPDCTR, updates of the track, 0 to 16383.
         count 14 "updates" updates / with_updates: u16;
@@ -165,13 +165,13 @@ items! {
         count 16 "last_update_ms" last_update_ms / with_last_update_ms: u16;
     }
 
-    /// A part of ASI in RTC: what an adjacent sensor says.
+    /// A part of ASI in RTC: information from an adjacent sensor.
     pub struct AdjacentSensor(7) {
         /// SAC of the sensor.
         count 8 "sac" sac / with_sac: u8;
         /// SIC of the sensor.
         count 8 "sic" sic / with_sic: u8;
-        /// Time stamp of the network in seconds, UTC: LSB 1/128 s, 0 to below 512 s, the low 16 bits of the time of day.
+        /// Time stamp of the network in seconds, UTC: LSB 1/128 s, 0 to below 512 s, the lowest 16 bits of the time of day.
         unsigned 16 "time_s" time_s / with_time_s = 1.0 / 128.0, 7;
         /// DATAUSE: 0 used by the tracker, 1 not used; to 127 reserved.
         count 7 "data_use" data_use / with_data_use: u8;
@@ -181,11 +181,11 @@ items! {
         count 16 "drn" drn / with_drn: u16;
     }
 
-    /// TES in RTC: what the track was extrapolated with.
+    /// TES in RTC: source of the extrapolation.
     /// 0 the radar's tracker, 1 integrated ADS-B, 2 external ADS-B, 3 the surveillance cluster network.
     pub struct ExtrapolationSource(1) = count 8 "" source / with_source: u8;
 
-    /// IR in RTC: is the identity requested?
+    /// IR in RTC: request of the identity.
     pub struct IdentityRequest(1) {
         /// IR: the identity is requested.
         flag 1 "ir" is_requested / with_requested;

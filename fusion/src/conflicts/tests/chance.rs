@@ -1,4 +1,4 @@
-//! The geometry of one pair, against draws and against the figures of the paper it comes from.
+//! The geometry of one pair, compared with random draws and with figures of Fasano et al.
 
 use nalgebra::{Matrix2, Vector2};
 use proptest::prelude::*;
@@ -8,8 +8,8 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
 
-/// Head on from `range_m` at `closing` m/s, with errors of the rates of azimuth and elevation alone, degrees a second: the
-/// deviation of the miss, across and above, metres.
+/// A head-on approach from `range_m` at `closing` m/s, with errors only in the rates of azimuth and elevation, degrees
+/// a second. Returns the standard deviation of the miss, across and in height, metres.
 fn radial_m(range_m: f64, closing: f64, azimuth_rate: f64, elevation_rate: f64) -> f64 {
     let rate = |degrees: f64| range_m * degrees.to_radians();
     let mut covariance = Matrix4::identity() * 1e-9;
@@ -31,7 +31,7 @@ fn radial_m(range_m: f64, closing: f64, azimuth_rate: f64, elevation_rate: f64) 
 
 /// Fasano et al., equations 5 to 7 with the errors of Table 2: radar alone, then radar and camera.
 #[test]
-fn errors_of_angular_rates_become_the_miss_that_the_paper_computes() {
+fn angular_rate_errors_give_the_miss_of_the_paper() {
     for (rates, expected_m) in [([0.29, 0.26], 362.6), ([0.099, 0.092], 125.8)] {
         let miss_m = radial_m(2000.0, 75.0, rates[0], rates[1]);
         assert!((miss_m / expected_m - 1.0).abs() < 1e-3, "{miss_m} m instead of {expected_m} m");
@@ -52,17 +52,17 @@ proptest! {
     }
 
     #[test]
-    fn who_looks_at_whom_makes_no_difference(
+    fn conflict_is_symmetric_in_its_aircraft(
         place in prop::array::uniform3(-500.0..500.0_f64), velocity in prop::array::uniform3(-20.0..20.0_f64),
         other in prop::array::uniform3(-20.0..20.0_f64),
     ) {
         let (one, other) = (aircraft(1, [0.0; 3], velocity), aircraft(2, place, other));
-        let approach = |a: &Aircraft, b: &Aircraft| Relative::of(a, b).approach(&ahead(60.0, 1.0));
+        let approach = |a: &ConflictAircraft, b: &ConflictAircraft| Relative::of(a, b).approach(&ahead(60.0, 1.0));
         let (there, back) = (approach(&one, &other), approach(&other, &one));
         prop_assert!((there.miss + back.miss).norm() < 1e-6);
         prop_assert!((there.probability(50.0, 15.0, 0.0) - back.probability(50.0, 15.0, 0.0)).abs() < 1e-9);
         prop_assert!((0.0..=1.0).contains(&there.probability(50.0, 15.0, 0.0)));
-        // Nowhere on the straight path are they nearer.
+        // At no step of the straight path are they nearer.
         let relative = Relative::of(&one, &other);
         for step in 0..=600 {
             let apart = relative.position + relative.velocity * (f64::from(step) / 10.0);
@@ -78,17 +78,17 @@ fn a_volume_all_around_is_certain_and_one_far_away_impossible() {
     assert!(approach.t_cpa_s == 0.0);
     assert!(approach.probability(500.0, 500.0, 0.0) > 0.999_999);
     assert!(approach.probability(1.0, 15.0, 0.0) < 1e-3);
-    // Known exactly, they are inside or not.
+    // With exact positions the probability is 0 or 1.
     let mut exact = aircraft(1, [0.0; 3], [0.0; 3]);
     exact.covariance = Matrix4::identity() * 1e-12;
     exact.vertical = None;
-    let other = Aircraft { position: Enu::new(30.0, 0.0, 0.0), ..exact.clone() };
+    let other = ConflictAircraft { position: Enu::new(30.0, 0.0, 0.0), ..exact.clone() };
     let approach = Relative::of(&exact, &other).approach(&ahead(60.0, 1.0));
     assert!(approach.probability(30.1, 1.0, 0.0) > 1.0 - 1e-6);
     assert_eq!(approach.probability(29.9, 1.0, 0.0), 0.0);
 }
 
-/// The disc on its own: a quadrature in other coordinates.
+/// Reference for the disc: a quadrature in other coordinates.
 #[test]
 fn the_density_over_a_disc_is_that_of_rings_and_angles() {
     let covariance: Matrix2<f64> = Matrix2::new(900.0, 300.0, 300.0, 250.0);
@@ -106,7 +106,7 @@ fn the_density_over_a_disc_is_that_of_rings_and_angles() {
                 sum += density * radius * step * std::f64::consts::TAU / 360.0;
             }
         }
-        // Both at rest: clamped to now.
+        // Both at rest: the closest point is now.
         let mut still = aircraft(1, [0.0; 3], [0.0; 3]);
         still.covariance = Matrix4::identity() * 1e-9;
         still.vertical = None;
@@ -119,9 +119,9 @@ fn the_density_over_a_disc_is_that_of_rings_and_angles() {
     }
 }
 
-/// 300 geometries, each against 20,000 straight flights drawn from the same covariance.
+/// 300 geometries, each compared with 20,000 straight flights drawn from the same covariance.
 #[test]
-fn the_probability_is_the_share_of_draws_that_come_within_the_volume() {
+fn probability_is_the_share_of_draws_within_the_volume() {
     let mut random = ChaCha8Rng::seed_from_u64(4_000);
     let mut errors = Vec::new();
     for _ in 0..300 {
@@ -171,6 +171,6 @@ fn the_probability_is_the_share_of_draws_that_come_within_the_volume() {
     let (most, largest) = (likely[likely.len() * 95 / 100], likely[likely.len() - 1]);
     let summary = format!("of {}: mean {mean}, 95 % {most}, largest {largest}", likely.len());
     println!("{summary}");
-    // Largest where the closest point is the horizon itself: some of the draws have passed it by then.
+    // The error is largest where the closest point is the horizon: some of the draws have passed it by then.
     assert!(likely.len() > 150 && mean < 0.005 && most < 0.015 && largest < 0.07, "{summary}");
 }

@@ -1,9 +1,9 @@
-//! Levels over time: two of four, held, lowered, under one id.
+//! Levels over time: raised by two of four evaluations, held, lowered, with one identifier.
 
 use super::*;
 
-/// Two that meet head on at 100 s, 12 m/s each, `aside_m` apart and `above_m` in height.
-fn meet(seconds: i64, aside_m: f64, above_m: f64) -> Vec<Aircraft> {
+/// Two aircraft that meet head on at 100 s, 12 m/s each, `aside_m` apart over ground and `above_m` in height.
+fn meet(seconds: i64, aside_m: f64, above_m: f64) -> Vec<ConflictAircraft> {
     let away_m = 12.0 * (100 - seconds) as f64;
     vec![
         aircraft(1, [-away_m, 0.0, 100.0], [12.0, 0.0, 0.0]),
@@ -11,7 +11,7 @@ fn meet(seconds: i64, aside_m: f64, above_m: f64) -> Vec<Aircraft> {
     ]
 }
 
-fn level(evaluation: &Evaluation) -> Option<Level> {
+fn level(evaluation: &ConflictEvaluation) -> Option<Level> {
     evaluation.conflicts.first().and_then(|conflict| conflict.level).map(|(level, _)| level)
 }
 
@@ -33,14 +33,14 @@ fn the_warning_comes_in_time_and_the_levels_in_order() {
     assert_eq!(order, expected, "{seen:?}");
     let (warned, entered) = (seen[2].0, seen[3].0);
     assert!(warned <= 83, "warned {} s ahead", 100 - warned);
-    // 50 m at 24 m/s are 2.1 s; the second evaluation inside says so.
+    // 50 m at 24 m/s take 2.1 s; the second evaluation inside raises the level.
     assert_eq!(entered, 99);
     assert!(ids.iter().all(|&id| id == 1), "one conflict");
     assert!(conflicts.known.is_empty(), "nothing is left of it");
 }
 
 #[test]
-fn those_that_pass_at_a_distance_or_another_height_raise_nothing() {
+fn passes_at_a_distance_or_other_height_raise_nothing() {
     for (aside_m, above_m) in [(400.0, 0.0), (0.0, 120.0)] {
         let mut conflicts = Conflicts::new(rules(vec![drones()]));
         for second in 0..130 {
@@ -51,7 +51,7 @@ fn those_that_pass_at_a_distance_or_another_height_raise_nothing() {
 }
 
 #[test]
-fn without_a_height_it_counts_as_the_same_and_says_so() {
+fn unknown_height_counts_as_equal_and_is_marked() {
     let mut conflicts = Conflicts::new(rules(vec![drones()]));
     let mut worst = None;
     for second in 60..100 {
@@ -73,7 +73,7 @@ fn one_evaluation_raises_nothing_and_one_without_ends_nothing() {
     for second in 1..4 {
         assert_eq!(level(&conflicts.evaluate(at(second), far())), None);
     }
-    // The first is forgotten by now.
+    // The first evaluation has left the last four.
     assert_eq!(level(&conflicts.evaluate(at(4), near())), None);
     assert_eq!(level(&conflicts.evaluate(at(5), near())), Some(Level::Violation));
     let first = conflicts.evaluate(at(6), near()).conflicts[0];
@@ -87,7 +87,7 @@ fn one_evaluation_raises_nothing_and_one_without_ends_nothing() {
         assert_eq!(level(&conflicts.evaluate(at(second), far())), Some(Level::Violation), "{second}");
     }
     assert_eq!(level(&conflicts.evaluate(at(15), far())), None);
-    // What comes later is another conflict.
+    // A later encounter is another conflict.
     for second in 30..32 {
         conflicts.evaluate(at(second), near());
     }
@@ -95,26 +95,29 @@ fn one_evaluation_raises_nothing_and_one_without_ends_nothing() {
 }
 
 #[test]
-fn nobody_meets_himself_and_a_volume_is_about_its_kinds() {
+fn pairs_are_distinct_aircraft_of_the_volumes_kinds() {
     let near = || vec![aircraft(1, [0.0; 3], [0.0; 3]), aircraft(2, [10.0, 0.0, 0.0], [0.0; 3])];
-    let count = |volume: Volume, aircraft: fn(Vec<Aircraft>) -> Vec<Aircraft>| {
+    let count = |volume: Volume, aircraft: fn(Vec<ConflictAircraft>) -> Vec<ConflictAircraft>| {
         Conflicts::new(rules(vec![volume])).evaluate(at(0), aircraft(near())).conflicts.len()
     };
     assert_eq!(count(drones(), |near| near), 1);
-    let crewed: fn(Vec<Aircraft>) -> Vec<Aircraft> = |mut near| {
-        near[1].kind = Kind::Crewed;
+    let crewed: fn(Vec<ConflictAircraft>) -> Vec<ConflictAircraft> = |mut near| {
+        near[1].kind = TrafficKind::Crewed;
         near
     };
     assert_eq!(count(drones(), crewed), 0);
-    let mixed = Volume { between: [Side::Only(Kind::Crewed), Side::Only(Kind::Drone)], ..drones() };
+    let mixed = Volume {
+        between: [AcceptedKinds::Only(TrafficKind::Crewed), AcceptedKinds::Only(TrafficKind::Drone)],
+        ..drones()
+    };
     assert_eq!((count(mixed.clone(), crewed), count(mixed, |near| near)), (1, 0));
     assert_eq!(count(Preset::Nmac.volume(), crewed), 1);
-    let twins: fn(Vec<Aircraft>) -> Vec<Aircraft> = |mut near| {
+    let twins: fn(Vec<ConflictAircraft>) -> Vec<ConflictAircraft> = |mut near| {
         near[1].disputed = vec![1];
         near
     };
     assert_eq!(count(drones(), twins), 0);
-    let broken: fn(Vec<Aircraft>) -> Vec<Aircraft> = |mut near| {
+    let broken: fn(Vec<ConflictAircraft>) -> Vec<ConflictAircraft> = |mut near| {
         near[0].covariance[(1, 1)] = f64::NAN;
         near
     };

@@ -1,11 +1,11 @@
-//! Sums over a disc and bounds, against slices that are fine and chords that are exact.
+//! Integrals over a disc and their bounds, compared with fine slices and exact chords.
 
 use nalgebra::{Matrix2, Vector2};
 use proptest::prelude::*;
 
 use crate::conflicts::normal::{at_most_in_disc, at_most_within, in_disc, within};
 
-/// The rotated covariance of two deviations.
+/// Covariance of two standard deviations, rotated.
 fn covariance(sigmas: [f64; 2], turned: f64) -> Matrix2<f64> {
     let (sin, cos) = turned.sin_cos();
     let rotation = Matrix2::new(cos, -sin, sin, cos);
@@ -14,7 +14,7 @@ fn covariance(sigmas: [f64; 2], turned: f64) -> Matrix2<f64> {
         * rotation.transpose()
 }
 
-/// The axes in the other order, by the midpoint rule with 40,000 slices.
+/// Probability of the disc with the axes in the other order, by the midpoint rule with 40,000 slices.
 fn sliced(radius: f64, mean: [f64; 2], sigmas: [f64; 2]) -> f64 {
     let slices = 40_000;
     let step = 2.0 * radius / f64::from(slices);
@@ -45,7 +45,7 @@ proptest! {
         prop_assert!((found - expected).abs() < 3e-4, "{found} instead of {expected}");
         let most = at_most_in_disc(radius, &place, &covariance);
         prop_assert!(most >= expected - 1e-9, "{expected} above its bound {most}");
-        // Two lines across the place have the disc between them.
+        // The disc lies between two parallel lines across the direction to the position.
         let across = place.normalize();
         let between = at_most_within(radius, place.norm(), across.dot(&(covariance * across)));
         prop_assert!(between >= expected - 1e-9, "{expected} above its bound {between}");
@@ -57,7 +57,7 @@ proptest! {
     ) {
         let (exact, most) = (within(half, mean, sigma * sigma), at_most_within(half, mean, sigma * sigma));
         prop_assert!((exact..=1.0).contains(&most), "{exact} above {most}");
-        // It is of use: beyond the edge it is at most several times as much.
+        // The bound is useful: beyond the edge it is at most several times the exact value.
         let beyond = (mean.abs() - half) / sigma;
         prop_assert!(!(0.5..2.5).contains(&beyond) || most < 6.0 * exact, "{most} for {exact}");
     }

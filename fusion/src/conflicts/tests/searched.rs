@@ -1,10 +1,10 @@
-//! Squares miss nobody.
+//! The search by squares misses no pair.
 
 use proptest::prelude::*;
 
 use super::*;
 
-fn traffic() -> impl Strategy<Value = Vec<Aircraft>> {
+fn traffic() -> impl Strategy<Value = Vec<ConflictAircraft>> {
     let one = (
         prop::array::uniform2(-6000.0..6000.0_f64),
         0.0..120.0_f64,
@@ -23,9 +23,9 @@ fn traffic() -> impl Strategy<Value = Vec<Aircraft>> {
     })
 }
 
-/// Over ground they rest, so now is when they are closest, however far one has climbed later.
+/// Over ground they are at rest, so their closest approach is now, however far one climbs later.
 #[test]
-fn those_that_hover_above_each_other_are_found_while_one_climbs() {
+fn climb_towards_a_hovering_drone_is_found() {
     let pair = vec![
         aircraft(1, [0.0, 0.0, 100.0], [0.05, 0.0, 0.0]),
         aircraft(2, [3.0, 0.0, 117.0], [0.0, 0.0, 4.0]),
@@ -37,7 +37,7 @@ fn those_that_hover_above_each_other_are_found_while_one_climbs() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// What the search leaves out has no probability worth a line.
+    /// Pairs that the search excludes have a probability below the listing threshold.
     #[test]
     fn no_pair_that_may_meet_is_left_out(aircraft in traffic()) {
         let rules = rules(vec![drones(), Preset::Nmac.volume()]);

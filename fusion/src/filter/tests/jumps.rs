@@ -1,15 +1,15 @@
-//! Reports far from where the motion led: receivers that jump, aircraft that brake.
+//! Reports far from the prediction: jumps of receivers, and braking aircraft.
 
 use super::super::measurement::{By, Measurement};
 use super::super::target::Dynamics;
 use super::{dynamics, measurements, seconds, tracked};
 use crate::frames::Enu;
 
-/// An aircraft that brakes hard is where its transponder says, and is in no doubt once the next report has come. A receiver that
-/// jumps as far and flies on is in doubt.
+/// An aircraft that brakes hard is where its transponder reports it, without doubt once the next report is received. A
+/// receiver that jumps as far and flies on is in doubt.
 #[test]
 fn hard_braking_is_motion_and_a_step_aside_is_a_jump() {
-    // 10 s at 16 m/s, then from there to rest within 2 s.
+    // 10 s at 16 m/s, then to rest within 2 s.
     let braking = |at: f64| match at {
         ..10.0 => 16.0 * at,
         10.0..12.0 => 160.0 + 16.0 * (at - 10.0) - 4.0 * (at - 10.0).powi(2),
@@ -46,7 +46,8 @@ fn hard_braking_is_motion_and_a_step_aside_is_a_jump() {
     }
 }
 
-/// The sigma over ground at a time of a straight flight with a report each 2 s, `off` the place to the east by these metres.
+/// Standard deviation over ground at a time of a straight flight with a report every 2 s, displaced to the east by
+/// `off`, metres.
 fn sigma_with(dynamics: &Dynamics, off: impl Fn(f64) -> f64, at: f64) -> f64 {
     let measured = |index| {
         let at = 2.0 * f64::from(index);
@@ -58,8 +59,8 @@ fn sigma_with(dynamics: &Dynamics, off: impl Fn(f64) -> f64, at: f64) -> f64 {
     tracked(&measurements, dynamics).at(seconds(at)).unwrap().sigma_m()
 }
 
-/// A receiver that has jumped may be wrong as far as that, for a while; once it is back where the motion led it is right again,
-/// wherever it has been, and however far away.
+/// A receiver that has jumped may be wrong by the length of the jump, for a while. Once it is back on the predicted
+/// path it is right again, whatever the length and duration of the jump.
 #[test]
 fn a_jump_is_a_doubt_until_it_is_undone() {
     for dynamics in dynamics() {
@@ -81,8 +82,8 @@ fn a_jump_is_a_doubt_until_it_is_undone() {
     }
 }
 
-/// One report that is kilometres too high is followed, in doubt, and neither climbs nor moves the place over ground; the next one
-/// undoes it.
+/// One report that is kilometres too high is followed, with doubt, and changes neither the climb nor the position over
+/// ground. The next one cancels it.
 #[test]
 fn a_jump_in_height_is_in_doubt_until_the_jump_back() {
     for dynamics in dynamics() {
@@ -105,8 +106,8 @@ fn a_jump_in_height_is_in_doubt_until_the_jump_back() {
     }
 }
 
-/// A radar that measures heights and sees the aircraft as high as its transponder now says settles the doubt, up to its own errors;
-/// one that sees it at the earlier height, and one that measures none, do not.
+/// A radar that measures the height that the transponder now reports limits the doubt to its own errors. A radar that
+/// measures the earlier height, and one that measures none, do not.
 #[test]
 fn a_plot_settles_a_jump_in_height() {
     for dynamics in dynamics() {
@@ -130,10 +131,10 @@ fn a_plot_settles_a_jump_in_height() {
     }
 }
 
-/// Where a radar sees the aircraft at the place that the transponder has jumped to, it is no farther off than the radar's errors
-/// are large; where it sees it at the earlier place, the doubt stays, and without a radar, too.
+/// A radar that detects the aircraft where the transponder has jumped to limits the doubt to its own errors. If it
+/// detects it at the earlier position, the doubt stays, as it does without a radar.
 #[test]
-fn a_plot_tells_how_much_of_a_jump_is_left_to_doubt() {
+fn plot_reduces_the_doubt_about_a_jump() {
     for dynamics in dynamics() {
         let sigma_m = |plots_north: Option<f64>| {
             let report = |index: u32| (2.0, 0.0, if index < 5 { 0.0 } else { 300.0 }, 0);

@@ -1,4 +1,4 @@
-//! The filter on aircraft that move as the Singer model says: what it tells of its own error holds.
+//! The filter on aircraft that follow the Singer model: its stated errors hold.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 use rand::SeedableRng;
@@ -7,13 +7,13 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
 
-/// Seconds between two samples of a flight.
+/// Time between two samples of a flight, seconds.
 const STEP_S: f64 = 0.01;
 
-/// Place and velocity at an instant.
+/// Position and velocity at an instant.
 type Sample = (Vector3<f64>, Vector3<f64>);
 
-/// Flies for so many samples: the acceleration by eq. 1 of Fasano et al., what follows from it in small steps.
+/// Simulates a flight of `samples` samples: the acceleration by eq. 1 of Fasano et al., integrated in small steps.
 fn flown(singer: &Singer, first_speed: Vector3<f64>, samples: usize, chance: &mut ChaCha8Rng) -> Vec<Sample> {
     let normal = |chance: &mut ChaCha8Rng| Vector3::from_fn(|_, _| StandardNormal.sample(chance));
     let deviation = Vector3::new(singer.horizontal, singer.horizontal, singer.vertical);
@@ -34,7 +34,7 @@ fn flown(singer: &Singer, first_speed: Vector3<f64>, samples: usize, chance: &mu
     flight
 }
 
-/// Reports of a transponder about every two seconds, of which every third tells velocity and climb.
+/// Reports of a transponder about every two seconds; every third has velocity and climb.
 fn reports(flight: &[Sample], chance: &mut ChaCha8Rng) -> Vec<Measurement> {
     const HORIZONTAL_M: f64 = 1.0;
     const VERTICAL_M: f64 = 1.5;
@@ -65,7 +65,8 @@ fn reports(flight: &[Sample], chance: &mut ChaCha8Rng) -> Vec<Measurement> {
 #[derive(Default)]
 struct Errors {
     count: f64,
-    /// Normalised squared errors over their dimensions: of the place over ground, the height, the velocity over ground.
+    /// Normalised squared errors over their dimensions: of the position over ground, the height, the velocity over
+    /// ground.
     nees: [f64; 3],
     squared_m2: f64,
     told_m2: f64,
@@ -89,13 +90,13 @@ impl Errors {
 }
 
 #[test]
-fn errors_are_as_large_as_it_says_and_what_comes_later_makes_them_smaller() {
+fn singer_errors_are_consistent_and_shrink_with_later_plots() {
     const SAMPLES: usize = 2000;
     let singer = Singer { lasts_s: 2.5, horizontal: 1.8, vertical: 0.9 };
     let mut chance = ChaCha8Rng::seed_from_u64(1970);
     let (mut filtered, mut smoothed) = (Errors::default(), Errors::default());
     for _ in 0..300 {
-        // Speeds as the filter expects them first.
+        // Initial speeds as the filter assumes them.
         let flight = flown(&singer, Vector3::new(12.0, 12.0, 2.0), SAMPLES, &mut chance);
         let reports = reports(&flight, &mut chance);
         let dynamics = Dynamics::Singer(singer);

@@ -1,45 +1,45 @@
-//! `duplicate`: an identity is in turn at two places no aircraft flies between.
+//! `duplicate`: an identity alternates between two positions that no aircraft can fly between.
 
 use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 
-use super::history::Heard;
-use super::stream::Stream;
+use super::history::TimedReport;
+use super::stream::ReportStream;
 use crate::report::SensorIndex;
 use crate::time::Time;
 
-/// Speed of no drone, m/s, and
+/// Speed that no drone reaches, m/s.
 const SPEED_MAX_M_S: f64 = 60.0;
-/// errors of its receiver, metres: four standard deviations between two reports of one of 10 m an axis.
+/// Error of the positions, metres: four standard deviations between two reports of a receiver with 10 m on each axis.
 const RECEIVER_M: f64 = 60.0;
-/// By how much two receivers differ in their clocks, seconds.
+/// Maximum difference between the clocks of two receivers, seconds.
 const RECEIVERS_APART_S: f64 = 2.0;
-/// Looked back over.
+/// Length of the evaluated period.
 const LOOK_BACK: SignedDuration = SignedDuration::from_secs(20);
-/// Changes from one place to the other within it.
+/// Minimum number of changes between the positions in that period.
 const CHANGES: u32 = 3;
-/// Reports at either place.
+/// Minimum number of reports at each position.
 const REPORTS: u32 = 2;
-/// It holds so long.
+/// Time for which the finding holds.
 const HOLDS: SignedDuration = SignedDuration::from_secs(12);
 
-/// When an identity was at two places last.
+/// Evidence that an identity is at two positions.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Duplicate {
-    newest: Option<Received>,
-    /// The last report that no aircraft could have sent after the one before it.
+    newest: Option<ReceiverReport>,
+    /// Time of the last report that no aircraft could have sent after the one before it.
     apart: Option<Time>,
     last: Option<Time>,
 }
 
-/// A report, and who received it.
+/// A report and its receiver.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Received {
-    heard: Heard,
+struct ReceiverReport {
+    heard: TimedReport,
     sensor: SensorIndex,
 }
 
-impl Received {
+impl ReceiverReport {
     fn is_near(&self, other: &Self) -> bool {
         let clocks_s = if self.sensor == other.sensor { 0.0 } else { RECEIVERS_APART_S };
         let reach_m = RECEIVER_M + SPEED_MAX_M_S * (self.heard.apart_s(&other.heard) + clocks_s);
@@ -48,9 +48,9 @@ impl Received {
 }
 
 impl Duplicate {
-    /// Takes a report that is now in `streams`, all of one identity.
-    pub(super) fn hear(&mut self, heard: Heard, sensor: SensorIndex, streams: &[Stream]) {
-        let received = Received { heard, sensor };
+    /// Adds a report that is already in `streams`, which are of one identity.
+    pub(super) fn add_report(&mut self, heard: TimedReport, sensor: SensorIndex, streams: &[ReportStream]) {
+        let received = ReceiverReport { heard, sensor };
         let before = *self.newest.get_or_insert(received);
         if !before.is_near(&received) {
             self.apart = self.apart.max(Some(heard.time));
@@ -64,36 +64,36 @@ impl Duplicate {
         }
     }
 
-    pub(super) fn holds(&self, deadline: Time) -> bool {
+    pub(super) fn is_active(&self, deadline: Time) -> bool {
         self.last.is_some_and(|last| deadline <= last + HOLDS)
     }
 }
 
-fn alternates(streams: &[Stream], newest: Time) -> bool {
+fn alternates(streams: &[ReportStream], newest: Time) -> bool {
     let since = newest - LOOK_BACK;
-    let of_stream = |stream: &Stream| {
+    let of_stream = |stream: &ReportStream| {
         let (sensor, at) = (stream.sensor, stream.history.after(since));
-        stream.history.from(at).map(|&heard| Received { heard, sensor }).collect::<Vec<_>>()
+        stream.history.from(at).map(|&heard| ReceiverReport { heard, sensor }).collect::<Vec<_>>()
     };
-    let mut reports: Vec<Received> = streams.iter().flat_map(of_stream).collect();
+    let mut reports: Vec<ReceiverReport> = streams.iter().flat_map(of_stream).collect();
     reports.sort_by_key(|received| (received.heard.order(), received.sensor));
-    let mut places = TwoPlaces::default();
+    let mut places = AlternatingPlaces::default();
     reports.into_iter().any(|received| places.alternate(received))
 }
 
-/// Where an identity is in turn.
+/// Two positions between which an identity alternates.
 #[derive(Debug, Default)]
-struct TwoPlaces {
-    /// The place of the last report, and the other one; with how many reports.
-    here: Option<(Received, u32)>,
-    there: Option<(Received, u32)>,
+struct AlternatingPlaces {
+    /// Last report at the current position and at the other one, each with the number of reports.
+    here: Option<(ReceiverReport, u32)>,
+    there: Option<(ReceiverReport, u32)>,
     changes: u32,
 }
 
-impl TwoPlaces {
-    /// Takes the next report; whether it is one too many.
-    fn alternate(&mut self, received: Received) -> bool {
-        let near = |place: &Option<(Received, u32)>| {
+impl AlternatingPlaces {
+    /// Adds the next report; returns whether the evidence is sufficient.
+    fn alternate(&mut self, received: ReceiverReport) -> bool {
+        let near = |place: &Option<(ReceiverReport, u32)>| {
             place.filter(|(last, _)| last.is_near(&received)).map(|(_, reports)| reports)
         };
         match (near(&self.here), near(&self.there)) {
@@ -108,10 +108,11 @@ impl TwoPlaces {
                 self.here = Some((received, 1));
                 self.changes += u32::from(self.there.is_some());
             }
-            // A third place: whatever this is, it is not two transmitters.
+            // A third position excludes two transmitters.
             (None, None) => *self = Self { here: Some((received, 1)), ..Self::default() },
         }
-        let is_place = |place: &Option<(Received, u32)>| place.is_some_and(|(_, reports)| reports >= REPORTS);
+        let is_place =
+            |place: &Option<(ReceiverReport, u32)>| place.is_some_and(|(_, reports)| reports >= REPORTS);
         self.changes >= CHANGES && is_place(&self.here) && is_place(&self.there)
     }
 }

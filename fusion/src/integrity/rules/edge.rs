@@ -1,67 +1,71 @@
-//! Place and velocity at the edge of a gap, from the three reports on one side of it.
+//! Position and velocity at the edge of a gap, from the three reports on one side of it.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use super::history::Heard;
+use super::history::TimedReport;
 use crate::filter::speed_factor;
 use crate::time::Time;
 
-/// Reports so far from the edge say nothing of the motion at it, seconds.
+/// Maximum age of reports, relative to the edge, that are used for its motion, seconds.
 const REACH_S: f64 = 16.0;
-/// Reports nearer to each other than this, seconds, are not told apart by their places.
+/// Minimum interval between reports whose positions are used for a velocity, seconds.
 const NEAREST_S: f64 = 0.05;
-/// How far apart the three lie, at least, for a gap of 1 s: what they leave open of the velocity counts over the gap.
+/// Minimum interval between the three reports, as a share of the gap: an error of the velocity is extrapolated over the
+/// gap.
 const SPACING: f64 = 0.3;
 
-/// By how much a velocity may have changed since the time of which it is known, m/s²: a parabola tells most of it.
+/// Change of the velocity that a parabola does not show, m/s².
 const LEFT_OVER_M_S2: f64 = 0.5;
-/// What two reports, which show no turn, may hide, m/s².
+/// Acceleration assumed with two reports, which show no turn, m/s².
 const UNKNOWN_M_S2: f64 = 2.0;
-/// Speed of what shows none, m/s.
+/// Speed assumed without a velocity, m/s.
 const CRUISE_M_S: f64 = 30.0;
-/// An aircraft that turns with A m/s² between two velocities is at most A T²/4 off their mean. Who turns hard within a gap
-/// turns on one side of it or has another course behind it; measured over 320,000 gaps: beside this much, m/s²,
+/// Acceleration beyond the observed one that an aircraft may have within a gap, m/s². An aircraft that turns with A
+/// m/s² between two velocities is at most A T²/4 off their mean. An aircraft that turns hard within a gap turns on one
+/// side of it, or has another course after it. These constants were measured over 320,000 gaps.
 const UNSEEN_M_S2: f64 = 2.0;
-/// so many times as hard as is seen,
+/// Factor on the observed acceleration.
 const MORE_THAN_SEEN: f64 = 1.4;
-/// and no harder than this, m/s².
+/// Maximum acceleration in a turn, m/s².
 const TURN_MAX_M_S2: f64 = 10.0;
 
-/// Motion at the edge of a gap: a parabola through the three reports nearest to it, the line through two, or one place.
+/// Motion at the edge of a gap: a parabola through the three nearest reports, the line through two, or one position.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct Edge {
+pub(super) struct GapEdge {
     pub(super) time: Time,
-    /// Over ground, metres.
+    /// Position over ground, metres.
     pub(super) place: Vector2<f64>,
-    motion: Option<Motion>,
+    motion: Option<EdgeMotion>,
 }
 
-/// Velocity at an edge.
+/// Velocity and acceleration at an edge.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Motion {
-    /// Over ground, m/s.
+struct EdgeMotion {
+    /// Velocity over ground, m/s.
     velocity: Vector2<f64>,
-    /// By how much it may be wrong beside noise, m/s.
+    /// Error of the velocity without noise, m/s.
     unsure_m_s: f64,
-    /// Along the parabola, m/s²; `None`: two reports do not show it.
+    /// Acceleration along the parabola, m/s²; `None` with only two reports.
     acceleration: Option<Vector2<f64>>,
-    /// What each of the three reports weighs in the velocity, 1/s, the one at the edge first.
+    /// Weights of the three reports in the velocity, 1/s, the one at the edge first.
     velocity_weights: [f64; 3],
-    /// The same for the acceleration, 1/s².
+    /// Weights of the three reports in the acceleration, 1/s², the one at the edge first.
     acceleration_weights: [f64; 3],
 }
 
-impl Edge {
-    /// From reports that lead away from a gap of `gap_s` seconds, the one at the edge first; `None` where there is none.
-    pub(super) fn new<'a>(away: impl Iterator<Item = &'a Heard>, gap_s: f64) -> Option<Self> {
+impl GapEdge {
+    /// Creates an edge from reports that lead away from a gap of `gap_s` seconds, the one at the edge first; `None` if
+    /// there is none.
+    pub(super) fn new<'a>(away: impl Iterator<Item = &'a TimedReport>, gap_s: f64) -> Option<Self> {
         let mut away = away.peekable();
         let edge = *away.peek()?;
-        let motion = Motion::new(edge, away.take_while(|heard| heard.apart_s(edge) <= REACH_S), gap_s);
+        let motion = EdgeMotion::new(edge, away.take_while(|heard| heard.apart_s(edge) <= REACH_S), gap_s);
         Some(Self { time: edge.time, place: edge.position.xy(), motion })
     }
 
-    /// Whether an aircraft moves so: it turns or speeds up no harder than this, beyond what noise of `noise_m` an axis feigns.
+    /// Whether an aircraft can move like this: its acceleration is at most `most_m_s2` beyond what noise of `noise_m`
+    /// on each axis causes.
     pub(super) fn is_motion(&self, most_m_s2: f64, noise_m: f64) -> bool {
         self.motion.is_none_or(|motion| {
             let feigned_m_s2 = 5.0 * noise_m * norm(motion.acceleration_weights);
@@ -69,18 +73,18 @@ impl Edge {
         })
     }
 
-    /// Whether anything is known of its velocity.
+    /// Whether the velocity is known.
     pub(super) fn has_motion(&self) -> bool {
         self.motion.is_some()
     }
 
-    /// Whether three reports show it.
+    /// Whether three reports define the motion.
     pub(super) fn is_whole(&self) -> bool {
         self.motion.is_some_and(|motion| motion.acceleration.is_some())
     }
 
-    /// How far a report is from where the motion led, metres, and how far an aircraft's turns can bring it off.
-    pub(super) fn miss_m(&self, later: &Heard) -> (f64, f64) {
+    /// Distance of a report from the extrapolated position, and distance that turns of an aircraft can explain, metres.
+    pub(super) fn miss_m(&self, later: &TimedReport) -> (f64, f64) {
         let ahead_s = later.time.seconds_since(self.time);
         let Some(motion) = self.motion else {
             return ((later.position.xy() - self.place).norm(), CRUISE_M_S * ahead_s.abs());
@@ -92,15 +96,19 @@ impl Edge {
     }
 }
 
-impl Motion {
-    /// From the report at the edge, and all reports from there on.
-    fn new<'a>(edge: &Heard, mut away: impl Iterator<Item = &'a Heard>, gap_s: f64) -> Option<Self> {
+impl EdgeMotion {
+    /// Creates the motion from the report at the edge and the reports after it.
+    fn new<'a>(
+        edge: &TimedReport,
+        mut away: impl Iterator<Item = &'a TimedReport>,
+        gap_s: f64,
+    ) -> Option<Self> {
         let spacing_s = (SPACING * gap_s).max(NEAREST_S);
         let middle = away.find(|heard| heard.apart_s(edge) >= spacing_s)?;
         let far = away.find(|heard| heard.apart_s(middle) >= spacing_s);
         let x1 = middle.time.seconds_since(edge.time);
         let (velocity_weights, acceleration_weights, changed_m_s2) = match far {
-            // Lagrange's polynomials of the nodes 0, x1 and x2, differentiated at 0.
+            // Lagrange polynomials of the nodes 0, x1 and x2, differentiated at 0.
             Some(far) => {
                 let x2 = far.time.seconds_since(edge.time);
                 let (at, of_middle, of_far) = (x1 * x2, x1 * (x1 - x2), x2 * (x2 - x1));
@@ -122,13 +130,13 @@ impl Motion {
         })
     }
 
-    /// What it turns with, m/s²; where two reports do not show it, what it may.
+    /// Acceleration, m/s²; with two reports an assumed value.
     fn acceleration_m_s2(&self) -> f64 {
         self.acceleration.map_or(UNKNOWN_M_S2, |acceleration| acceleration.norm())
     }
 
-    /// By how much its velocity may be wrong, m/s, where that on the other side of the gap is `other`: what a mean over a longer
-    /// time hides, both differ by.
+    /// Error of the velocity, m/s. `other` is the motion on the other side of the gap: their difference may be hidden
+    /// in a mean over a longer time.
     fn unsure_m_s(&self, other: &Self) -> f64 {
         let hidden_m_s =
             if self.acceleration.is_none() { (self.velocity - other.velocity).norm() } else { 0.0 };
@@ -136,24 +144,25 @@ impl Motion {
     }
 }
 
-/// How far the motion after a gap is from going on as the motion before it.
+/// Distance between the motion after a gap and the continuation of the motion before it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Miss {
-    /// Distance over ground between where it went on and where the mean of both velocities leads, metres.
+pub(super) struct GapMiss {
+    /// Distance over ground between the continued position and that extrapolated with the mean of both velocities,
+    /// metres.
     pub(super) distance_m: f64,
-    /// How much of it noise makes: in an axis, for noise of 1 m.
+    /// Contribution of noise to the distance: on each axis, for noise of 1 m.
     pub(super) noise_gain: f64,
     pub(super) gap_s: f64,
-    /// How much of it may be due to turns, metres.
+    /// Contribution of turns to the distance, metres.
     pub(super) by_turns_m: f64,
 }
 
-impl Miss {
-    /// Between what was and what is; `None` where neither side has a velocity.
-    pub(super) fn between(before: &Edge, after: &Edge) -> Option<Self> {
+impl GapMiss {
+    /// Compares the motions before and after a gap; `None` if neither side has a velocity.
+    pub(super) fn between(before: &GapEdge, after: &GapEdge) -> Option<Self> {
         let gap_s = after.time.seconds_since(before.time);
         let half_s = gap_s / 2.0;
-        // A side without a velocity is taken to have that of the other side; turns then move it by A T²/2.
+        // A side without a velocity gets that of the other side; turns then contribute A T²/2.
         let (sides, apart_s) = match (before.motion, after.motion) {
             (Some(before), Some(after)) => ([before, after], half_s * half_s),
             (Some(one), None) | (None, Some(one)) => ([one, one], gap_s * half_s),
@@ -166,8 +175,8 @@ impl Miss {
             norm([1.0 + at, middle, far])
         });
         let turned_m_s2 = (velocity_after - velocity_before).norm() / gap_s;
-        let seen_m_s2 = sides.iter().map(Motion::acceleration_m_s2).fold(turned_m_s2, f64::max);
-        // A fast aircraft is fast on both sides; a side with a false place may only look fast.
+        let seen_m_s2 = sides.iter().map(EdgeMotion::acceleration_m_s2).fold(turned_m_s2, f64::max);
+        // A fast aircraft is fast on both sides; a side with a false position may only look fast.
         let speed_m_s = velocity_before.norm().min(velocity_after.norm());
         let unsure_m_s = sides[0].unsure_m_s(&sides[1]) + sides[1].unsure_m_s(&sides[0]);
         let unsure_m_s = unsure_m_s * speed_factor(speed_m_s).powi(2);
@@ -180,7 +189,7 @@ impl Miss {
     }
 }
 
-/// Largest acceleration in a turn of an aircraft of that speed, where reports show `seen_m_s2`, m/s².
+/// Largest acceleration in a turn of an aircraft of that speed whose reports show `seen_m_s2`, m/s².
 fn turn_m_s2(seen_m_s2: f64, speed_m_s: f64) -> f64 {
     // A fast aircraft turns harder in proportion to its speed, and its turns begin and end faster in proportion.
     let factor = speed_factor(speed_m_s);

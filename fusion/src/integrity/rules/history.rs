@@ -9,32 +9,32 @@ use serde::{Deserialize, Serialize};
 use crate::report::Fix;
 use crate::time::Time;
 
-/// How long reports are kept: the longest rule looks back over 20 s, a report may come 6 s late.
+/// Time for which reports are kept: the longest rule evaluates 20 s, and a report may be 6 s late.
 const KEPT: SignedDuration = SignedDuration::from_secs(32);
-/// So many are kept longer: slow transponders need them for their period.
+/// Number of reports kept longer, to determine the period of slow transponders.
 const KEPT_REPORTS: usize = 12;
-/// So many are kept at most: 32 s at five reports a second.
+/// Maximum number of reports: 32 s at five reports a second.
 const REPORTS_MAX: usize = 160;
 
 /// A report, as received.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Heard {
+pub(super) struct TimedReport {
     pub(super) time: Time,
-    /// In the site's frame, metres; equal octets give equal bits.
+    /// Position in the site's frame, metres; equal octets give equal bits.
     pub(super) position: Vector3<f64>,
-    /// What it states, m/s, east and north.
+    /// Reported velocity, m/s, east and north.
     pub(super) velocity: Option<Vector2<f64>>,
 }
 
-/// Orders reports by time, then by what they say: the same order whatever came first.
-pub(super) type Order = (Time, [u64; 6]);
+/// Sort key: time, then content, so that the order does not depend on the order of reception.
+pub(super) type ReportOrder = (Time, [u64; 6]);
 
-impl Heard {
+impl TimedReport {
     pub(super) fn new(fix: &Fix) -> Self {
         Self { time: fix.time, position: fix.position.0, velocity: fix.velocity }
     }
 
-    pub(super) fn order(&self) -> Order {
+    pub(super) fn order(&self) -> ReportOrder {
         let [east, north, up] = self.place();
         let (said, [x, y]) = match self.velocity {
             Some(velocity) => (1, [velocity.x, velocity.y].map(f64::to_bits)),
@@ -43,7 +43,7 @@ impl Heard {
         (self.time, [east, north, up, said, x, y])
     }
 
-    /// The bits of its position.
+    /// The bits of the position.
     pub(super) fn place(&self) -> [u64; 3] {
         [self.position.x, self.position.y, self.position.z].map(f64::to_bits)
     }
@@ -53,22 +53,22 @@ impl Heard {
         (self.position - other.position).xy().norm()
     }
 
-    /// Seconds to `other`, never negative.
+    /// Absolute time difference to `other`, seconds.
     pub(super) fn apart_s(&self, other: &Self) -> f64 {
         self.time.seconds_since(other.time).abs()
     }
 }
 
-/// Reports by [`Heard::order`].
+/// Reports by [`TimedReport::order`].
 #[derive(Debug, Default, Serialize, Deserialize)]
-pub(super) struct History(VecDeque<Heard>);
+pub(super) struct ReportHistory(VecDeque<TimedReport>);
 
-impl History {
-    /// Puts a report in its place and says where that is; `None` where it is there already, or is older than all that are kept.
-    pub(super) fn insert(&mut self, heard: Heard) -> Option<usize> {
+impl ReportHistory {
+    /// Inserts a report and returns its index; `None` if it is a duplicate, or older than all reports kept.
+    pub(super) fn insert(&mut self, heard: TimedReport) -> Option<usize> {
         let reports = &mut self.0;
         let at = reports.partition_point(|known| known.order() < heard.order());
-        let doubled = |known: &Heard| known.time == heard.time && known.place() == heard.place();
+        let doubled = |known: &TimedReport| known.time == heard.time && known.place() == heard.place();
         let is_known =
             reports.get(at).is_some_and(doubled) || at.checked_sub(1).is_some_and(|at| doubled(&reports[at]));
         if is_known || at == 0 && reports.len() >= KEPT_REPORTS {
@@ -88,20 +88,20 @@ impl History {
         self.0.len()
     }
 
-    pub(super) fn get(&self, at: usize) -> Option<&Heard> {
+    pub(super) fn get(&self, at: usize) -> Option<&TimedReport> {
         self.0.get(at)
     }
 
-    pub(super) fn newest(&self) -> Option<&Heard> {
+    pub(super) fn newest(&self) -> Option<&TimedReport> {
         self.0.back()
     }
 
-    /// The first report after `time`.
+    /// Index of the first report after `time`.
     pub(super) fn after(&self, time: Time) -> usize {
         self.0.partition_point(|heard| heard.time <= time)
     }
 
-    /// Median time between its last reports, seconds.
+    /// Median time between the last reports, seconds.
     pub(super) fn period_s(&self) -> Option<f64> {
         let mut periods_s = [0.0; KEPT_REPORTS - 1];
         let mut known = 0;
@@ -113,18 +113,18 @@ impl History {
         (known > 0).then(|| *periods_s.select_nth_unstable_by(known / 2, f64::total_cmp).1)
     }
 
-    /// From the report at `at` on.
-    pub(super) fn from(&self, at: usize) -> impl Iterator<Item = &Heard> {
+    /// The reports from index `at` on.
+    pub(super) fn from(&self, at: usize) -> impl Iterator<Item = &TimedReport> {
         self.0.range(at.min(self.0.len())..)
     }
 
-    /// Those before the one at `at`, the latest first.
-    pub(super) fn before(&self, at: usize) -> impl Iterator<Item = &Heard> {
+    /// The reports before index `at`, the latest first.
+    pub(super) fn before(&self, at: usize) -> impl Iterator<Item = &TimedReport> {
         self.0.range(..at.min(self.0.len())).rev()
     }
 
-    /// All, by time.
-    pub(super) fn iter(&self) -> impl DoubleEndedIterator<Item = &Heard> {
+    /// All reports, by time.
+    pub(super) fn iter(&self) -> impl DoubleEndedIterator<Item = &TimedReport> {
         self.0.iter()
     }
 }

@@ -1,63 +1,65 @@
-//! Jamming: many identities fall silent at once, more than by chance.
+//! Jamming: more identities fall silent at the same time than chance explains.
 
 use std::collections::BTreeMap;
 
 use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 
-use super::{Jammed, Ledger};
+use super::{IdentityLedger, Jammed};
 use crate::frames::Enu;
 use crate::report::Identity;
 use crate::time::Time;
 
-/// Who fell silent within this time fell silent at once.
+/// Period within which identities count as falling silent at the same time.
 const AT_ONCE: SignedDuration = SignedDuration::from_secs(15);
-/// Who is cut off at one moment was heard last within a period, which is 4 s at most with most transponders.
+/// Like `AT_ONCE`, for a sudden interruption: all were received within one reporting period, which is at most 4 s for
+/// most transponders.
 const WITHIN_A_PERIOD: SignedDuration = SignedDuration::from_secs(5);
-/// So many of them at least,
+/// Minimum number of silent identities.
 const IDENTITIES: usize = 3;
-/// and such a share of those heard
+/// Minimum share of the identities received lately.
 const SHARE: f64 = 0.3;
-/// within this time.
+/// Period for which an identity counts as received lately.
 const LATELY: SignedDuration = SignedDuration::from_secs(60);
-/// Probability of as many by chance, at the rate at which single ones have fallen silent here.
+/// Maximum probability of that many silences by chance, at the rate of single silences observed here.
 const BY_CHANCE: f64 = 1e-4;
-/// That rate is as if one had fallen silent in so many identity-seconds before the first, and
+/// Prior of that rate: one silence in this many identity-seconds.
 const ASSUMED_S: f64 = 900.0;
-/// is forgotten to 1/e in so many seconds.
+/// Time constant with which the rate is forgotten (to 1/e), seconds.
 const FORGOTTEN_S: f64 = 3600.0;
-/// It is over without an end after this time: they have landed.
+/// Maximum duration, after which jamming ends even if the identities stay silent: they have landed.
 const LASTS_MAX: SignedDuration = SignedDuration::from_mins(10);
 
-/// While no identity at all is heard for longer than this, and for as long after it, a clock that was set ahead or a line that was
-/// away explains more than jamming does.
+/// Pause in the reports of all identities after which no jamming is detected for the same time. A clock that was set
+/// ahead or a line that was interrupted explains more silences than jamming does.
 const QUIET: SignedDuration = SignedDuration::from_secs(6);
-/// A silence of all that lasts for longer than a step of the clock that the window bears.
+/// Pause in the reports of all identities beyond which jamming is detected nevertheless: no clock step that the window
+/// tolerates lasts as long.
 const ALL_QUIET: SignedDuration = SignedDuration::from_secs(32);
 
-/// Who is jammed, and how often one falls silent by itself.
+/// Jammed identities, and the rate of single silences.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Jamming {
     jammed: Option<Jammed>,
-    /// Silences, and the identity-seconds in which they began.
+    /// Number of silences, and the identity-seconds in which they began.
     silences: f64,
     heard_s: f64,
     looked: Option<Time>,
-    /// The last deadline at which no identity had been heard for longer than [`QUIET`].
+    /// Last deadline at which all identities had paused for longer than [`QUIET`].
     quiet: Option<Time>,
-    /// Whether identities fell silent that were not looked at yet.
+    /// Whether there are silences that were not evaluated yet.
     waits: bool,
 }
 
 /// An identity that fell silent.
-struct Silent {
+struct SilentIdentity {
     newest: Time,
     identity: Identity,
     place: Enu,
 }
 
 impl Jamming {
-    pub(super) fn look(&mut self, ledgers: &BTreeMap<Identity, Ledger>, deadline: Time) {
+    pub(super) fn evaluate(&mut self, ledgers: &BTreeMap<Identity, IdentityLedger>, deadline: Time) {
         let passed_s = self
             .looked
             .replace(deadline)
@@ -72,7 +74,7 @@ impl Jamming {
         self.silences = kept * self.silences + began as f64;
         self.end(ledgers, deadline);
         self.waits |= began > 0;
-        let last = ledgers.values().filter_map(|ledger| ledger.silence.heard()).max();
+        let last = ledgers.values().filter_map(|ledger| ledger.silence.since()).max();
         let quiet = last.map_or(SignedDuration::ZERO, |last| deadline - last);
         if quiet > QUIET {
             self.quiet = Some(deadline);
@@ -88,8 +90,8 @@ impl Jamming {
         self.jammed.as_ref()
     }
 
-    /// Ends it when half of them are back.
-    fn end(&mut self, ledgers: &BTreeMap<Identity, Ledger>, deadline: Time) {
+    /// Ends the jamming when half of the identities are received again.
+    fn end(&mut self, ledgers: &BTreeMap<Identity, IdentityLedger>, deadline: Time) {
         let is_over = |jammed: &Jammed| {
             let is_back =
                 |identity: &&Identity| ledgers.get(identity).is_some_and(|ledger| !ledger.silence.is_silent);
@@ -99,23 +101,24 @@ impl Jamming {
         self.jammed.take_if(|jammed| is_over(jammed));
     }
 
-    /// Looks for those who fell silent at once; a jamming that lasts grows by those who fell silent with it.
-    fn begin(&mut self, ledgers: &BTreeMap<Identity, Ledger>, deadline: Time) {
-        let lately = |ledger: &&Ledger| ledger.newest >= deadline - LATELY;
+    /// Searches for identities that fell silent at the same time; a present jamming is extended by those that fell
+    /// silent with it.
+    fn begin(&mut self, ledgers: &BTreeMap<Identity, IdentityLedger>, deadline: Time) {
+        let lately = |ledger: &&IdentityLedger| ledger.newest >= deadline - LATELY;
         let of_late = ledgers.values().filter(lately).filter(|ledger| ledger.silence.is_known).count();
-        let silent = |(&identity, ledger): (&Identity, &Ledger)| {
+        let silent = |(&identity, ledger): (&Identity, &IdentityLedger)| {
             let place = Enu::from(ledger.latest()?.newest()?.position);
             let counts = ledger.silence.long_since.is_some() && lately(&ledger) && !ledger.has_landed();
-            counts.then_some(Silent { newest: ledger.newest, identity, place })
+            counts.then_some(SilentIdentity { newest: ledger.newest, identity, place })
         };
-        let mut silent: Vec<Silent> = ledgers.iter().filter_map(silent).collect();
+        let mut silent: Vec<SilentIdentity> = ledgers.iter().filter_map(silent).collect();
         silent.sort_by_key(|silent| (silent.newest, silent.identity));
         for lasts in [WITHIN_A_PERIOD, AT_ONCE] {
             let windows = (0..silent.len()).map(|from| {
                 let until = silent[from].newest + lasts;
                 from..silent.partition_point(|silent| silent.newest <= until)
             });
-            // Of windows that are as full the first: nothing depends on what came behind it.
+            // The first of equally full windows: the result does not depend on later silences.
             let Some(fullest) = windows.rev().max_by_key(ExactSizeIterator::len) else { return };
             let at_once = &silent[fullest];
             let is_many = at_once.len() >= IDENTITIES && at_once.len() as f64 >= SHARE * of_late as f64;
@@ -133,7 +136,7 @@ impl Jamming {
         }
     }
 
-    /// Probability that as many of `all` fall silent within so long by themselves (binomial).
+    /// Probability that `many` of `all` fall silent independently `within` that time (binomial).
     fn chance(&self, many: usize, all: usize, within: SignedDuration) -> f64 {
         let before = (self.silences - many as f64).max(0.0);
         let rate = (before + 1.0) / (self.heard_s + ASSUMED_S);

@@ -1,7 +1,8 @@
-//! All places of the last half hour, to be found by their octets.
+//! Index of all positions of the last half hour by their octets.
 //!
-//! Chains through a ring: a table has the newest report of each bucket, each report the one before it in its bucket. 24
-//! octets a report and 4 MiB beside; a look costs at most [`WALK_MAX`] steps, whatever was sent.
+//! Hash chains through a ring: a table has the newest report of each bucket, and each report links to the previous one
+//! in its bucket. It takes 24 octets a report and 4 MiB for the table. A lookup takes at most [`WALK_MAX`] steps for
+//! any input.
 
 use std::collections::VecDeque;
 
@@ -9,47 +10,47 @@ use serde::{Deserialize, Serialize};
 
 use crate::time::Time;
 
-/// Reports in a block: blocks come and go whole.
+/// Reports in a block; blocks are added and removed as a whole.
 const BLOCK: usize = 4096;
-/// Blocks that are kept: 3.7 million reports, 2,000 transponders for half an hour at one a second.
+/// Maximum number of blocks: 3.7 million reports, which are 2,000 transponders for half an hour at one report a second.
 const BLOCKS_MAX: usize = 900;
-/// Buckets, a power of two.
+/// Number of buckets, a power of two.
 const BUCKETS: usize = 1 << 20;
-/// Steps through a bucket, which holds 3.5 reports where all are full.
+/// Maximum number of steps through a bucket, which contains 3.5 reports if all blocks are full.
 const WALK_MAX: usize = 48;
 
-/// A report's place, when, and whose.
+/// Position (hash), time and stream of a report.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Entry {
+struct PlaceEntry {
     key: u64,
     time: Time,
     stream: u32,
-    /// The report before it in its bucket, by its number.
+    /// Number of the previous report in its bucket.
     before: u32,
 }
 
-/// A report at the same place.
+/// A report at the same position.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct EarlierReport {
     pub(super) stream: u32,
     pub(super) time: Time,
 }
 
-/// The places, in the order in which they came.
+/// The positions, in order of insertion.
 #[derive(Debug, Default, Serialize, Deserialize)]
-pub(super) struct Places {
-    /// By bucket, the number of its newest report.
+pub(super) struct ReportPlaces {
+    /// Number of the newest report, by bucket.
     buckets: Vec<u32>,
-    /// All full but the last.
-    blocks: VecDeque<Vec<Entry>>,
-    /// Emptied blocks to fill again.
-    spare: Vec<Vec<Entry>>,
-    /// Number of the first report of the first block. Numbers begin again after 2³².
+    /// All blocks are full except the last.
+    blocks: VecDeque<Vec<PlaceEntry>>,
+    /// Empty blocks for reuse.
+    spare: Vec<Vec<PlaceEntry>>,
+    /// Number of the first report of the first block. Numbers wrap around after 2³².
     first: u32,
 }
 
-impl Places {
-    /// Keeps a place.
+impl ReportPlaces {
+    /// Adds a position.
     pub(super) fn insert(&mut self, place: [u64; 3], stream: u32, time: Time) {
         let key = mixed(place);
         if self.buckets.is_empty() {
@@ -65,16 +66,16 @@ impl Places {
         let number = self.first.wrapping_add(self.len());
         let before = std::mem::replace(&mut self.buckets[bucket(key)], number);
         if let Some(block) = self.blocks.back_mut() {
-            block.push(Entry { key, time, stream, before });
+            block.push(PlaceEntry { key, time, stream, before });
         }
     }
 
-    /// The reports at that place, the last to come first.
-    pub(super) fn seen(&self, place: [u64; 3]) -> impl Iterator<Item = Seen> {
+    /// The reports at that position, the last inserted first.
+    pub(super) fn reports_at(&self, place: [u64; 3]) -> impl Iterator<Item = EarlierReport> {
         let key = mixed(place);
         let end = self.first.wrapping_add(self.len());
         let mut number = self.buckets.get(bucket(key)).copied();
-        // What is younger than the one before it is a number that has come again.
+        // A number that is younger than its successor has wrapped around.
         let mut age = 0;
         let walk = std::iter::from_fn(move || {
             let at = end.wrapping_sub(number?);
@@ -83,12 +84,12 @@ impl Places {
             Some(entry)
         });
         let same = walk.take(WALK_MAX).filter(move |entry| entry.key == key);
-        same.map(|entry| Seen { stream: entry.stream, time: entry.time })
+        same.map(|entry| EarlierReport { stream: entry.stream, time: entry.time })
     }
 
-    /// Forgets places from before `time`, a block at a time.
+    /// Removes positions from before `time`, in whole blocks.
     pub(super) fn forget_before(&mut self, time: Time) {
-        let is_old = |block: &Vec<Entry>| block.len() == BLOCK && block[BLOCK - 1].time < time;
+        let is_old = |block: &Vec<PlaceEntry>| block.len() == BLOCK && block[BLOCK - 1].time < time;
         while self.blocks.front().is_some_and(is_old) {
             self.drop_block();
         }
@@ -107,14 +108,14 @@ impl Places {
         (full + self.blocks.back().map_or(0, Vec::len)) as u32
     }
 
-    /// The report that so many have come since, itself included.
-    fn entry(&self, age: u32) -> Option<Entry> {
+    /// The report after which `age` - 1 others were inserted.
+    fn entry(&self, age: u32) -> Option<PlaceEntry> {
         let at = self.len().checked_sub(age)? as usize;
         self.blocks.get(at / BLOCK)?.get(at % BLOCK).copied()
     }
 }
 
-/// Mixes three numbers into one in which each of their bits counts (steps of Steele's SplitMix64).
+/// Hashes three numbers so that each bit counts (steps of Steele's SplitMix64).
 fn mixed(place: [u64; 3]) -> u64 {
     place.into_iter().fold(0, |mixed: u64, part| {
         let mut z = (mixed ^ part).wrapping_add(0x9e37_79b9_7f4a_7c15);

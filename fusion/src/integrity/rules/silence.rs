@@ -1,19 +1,20 @@
-//! Silence: what is not heard for longer than its reports are usually apart.
+//! Silence: an identity is not received for longer than the usual interval of its reports.
 
 use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 
-use super::history::{Heard, History};
-use super::stream::Stream;
+use super::history::{ReportHistory, TimedReport};
+use super::stream::ReportStream;
 use crate::time::Time;
 
-/// Silence of any transponder, seconds, and of one that reports rarely, in its median period.
+/// Minimum silence of any transponder, seconds, and of a slow one, in median periods.
 const SILENT: (f64, f64) = (10.0, 3.0);
-/// Silence that is longer than a single transponder's gaps, which last up to 20 s, and its period beside: likewise.
+/// Minimum of a long silence, likewise. Gaps of a single transponder last up to 20 s plus its period.
 const LONG: (f64, f64) = (27.0, 6.0);
-/// A report later than this counts for the silence as if it were that late, seconds: where a clock is wrong, all are late.
+/// Maximum delay of a report for the start of a silence: a later report counts as this late, because with a wrong clock
+/// all reports are late.
 const LATE: SignedDuration = SignedDuration::from_secs(5);
-/// Reports without which nothing is usual.
+/// Minimum number of reports from which a silence counts.
 const REPORTS: usize = 3;
 
 fn longer_of(least_s: f64, periods: f64, period_s: Option<f64>) -> SignedDuration {
@@ -29,39 +30,40 @@ fn is_past(
     silent > longer_of(least_s, periods, None) && silent > longer_of(least_s, periods, period_s())
 }
 
-/// Whether a receiver has not heard an identity for so long.
-pub(super) fn is_over(history: &History, deadline: Time) -> bool {
-    let is_silent = |newest: &Heard| is_past(deadline - newest.time, SILENT, || history.period_s());
+/// Whether a receiver has not received an identity for longer than usual.
+pub(super) fn is_over(history: &ReportHistory, deadline: Time) -> bool {
+    let is_silent = |newest: &TimedReport| is_past(deadline - newest.time, SILENT, || history.period_s());
     history.newest().is_none_or(is_silent)
 }
 
-/// Whether no receiver hears an identity any longer.
+/// Whether no receiver receives an identity any more.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Silence {
-    /// Whether it was heard often enough to be missed.
+    /// Whether there were enough reports for a silence to count.
     pub(super) is_known: bool,
     pub(super) is_silent: bool,
-    /// The deadline at which it had been silent for longer than single ones usually are.
+    /// Deadline at which the silence became longer than usual gaps.
     pub(super) long_since: Option<Time>,
-    /// Time stamp of its newest report at the last look.
+    /// Time stamp of the newest report at the last evaluation.
     newest: Option<Time>,
-    /// From when on it is silent: that time stamp, or later where the report came late.
+    /// Start of the silence: that time stamp, or later if the report was late.
     heard: Option<Time>,
 }
 
 impl Silence {
-    /// Is not silent until it was heard again: the engine started afresh, and what came before says nothing.
-    pub(super) fn start_afresh(&mut self) {
+    /// Resets the silence until the identity is received again: the engine restarted, and the time before does not
+    /// count.
+    pub(super) fn restart(&mut self) {
         *self = Self { newest: self.newest, heard: self.heard, ..Self::default() };
     }
 
-    /// From when on it is silent.
-    pub(super) fn heard(&self) -> Option<Time> {
+    /// Start of the silence.
+    pub(super) fn since(&self) -> Option<Time> {
         self.heard
     }
 
-    /// Looks at an identity whose last report is `newest`.
-    pub(super) fn look(&mut self, streams: &[Stream], newest: Time, deadline: Time) {
+    /// Evaluates an identity whose last report is `newest`.
+    pub(super) fn evaluate(&mut self, streams: &[ReportStream], newest: Time, deadline: Time) {
         if self.newest.is_none_or(|known| newest > known) {
             (self.newest, self.heard) = (Some(newest), Some(newest.max(deadline - LATE)));
             self.is_known = self.is_known || streams.iter().any(|stream| stream.history.len() >= REPORTS);
@@ -74,7 +76,7 @@ impl Silence {
     }
 }
 
-/// The median period at the receiver that hears it most often, seconds.
-fn period_s(streams: &[Stream]) -> Option<f64> {
+/// Median period at the receiver that receives it most often, seconds.
+fn period_s(streams: &[ReportStream]) -> Option<f64> {
     streams.iter().filter_map(|stream| stream.history.period_s()).min_by(f64::total_cmp)
 }

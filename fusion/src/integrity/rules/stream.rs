@@ -1,22 +1,22 @@
-//! What one receiver hears of one identity, and the rules that need no more.
+//! The reports of one identity at one receiver, and the rules that need no others.
 
 use serde::{Deserialize, Serialize};
 
 use super::frozen::Frozen;
-use super::history::{Heard, History};
-use super::jump::{Break, Jump};
-use super::places::Places;
-use super::replay::{Kin, Replay};
+use super::history::{ReportHistory, TimedReport};
+use super::jump::{Jump, MotionBreak};
+use super::places::ReportPlaces;
+use super::replay::{Replay, SiblingStreams};
 use super::velocity::Velocity;
 use super::{Finding, Reason, silence};
 use crate::report::SensorIndex;
 use crate::time::Time;
 
-/// What one receiver hears of one identity.
+/// The reports of one identity at one receiver.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) struct Stream {
+pub(super) struct ReportStream {
     pub(super) sensor: SensorIndex,
-    pub(super) history: History,
+    pub(super) history: ReportHistory,
     number: u32,
     jump: Jump,
     frozen: Frozen,
@@ -24,12 +24,12 @@ pub(super) struct Stream {
     velocity: Velocity,
 }
 
-impl Stream {
-    /// A stream without a report; `number` is its own among all streams.
+impl ReportStream {
+    /// Creates an empty stream; `number` is unique among all streams.
     pub(super) fn new(sensor: SensorIndex, number: u32) -> Self {
         Self {
             sensor,
-            history: History::default(),
+            history: ReportHistory::default(),
             number,
             jump: Jump::default(),
             frozen: Frozen::default(),
@@ -38,30 +38,35 @@ impl Stream {
         }
     }
 
-    /// Takes a report; false where it was there already or is too old to say anything.
-    pub(super) fn hear(&mut self, heard: Heard, places: &mut Places, kin: Kin) -> bool {
+    /// Adds a report; returns `false` if it is a duplicate or too old.
+    pub(super) fn add_report(
+        &mut self,
+        heard: TimedReport,
+        places: &mut ReportPlaces,
+        kin: SiblingStreams,
+    ) -> bool {
         let Some(at) = self.history.insert(heard) else { return false };
-        self.frozen.hear(&self.history, at);
-        self.replay.hear(heard, self.number, places, kin);
+        self.frozen.add_report(&self.history, at);
+        self.replay.add_report(heard, self.number, places, kin);
         if at + 1 == self.history.len() {
             let noise_m = || self.jump.noise_m();
-            self.velocity.look(&self.history, noise_m);
+            self.velocity.evaluate(&self.history, noise_m);
         }
         true
     }
 
-    /// Judges the motion up to now: where it broke off.
-    pub(super) fn breaks(&mut self) -> impl Iterator<Item = Break> {
-        std::iter::from_fn(|| self.jump.judge(&self.history)).flatten()
+    /// Evaluates the motion so far; returns its breaks.
+    pub(super) fn breaks(&mut self) -> impl Iterator<Item = MotionBreak> {
+        std::iter::from_fn(|| self.jump.evaluate_next_gap(&self.history)).flatten()
     }
 
-    /// Adds what its rules find at the deadline.
-    pub(super) fn tell(&self, deadline: Time, finding: &mut Finding) {
+    /// Adds the results of the stream's rules at the deadline.
+    pub(super) fn add_findings(&self, deadline: Time, finding: &mut Finding) {
         let Finding { suspect, failed, still_since, .. } = finding;
-        if self.jump.holds(deadline) {
+        if self.jump.is_active(deadline) {
             suspect.insert(Reason::Jump);
         }
-        if self.velocity.holds(deadline) {
+        if self.velocity.is_active(deadline) {
             suspect.insert(Reason::Velocity);
         }
         if self.frozen.is_suspect() && self.is_heard(deadline) {
@@ -70,16 +75,16 @@ impl Stream {
         if self.frozen.has_failed() && self.is_heard(deadline) {
             failed.insert(Reason::Frozen);
         }
-        if self.replay.holds() && self.is_heard(deadline) {
+        if self.replay.is_active() && self.is_heard(deadline) {
             failed.insert(Reason::Replay);
         }
         let stands = self.frozen.still_since().filter(|_| self.is_heard(deadline));
         *still_since = still_since.iter().copied().chain(stands).min();
     }
 
-    /// Whether it sends what was sent before.
+    /// Whether it repeats earlier reports.
     pub(super) fn is_replay(&self) -> bool {
-        self.replay.holds()
+        self.replay.is_active()
     }
 
     fn is_heard(&self, deadline: Time) -> bool {

@@ -1,4 +1,4 @@
-//! Hand-built flights: what each rule finds, and what it must leave alone.
+//! Hand-built flights: detections of each rule, and cases that it must ignore.
 
 mod duplicate;
 mod flood;
@@ -21,7 +21,7 @@ use super::*;
 use crate::report::SensorIndex;
 use crate::time::SECOND;
 
-/// From its stamp to its arrival, seconds.
+/// Delay between time stamp and arrival of a report, seconds.
 const LATE_S: f64 = 0.5;
 const SLOT_S: f64 = 0.25;
 
@@ -40,10 +40,11 @@ fn fix(number: u32, seconds: f64, position: [f64; 3]) -> Fix {
     Fix::new(SensorIndex(1), identity(number), at(seconds), Enu::from(Vector3::from(position)))
 }
 
-/// A report, and when it arrives, seconds.
+/// A report, and its time of arrival, seconds.
 type Arrival = (f64, Fix);
 
-/// Reports of one identity with this period, from second to second, of a receiver with this white noise, metres an axis.
+/// Reports of one identity with this period, between two times, of a receiver with this white noise, metres on each
+/// axis.
 fn flight(
     number: u32,
     period_s: f64,
@@ -64,12 +65,12 @@ fn flight(
         .collect()
 }
 
-/// Straight on to the east, 12 m/s.
+/// Straight to the east at 12 m/s.
 fn eastward(seconds: f64) -> [f64; 3] {
     [12.0 * seconds, 300.0, 80.0]
 }
 
-/// States the velocity that the places of a flight have on the average.
+/// Adds a reported velocity to each report.
 fn stating(reports: Vec<Arrival>, velocity: impl Fn(f64) -> [f64; 2]) -> Vec<Arrival> {
     let state = |(arrives_s, fix): Arrival| {
         let seconds = fix.time.seconds_since(at(0.0));
@@ -94,14 +95,14 @@ fn run(reports: &[Arrival], mut each: impl FnMut(f64, &ReportRules)) -> ReportRu
             came.push(*fix);
         }
         came.sort_by_key(|fix| (fix.time, fix.identity));
-        rules.take(&came);
-        rules.look(at(deadline_s));
+        rules.add_reports(&came);
+        rules.evaluate(at(deadline_s));
         each(deadline_s, &rules);
     }
     rules
 }
 
-/// The first time that a rule fires for an identity, seconds, and whether it was certain then.
+/// The first time at which a rule fires for an identity, seconds, and whether it was certain then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Fired {
     number: u32,
@@ -129,7 +130,7 @@ fn fired(reports: &[Arrival], numbers: &[u32]) -> Vec<Fired> {
     fired
 }
 
-/// When a rule fires first, seconds.
+/// The time at which a rule first fires, seconds.
 fn first(fired: &[Fired], number: u32, reason: Reason, failed: bool) -> Option<f64> {
     let wanted = |fired: &&Fired| (fired.number, fired.reason, fired.failed) == (number, reason, failed);
     fired.iter().find(wanted).map(|fired| fired.at_s)

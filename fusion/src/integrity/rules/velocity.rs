@@ -1,57 +1,57 @@
-//! `velocity`: where an identity goes is not what it states.
+//! `velocity`: the motion of an identity contradicts its reported velocity.
 
 use jiff::SignedDuration;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use super::history::{Heard, History};
+use super::history::{ReportHistory, TimedReport};
 use crate::time::Time;
 
-/// Looked back over, seconds;
+/// Length of the evaluated period, seconds.
 const LOOK_BACK_S: f64 = 20.0;
-/// so much of it must be heard,
+/// Minimum part of that period with reports, seconds.
 const HEARD_S: f64 = 14.0;
-/// without a longer gap.
+/// Longest gap between two reports, seconds.
 const GAP_MAX_S: f64 = 5.0;
-/// Reports in it.
+/// Minimum number of reports in that period.
 const REPORTS: u32 = 5;
-/// Deviations beyond which they differ.
+/// Number of standard deviations beyond which both differ.
 const SIGMAS: f64 = 5.0;
-/// Share of the difference in either half at least: a jump is in one of them.
+/// Minimum share of the difference in each half: a jump lies in one of them.
 const HALF_SHARE: f64 = 0.25;
-/// Error of stated velocities that stays: some are cut off to whole m/s, m/s.
+/// Persistent error of reported velocities, m/s: some are truncated to whole m/s.
 const STATED_M_S: f64 = 0.5;
-/// How old a stated velocity may be, seconds: receivers filter it.
+/// Maximum age of a reported velocity, seconds, because receivers filter it.
 const AGE_S: f64 = 1.0;
-/// Acceleration that is not seen between two reports, m/s².
+/// Acceleration that is not visible between two reports, m/s².
 const HIDDEN_M_S2: f64 = 1.0;
-/// White noise of a position an axis, at least, metres: slow errors move in 20 s.
+/// Minimum white noise of a position on each axis, metres, which covers persistent errors that change within 20 s.
 const NOISE_MIN_M: f64 = 2.0;
-/// It holds so long.
+/// Time for which the finding holds.
 const HOLDS: SignedDuration = SignedDuration::from_secs(12);
 
-/// When stated velocity and change of place differed last.
+/// Time of the last contradiction between reported velocity and motion.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Velocity {
     last: Option<Time>,
 }
 
-/// Change of place less what was stated, metres.
+/// Displacement minus that of the reported velocity, metres.
 #[derive(Debug, Default)]
-struct Excess {
-    /// In the later half and the earlier one.
+struct ExcessDisplacement {
+    /// Difference in the later and in the earlier half.
     halves: [Vector2<f64>; 2],
     variance_m2: f64,
     reports: u32,
-    /// Whether what is stated ever changed.
+    /// Whether the reported velocity ever changed.
     varies: bool,
 }
 
 impl Velocity {
-    /// Compares the motion up to the newest report; `noise_m` is that of its receiver, metres an axis.
-    pub(super) fn look(&mut self, history: &History, noise_m: impl Fn() -> f64) {
+    /// Compares the motion up to the newest report; `noise_m` is the white noise of the receiver, metres on each axis.
+    pub(super) fn evaluate(&mut self, history: &ReportHistory, noise_m: impl Fn() -> f64) {
         let Some((newest, velocity)) = history.newest().and_then(with_velocity) else { return };
-        let mut excess = Excess::default();
+        let mut excess = ExcessDisplacement::default();
         let (mut later, mut later_velocity) = (newest, velocity);
         for (earlier, earlier_velocity) in history.before(history.len() - 1).map_while(with_velocity) {
             let (step_s, ago_s) = (later.apart_s(earlier), newest.apart_s(earlier));
@@ -80,23 +80,23 @@ impl Velocity {
         }
     }
 
-    pub(super) fn holds(&self, deadline: Time) -> bool {
+    pub(super) fn is_active(&self, deadline: Time) -> bool {
         self.last.is_some_and(|last| deadline <= last + HOLDS)
     }
 }
 
-impl Excess {
+impl ExcessDisplacement {
     fn differs(&self, noise_m: f64) -> bool {
         let [later, earlier] = self.halves;
         let whole = later + earlier;
         let square = whole.norm_squared();
-        // Both ends have it.
+        // The noise of both ends.
         let variance_m2 = self.variance_m2 + 2.0 * noise_m * noise_m;
         square > SIGMAS * SIGMAS * variance_m2
             && self.halves.iter().all(|half| half.dot(&whole) >= HALF_SHARE * square)
     }
 }
 
-fn with_velocity(heard: &Heard) -> Option<(&Heard, Vector2<f64>)> {
+fn with_velocity(heard: &TimedReport) -> Option<(&TimedReport, Vector2<f64>)> {
     heard.velocity.map(|velocity| (heard, velocity))
 }

@@ -1,4 +1,4 @@
-//! What reports tell of their noise, on flights whose noise is known.
+//! Noise estimated from reports, on flights with known noise.
 
 use proptest::prelude::*;
 
@@ -7,7 +7,7 @@ use crate::frames::Enu;
 use crate::report::{Identity, SensorIndex};
 use crate::time::Time;
 
-/// White noise of a report as it is configured: over ground, and in height, metres.
+/// Configured white noise of a report: over ground, and in height, metres.
 const CONFIGURED_M: [f64; 2] = [0.9, 1.5];
 
 fn report(seconds: f64, [x, y, z]: [f64; 3]) -> Fix {
@@ -15,7 +15,7 @@ fn report(seconds: f64, [x, y, z]: [f64; 3]) -> Fix {
     Fix::new(SensorIndex(0), identity, Time::from_nanos((seconds * 1e9) as i64), Enu::new(x, y, z))
 }
 
-/// What is known is forgotten to 1/e in this time, seconds.
+/// Time constant with which evidence is forgotten (to 1/e), seconds.
 const MEMORY_S: f64 = 900.0;
 
 /// Normal numbers from a counter.
@@ -32,7 +32,7 @@ impl Normal {
     }
 }
 
-/// What is learnt over ground from a flight of so many reports every `period_s`: legs of 30 s, each second one a turn.
+/// Noise over ground learnt from a flight of `count` reports every `period_s`: legs of 30 s, every second one a turn.
 fn learnt(seed: u64, noise_m: f64, period_s: f64, count: usize) -> WhiteNoise {
     let mut normal = Normal(seed);
     let (mut place, mut heading) = ([0.0, 0.0], 0.3_f64);
@@ -62,7 +62,7 @@ fn without_evidence_it_is_as_configured() {
 }
 
 #[test]
-fn reports_far_apart_tell_nothing() {
+fn distant_reports_are_no_evidence_of_noise() {
     let fixes = [0.0, 7.0, 14.0].map(|seconds| report(seconds, [0.0; 3]));
     assert_eq!(likelihoods([&fixes[0], &fixes[1], &fixes[2]], CONFIGURED_M), None);
 }
@@ -85,7 +85,7 @@ fn the_noise_of_a_flight_is_found() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// However the reports lie, the size stays among those that are weighed.
+    /// For any reports the noise stays within the weighed range.
     #[test]
     fn no_reports_lead_out_of_bounds(places in prop::collection::vec((0.01_f64..5.0, -1e6_f64..1e6), 3..60)) {
         let mut seconds = 0.0;
@@ -108,7 +108,7 @@ proptest! {
 }
 
 #[test]
-fn a_transponder_begins_with_what_its_type_has_shown_and_soon_goes_by_its_own() {
+fn transponder_starts_with_noise_of_its_type_then_learns_own() {
     let of_type = learnt(3, 0.1, 2.0, 2000);
     let mut own = WhiteNoise::of_type(&of_type);
     assert!((0.8..1.3).contains(&(own.scale().0 / of_type.scale().0)), "{own:?}");

@@ -3,7 +3,7 @@ use super::*;
 const KIND: TransponderType =
     TransponderType { receiver: SensorIndex(1), manufacturer: Some(*b"NAT"), model: None };
 
-/// Some reports whose noise is a quarter of what is configured.
+/// Reports whose noise is a quarter of the configured one.
 fn known() -> TypeLearning {
     let mut learning = TypeLearning::default();
     for second in 1..=40 {
@@ -27,7 +27,7 @@ fn read(text: &str) -> Result<(TransponderType, TypeLearning), String> {
 }
 
 #[test]
-fn what_is_read_is_what_was_written() {
+fn saved_state_is_restored() {
     let before = known();
     let (kind, after) = read(&text(&before)).unwrap();
     assert_eq!(kind, KIND);
@@ -52,7 +52,7 @@ fn sensors_may_stand_elsewhere_after_a_restart() {
 }
 
 #[test]
-fn what_is_not_a_state_is_refused() {
+fn invalid_state_is_refused() {
     let sound = text(&known());
     assert!(read(&sound).is_ok());
     let noise = sound.find("\"noise\":[\"").unwrap() + 10;

@@ -1,4 +1,4 @@
-//! Values and rows by themselves.
+//! Expected values and Jacobian rows of single quantities.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -31,7 +31,7 @@ fn every_row_is_the_derivative_at_ten_thousand_geometries() {
                 assert!(quantity == Quantity::Azimuth && ground < 5.0, "{quantity:?} at {line}");
                 continue;
             };
-            // As far as the quantity is straight: an angle bends within its distance over ground.
+            // A step within which the quantity is linear: an angle bends within its distance over ground.
             let step = match quantity {
                 Quantity::Azimuth | Quantity::Elevation => 1e-4 * ground,
                 _ => 1e-4 * range,
@@ -68,7 +68,7 @@ fn values_are_those_of_a_known_triangle() {
     // South-east: clockwise from north, 90° and the angle whose tangent is 4/3.
     assert!((value(Quantity::Azimuth).to_degrees() - 143.130_102_354_155_97).abs() < 1e-9);
     assert!((value(Quantity::Elevation).to_degrees() - 67.380_135_051_959_57).abs() < 1e-9);
-    // The sensor's own 10 m/s northward is the aircraft's too.
+    // The sensor's own 10 m/s northward equals the aircraft's.
     assert!((value(Quantity::RangeRate) - 300.0 * 30.0 / 1300.0).abs() < 1e-9);
     assert_eq!([Quantity::East, Quantity::North, Quantity::Altitude].map(value), [400.0, -350.0, 1220.0]);
 }
@@ -94,7 +94,7 @@ fn an_azimuth_to_the_south_is_measured_the_short_way_round() {
 }
 
 #[test]
-fn close_to_the_sensor_what_says_nothing_is_none() {
+fn uninformative_quantity_near_the_sensor_is_omitted() {
     let observer = Observer::at_rest(Enu::new(0.0, 0.0, 0.0));
     let velocity = Vector3::new(10.0, 0.0, 0.0);
     let says = |position: Vector3<f64>| {

@@ -1,4 +1,4 @@
-//! What a reading is, and where it says that an aircraft is.
+//! Readings, and the positions that follow from them.
 
 use nalgebra::{Matrix2, matrix};
 
@@ -6,15 +6,15 @@ use super::*;
 use crate::frames::{Geodetic, TangentPlane};
 
 #[test]
-fn what_is_no_measurement_is_no_reading() {
+fn invalid_measurement_gives_no_reading() {
     let taken = at_origin(0.0, 0);
     assert!(RADAR.reading(taken, [100.0, 0.1, 0.1], Some(3.0)).is_some());
     assert!(RADAR.reading(taken, [f64::NAN, 0.1, 0.1], None).is_none());
     assert!(RADAR.reading(taken, [100.0, 0.1, 0.1], Some(f64::INFINITY)).is_none());
     for sigma in [0.0, f64::NAN, f64::INFINITY] {
-        assert!(Camera { azimuth: sigma, ..CAMERA }.reading(taken, [0.1, 0.1]).is_none(), "{sigma}");
+        assert!(CameraModel { azimuth: sigma, ..CAMERA }.reading(taken, [0.1, 0.1]).is_none(), "{sigma}");
     }
-    let one = Measured { quantity: Quantity::Range, value: 1.0, sigma: 1.0 };
+    let one = MeasuredValue { quantity: Quantity::Range, value: 1.0, sigma: 1.0 };
     assert!(Reading::independent(taken, &[]).is_none());
     assert!(Reading::independent(taken, &[one; 4]).is_some());
     assert!(Reading::independent(taken, &[one; 5]).is_none());
@@ -24,9 +24,9 @@ fn what_is_no_measurement_is_no_reading() {
     assert!(Reading::place_reported(taken, [0.0, 0.0], &no_covariance, None).is_none());
 }
 
-/// A place from range and angles, with the covariance by central differences of the way there.
+/// A position from range and angles; the covariance is compared with central differences.
 #[test]
-fn a_radar_says_where_an_aircraft_is_and_how_well() {
+fn radar_reading_gives_position_and_covariance() {
     let mut rng = rng(3);
     for _ in 0..200 {
         let observer = Observer::at_rest(away(&mut rng, 1.0, 5000.0).into());
@@ -50,8 +50,8 @@ fn a_radar_says_where_an_aircraft_is_and_how_well() {
 }
 
 #[test]
-fn an_interrogator_takes_the_altitude_and_a_camera_says_no_place() {
-    let interrogator = Interrogator { range_m: 150.0, azimuth: 0.05, altitude_m: 30.0 };
+fn interrogator_uses_altitude_and_camera_gives_no_position() {
+    let interrogator = InterrogatorModel { range_m: 150.0, azimuth: 0.05, altitude_m: 30.0 };
     let observer = Observer::at_rest(Enu::new(10.0, 20.0, 100.0));
     let range = f64::hypot(3000.0, 400.0);
     let reading = interrogator.reading(taken(0.0, 0, observer), [range, -0.5], Some(500.0)).unwrap();
@@ -63,14 +63,14 @@ fn an_interrogator_takes_the_altitude_and_a_camera_says_no_place() {
     assert!(CAMERA.reading(taken(0.0, 0, observer), [0.5, 0.1]).unwrap().place().is_none());
 }
 
-/// A position that an aircraft reports, with its accuracy along parallel and meridian, in the axes of a site far away.
+/// A position reported by an aircraft, with its accuracy along parallel and meridian, in the axes of a distant site.
 #[test]
-fn what_an_aircraft_reports_is_turned_with_the_convergence() {
+fn reported_velocity_is_rotated_by_the_convergence() {
     let site = TangentPlane::at_site(Geodetic::from_degrees(58.0, 10.0, 50.0));
     let aircraft = Geodetic::from_degrees(58.4, 11.5, 900.0);
     let (along_parallel, along_meridian) = (30.0, 6.0);
     let covariance = over_ground(&site, aircraft, along_parallel, along_meridian);
-    // Central differences of the way from latitude and longitude.
+    // Central differences of the conversion from latitude and longitude.
     let (meridian, parallel) = aircraft.curvature_m();
     let way = |latitude: f64, longitude: f64| {
         let at = |sign: f64| {
@@ -89,7 +89,7 @@ fn what_an_aircraft_reports_is_turned_with_the_convergence() {
     let north = way(1.0 / (meridian + height), 0.0) * along_meridian;
     let expected = east * east.transpose() + north * north.transpose();
     assert!((covariance - expected).norm() < 1e-5 * expected.norm());
-    // The convergence is 1.27°, and the errors have that in common.
+    // The convergence is 1.27°, which correlates the errors.
     let convergence = 1.5_f64.to_radians() * 58.4_f64.to_radians().sin();
     let common = convergence.sin() * convergence.cos() * (900.0 - 36.0);
     assert!((covariance[(0, 1)] / common - 1.0).abs() < 0.02, "{covariance} {common}");
@@ -97,15 +97,15 @@ fn what_an_aircraft_reports_is_turned_with_the_convergence() {
     assert!((same - Matrix2::identity() * 100.0).norm() < 0.1, "equal in both directions it stays a circle");
 }
 
-/// Two cameras, against many draws of their noise.
+/// Two cameras, compared with many draws of their noise.
 #[test]
-fn two_lines_of_sight_say_where_an_aircraft_is_and_how_well() {
+fn two_bearings_give_position_and_covariance() {
     let position = Vector3::new(400.0, 1500.0, 250.0);
     let observers = [Enu::new(0.0, 0.0, 10.0), Enu::new(900.0, 200.0, 30.0)].map(Observer::at_rest);
     let exact = observers.map(|observer| seen_by_camera(taken(0.0, 1, observer), &position));
     let (place, covariance) = exact[0].crossing(&exact[1]).unwrap();
     assert!((place.0 - position).norm() < 1e-6);
-    assert_eq!(Estimate::crossed([&exact[0], &exact[1]], 20.0).unwrap().position, place);
+    assert_eq!(TrackerEstimate::crossed([&exact[0], &exact[1]], 20.0).unwrap().position, place);
     let mut rng = rng(8);
     let mut sum = Matrix3::zeros();
     let draws = 20_000;
@@ -113,29 +113,29 @@ fn two_lines_of_sight_say_where_an_aircraft_is_and_how_well() {
         let [one, other] = [0, 1].map(|camera| {
             let angles = [0, 1].map(|angle| {
                 let sigma = [CAMERA.azimuth, CAMERA.elevation][angle];
-                // Uniform, of that deviation.
+                // Uniformly distributed with that deviation.
                 exact[camera].values()[angle].1 + sigma * 3.0_f64.sqrt() * rng.random_range(-1.0..1.0)
             });
-            CAMERA.reading(*exact[camera].taken(), angles).unwrap()
+            CAMERA.reading(*exact[camera].origin(), angles).unwrap()
         });
         let off = one.crossing(&other).unwrap().0.0 - position;
         sum += off * off.transpose() / f64::from(draws);
     }
-    // Over ground both lines decide; upward the nearest way between them is about the best there is.
+    // Over ground both lines determine the position; upward the middle between them is nearly optimal.
     let over_ground = |matrix: &Matrix3<f64>| matrix.fixed_view::<2, 2>(0, 0).into_owned();
     assert!((over_ground(&sum) - over_ground(&covariance)).norm() < 0.1 * over_ground(&covariance).norm());
     assert!((0.9..1.3).contains(&(sum[(2, 2)] / covariance[(2, 2)])), "{sum} {covariance}");
 }
 
 #[test]
-fn lines_of_sight_that_hardly_cross_say_no_place() {
+fn nearly_parallel_bearings_give_no_position() {
     let position = Vector3::new(0.0, 2000.0, 100.0);
     let seen_from = |east: f64, north: f64, target: &Vector3<f64>| {
         let observer = Observer::at_rest(Enu::new(east, north, 0.0));
         seen_by_camera(taken(0.0, 1, observer), target)
     };
     let one = seen_from(0.0, 0.0, &position);
-    // 2000 m away, 170 m to the side are 4.9 degrees and 180 m are 5.1.
+    // At 2000 m, 170 m to the side are 4.9 degrees and 180 m are 5.1.
     assert!(one.crossing(&seen_from(170.0, 0.0, &position)).is_none());
     assert!(one.crossing(&seen_from(180.0, 0.0, &position)).is_some());
     assert!(one.crossing(&seen_from(0.0, 100.0, &position)).is_none(), "along one line");

@@ -1,8 +1,8 @@
-//! Trackers of whole flights.
+//! Trackers over whole flights.
 
 use super::*;
 use crate::filter::Models;
-use crate::measurement::flight::{Moves, WITH_ACCELERATION};
+use crate::measurement::flight::{FlightMotion, WITH_ACCELERATION};
 use crate::settings::Singer;
 
 const SPEED: f64 = 60.0;
@@ -19,7 +19,7 @@ fn flown(at: f64) -> (Vector3<f64>, Vector3<f64>) {
     (position, Vector3::new(-SPEED * turning.sin(), SPEED * turning.cos(), 2.0))
 }
 
-/// A radar every 2 s, a camera elsewhere every 0.3 s.
+/// A radar every 2 s, and a camera at another position every 0.3 s.
 fn readings() -> Vec<Reading> {
     let camera = Observer::at_rest(Enu::new(3000.0, 200.0, 10.0));
     let mut all: Vec<Reading> = (0..25)
@@ -31,7 +31,7 @@ fn readings() -> Vec<Reading> {
                 .map(|at| seen_by_camera(taken(at, 1, camera), &flown(at).0)),
         )
         .collect();
-    all.sort_by_key(|reading| (reading.taken().time, reading.taken().sensor));
+    all.sort_by_key(|reading| (reading.origin().time, reading.origin().sensor));
     all
 }
 
@@ -45,23 +45,23 @@ fn flights() -> [Flight; 4] {
 }
 
 fn tracked(flight: &Flight, readings: &[Reading]) -> Tracker {
-    let first = Estimate::first(&readings[0], 100.0).unwrap();
+    let first = TrackerEstimate::first(&readings[0], 100.0).unwrap();
     let mut tracker = Tracker::begin(flight, &first).unwrap();
     for reading in &readings[1..] {
-        tracker.take(reading.clone()).unwrap();
+        tracker.update(reading.clone()).unwrap();
     }
     tracker
 }
 
 /// Seed 000, section 3.1: exact re-filtering of late data.
 #[test]
-fn exact_refiltering_a_late_reading_leads_to_the_state_of_one_in_time() {
+fn refiltered_late_reading_gives_the_state_of_a_timely_one() {
     let in_time = readings();
     for flight in flights() {
         let expected = tracked(&flight, &in_time);
         let mut rng = rng(7);
         for _ in 0..5 {
-            // All but the first, which starts the track, in any order.
+            // All except the first, which starts the track, in random order.
             let mut late = in_time.clone();
             for place in (2..late.len()).rev() {
                 late.swap(place, rng.random_range(1..=place));
@@ -77,10 +77,10 @@ fn exact_refiltering_a_late_reading_leads_to_the_state_of_one_in_time() {
 }
 
 #[test]
-fn what_is_known_at_a_time_is_by_what_came_before_it() {
+fn prediction_uses_earlier_readings_only() {
     let all = readings();
     let flight = Flight::Turning(Turning::any(1.0, 0.95));
-    let cut = all.iter().position(|reading| reading.taken().time > seconds(25.0)).unwrap();
+    let cut = all.iter().position(|reading| reading.origin().time > seconds(25.0)).unwrap();
     let (early, whole) = (tracked(&flight, &all[..cut]), tracked(&flight, &all));
     assert_eq!(early.at(seconds(25.0)), whole.at(seconds(25.0)));
     assert_ne!(early.at(seconds(30.0)), whole.at(seconds(30.0)));
@@ -88,16 +88,16 @@ fn what_is_known_at_a_time_is_by_what_came_before_it() {
 }
 
 #[test]
-fn what_is_forgotten_is_too_old() {
+fn reading_older_than_the_history_is_refused() {
     let all = readings();
     let mut tracker = tracked(&flights()[0], &all);
     let before = tracker.at(seconds(49.0));
     tracker.forget_before(seconds(40.0));
     assert_eq!(tracker.at(seconds(49.0)), before);
     let of = |at: f64| seen_by_camera(at_origin(at, 5), &flown(at).0);
-    assert_eq!(tracker.take(of(30.0)), Err(TooOld));
+    assert_eq!(tracker.update(of(30.0)), Err(TooOld));
     assert_eq!(tracker.at(seconds(49.0)), before);
-    assert_eq!(tracker.take(of(45.0)), Ok(()));
+    assert_eq!(tracker.update(of(45.0)), Ok(()));
     assert_ne!(tracker.at(seconds(49.0)), before);
 }
 
@@ -106,7 +106,7 @@ fn every_flight_follows_the_aircraft() {
     for flight in flights() {
         let tracker = tracked(&flight, &readings());
         for at in [15.0, 46.0] {
-            let Estimate { position, velocity, covariance, .. } = tracker.at(seconds(at)).unwrap();
+            let TrackerEstimate { position, velocity, covariance, .. } = tracker.at(seconds(at)).unwrap();
             let (there, moving) = flown(at);
             let (off, wrong) = ((position.0 - there).norm(), (velocity - moving).norm());
             assert!(off < 15.0 && wrong < 8.0, "{flight:?} at {at} s: {off} m, {wrong} m/s");
@@ -116,19 +116,19 @@ fn every_flight_follows_the_aircraft() {
 }
 
 #[test]
-fn a_turn_to_the_left_is_known_as_one() {
+fn left_turn_is_recognised() {
     let tracker = tracked(&Flight::Turning(Turning::any(1.0, 0.95)), &readings());
     let [straight, left] = [15.0, 40.0].map(|at| {
         let likely = tracker.probabilities(seconds(at)).unwrap();
         assert!((likely.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        // Straight on, then left and right by turns.
+        // Probabilities of straight flight, and of left turns.
         (likely[0], likely[1] + likely[3] + likely[5])
     });
     assert!(straight.0 > 0.5 && left.1 > 0.8, "{straight:?} {left:?}");
 }
 
 #[test]
-fn a_gate_is_as_wide_as_what_is_known() {
+fn gate_width_follows_the_covariance() {
     let tracker = tracked(&flights()[2], &readings());
     let (there, moving) = flown(47.9);
     let expected = seen_by_radar(at_origin(47.9, 0), &there, &moving);
@@ -140,22 +140,22 @@ fn a_gate_is_as_wide_as_what_is_known() {
 }
 
 #[test]
-fn what_is_too_close_is_counted() {
+fn reading_too_close_in_time_is_counted() {
     let all = readings();
     let mut tracker = tracked(&flights()[0], &all);
     assert_eq!(tracker.unused(), 0);
     let there = tracker.at(seconds(48.0)).unwrap().position;
     let below = Observer::at_rest((there.0 - Vector3::new(1.0, 1.0, 80.0)).into());
-    tracker.take(CAMERA.reading(taken(48.0, 2, below), [1.0, 1.5]).unwrap()).unwrap();
+    tracker.update(CAMERA.reading(taken(48.0, 2, below), [1.0, 1.5]).unwrap()).unwrap();
     assert_eq!(tracker.unused(), 1, "the azimuth from below");
     let inside = Observer::at_rest((there.0 + Vector3::new(1.0, 1.0, 1.0)).into());
-    tracker.take(CAMERA.reading(taken(48.0, 3, inside), [1.0, 1.5]).unwrap()).unwrap();
+    tracker.update(CAMERA.reading(taken(48.0, 3, inside), [1.0, 1.5]).unwrap()).unwrap();
     assert_eq!(tracker.unused(), 3);
 }
 
 #[test]
 fn there_are_at_most_seven_models() {
-    let first = Estimate::first(&readings()[0], 100.0).unwrap();
+    let first = TrackerEstimate::first(&readings()[0], 100.0).unwrap();
     let of = |count: usize| Flight::Turning(Turning { rates: vec![0.1; count], noise: 1.0, stays: 0.9 });
     assert!((0..=6).all(|turns| Tracker::begin(&of(turns), &first).is_some()));
     assert!(Tracker::begin(&of(7), &first).is_none());
@@ -167,7 +167,7 @@ fn a_turn_is_seed_001_equation_5_put_right() {
     let (omega, dt) = (3.0_f64.to_radians(), 1.7);
     let (sin, cos) = (omega * dt).sin_cos();
     let models = Turning { rates: vec![-omega], noise: 4.0, stays: 0.95 }.models::<2>().unwrap();
-    let [_, turn] = Moves::<6, 2>::motions(&models, dt);
+    let [_, turn] = FlightMotion::<6, 2>::motions(&models, dt);
     let transition = crate::filter::transition_of(&turn);
     #[rustfmt::skip]
     let put_right = Matrix6::new(
@@ -189,16 +189,16 @@ fn a_turn_is_seed_001_equation_5_put_right() {
         _ => across,
     });
     assert!((noise - expected).norm() < 1e-12);
-    // And models change as is asked for.
-    let switch = Moves::<6, 2>::switch(&models, 2.0);
+    // Probabilities of changes between models.
+    let switch = FlightMotion::<6, 2>::switch(&models, 2.0);
     assert!((switch[0][0] - 0.95 * 0.95).abs() < 1e-12 && (switch[0][0] + switch[0][1] - 1.0).abs() < 1e-12);
 }
 
-/// Seed 000, eq. 1: the acceleration of each axis is kept by exp(-μT) and moves what it belongs to.
+/// Seed 000, eq. 1: the acceleration of each axis decays by exp(-μT) and moves only that axis.
 #[test]
 fn singer_carries_each_axis_by_itself() {
     let singer = Singer { lasts_s: 5.0, horizontal: 2.0, vertical: 1.0 };
-    let [motion] = Moves::<WITH_ACCELERATION, 1>::motions(&singer, 0.1);
+    let [motion] = FlightMotion::<WITH_ACCELERATION, 1>::motions(&singer, 0.1);
     let transition = crate::filter::transition_of::<WITH_ACCELERATION>(&motion);
     let noise = crate::filter::noise_of::<WITH_ACCELERATION>(&motion);
     let kept = (-0.02_f64).exp();

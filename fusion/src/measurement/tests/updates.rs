@@ -1,26 +1,26 @@
-//! Readings taken in, against dense matrices.
+//! Updates by readings, compared with dense matrices.
 
 use nalgebra::{DMatrix, DVector, Matrix2, SMatrix, Vector6};
 
 use super::*;
-use crate::filter::{Mixture, Slow};
-use crate::measurement::flight::Moves;
+use crate::filter::{BiasTransition, Mixture};
+use crate::measurement::flight::FlightMotion;
 use crate::measurement::reading::MOST;
-use crate::measurement::update::{Fit, take_in, usable};
+use crate::measurement::update::{ReadingFit, apply_reading, usable};
 
-/// The textbook's update of all numbers at once, linearised at the mean, with the noise that the reading was made with.
+/// Textbook update by all values at once, linearised at the mean, with the noise of the reading.
 fn textbook(
     state: &Gaussian<6>,
     reading: &Reading,
     noise: &DMatrix<f64>,
-) -> (Vector6<f64>, Matrix6<f64>, Fit) {
+) -> (Vector6<f64>, Matrix6<f64>, ReadingFit) {
     let (position, velocity) =
         (Vector3::from_row_slice(&state.mean[..3]), Vector3::from_row_slice(&state.mean[3..]));
     let count = reading.values().len();
     let mut rows = DMatrix::zeros(count, 6);
     let mut innovation = DVector::zeros(count);
     for (row, (quantity, value)) in reading.values().iter().enumerate() {
-        let expected = quantity.expected(&reading.taken().observer, &position, &velocity).unwrap();
+        let expected = quantity.expected(&reading.origin().observer, &position, &velocity).unwrap();
         rows.view_mut((row, 0), (1, 3)).copy_from(&expected.by_position.transpose());
         rows.view_mut((row, 3), (1, 3)).copy_from(&expected.by_velocity.transpose());
         innovation[row] = quantity.innovation(*value, expected.value);
@@ -35,15 +35,15 @@ fn textbook(
     let padded = nalgebra::Vector4::from_fn(|row, _| if row < count { innovation[row] } else { 0.0 });
     let rows =
         SMatrix::<f64, 4, 6>::from_fn(|row, column| if row < count { rows[(row, column)] } else { 0.0 });
-    let fit = Fit {
+    let fit = ReadingFit {
         distance: (innovation.transpose() * &inverse * &innovation)[0],
         determinant: spread.determinant() / noise.determinant(),
     };
     (Vector6::from(state.mean) + gain * padded, (Matrix6::identity() - gain * rows) * prior, fit)
 }
 
-fn whole(state: &mut Gaussian<6>, reading: &Reading) -> Fit {
-    take_in(state, reading, &reading.whitening([true; MOST]).unwrap()).unwrap()
+fn whole(state: &mut Gaussian<6>, reading: &Reading) -> ReadingFit {
+    apply_reading(state, reading, &reading.whitening([true; MOST]).unwrap()).unwrap()
 }
 
 fn agrees(state: &Gaussian<6>, reading: &Reading, noise: &DMatrix<f64>) {
@@ -71,7 +71,7 @@ fn one_number_after_another_is_all_at_once() {
         let radar = seen_by_radar(at_origin(0.0, 0), &(line + off), &velocity);
         let noise = [20.0, 0.01, 0.02, 1.5].map(|sigma: f64| sigma * sigma);
         agrees(&state, &radar, &DMatrix::from_diagonal(&noise.to_vec().into()));
-        // A position whose errors to the east and to the north have something in common.
+        // A position whose errors to the east and to the north are correlated.
         let common = Matrix2::new(400.0, 150.0, 150.0, 90.0);
         let place = [line.x + off.x, line.y + off.y];
         let reported =
@@ -86,7 +86,7 @@ fn one_number_after_another_is_all_at_once() {
 #[test]
 fn south_of_the_sensor_the_state_is_not_thrown_round_it() {
     let prior = Matrix6::from_diagonal(&[900.0, 900.0, 900.0, 9.0, 9.0, 9.0].into());
-    // Expected just east of south, seen just west of it.
+    // Expected just east of south, measured just west of it.
     let mut state = gaussian([10.0, -3000.0, 100.0, 0.0, 0.0, 0.0], &prior);
     let fit = whole(
         &mut state,
@@ -108,27 +108,27 @@ fn overhead_the_azimuth_is_left_out_and_the_rest_counts() {
     let used = usable(&reading, [&state.mean]);
     assert_eq!(used, [true, false, true, true]);
     let mut after = state;
-    assert!(take_in(&mut after, &reading, &reading.whitening(used).unwrap()).is_some());
+    assert!(apply_reading(&mut after, &reading, &reading.whitening(used).unwrap()).is_some());
     assert!(
         (after.mean[2] - 803.0).abs() < 1.0 && is_covariance(&dense(&after.covariance)),
         "{:?}",
         after.mean
     );
-    // All of it would be none.
-    assert!(take_in(&mut state.clone(), &reading, &reading.whitening([true; MOST]).unwrap()).is_none());
-    // At the sensor a camera says nothing at all, and nothing changes.
+    // With all values there is no update.
+    assert!(apply_reading(&mut state.clone(), &reading, &reading.whitening([true; MOST]).unwrap()).is_none());
+    // At the position of a camera none of its values is usable, and nothing changes.
     let mut there = gaussian([1.0, 2.0, 3.0, 0.0, 0.0, 0.0], &prior);
     let camera = CAMERA.reading(at_origin(0.0, 0), [1.0, 0.2]).unwrap();
     let used = usable(&camera, [&there.mean]);
     assert_eq!(used[..2], [false, false]);
     let before = there;
-    assert!(take_in(&mut there, &camera, &camera.whitening(used).unwrap()).is_none());
+    assert!(apply_reading(&mut there, &camera, &camera.whitening(used).unwrap()).is_none());
     assert_eq!(there, before);
 }
 
 #[test]
 fn rows_that_depend_on_each_other_leave_a_covariance() {
-    let east = |sigma| Measured { quantity: Quantity::East, value: 5.0, sigma };
+    let east = |sigma| MeasuredValue { quantity: Quantity::East, value: 5.0, sigma };
     for sigma in [1.0, 1e-3, 1e-6] {
         let mut state = gaussian([0.0, 0.0, 100.0, 0.0, 0.0, 0.0], &covariance(&mut rng(5), 1000.0, 30.0));
         let twice = Reading::independent(at_origin(0.0, 0), &[east(sigma); 2]).unwrap();
@@ -154,9 +154,10 @@ fn a_million_updates_leave_a_covariance() {
             let angles = [line.x.atan2(line.y), (line.z / line.norm()).asin()];
             let taken = taken(0.0, 0, observer);
             if number % 2 == 0 {
-                Camera { azimuth: 1e-3 * fine, elevation: 1e-2 * fine }.reading(taken, angles)
+                CameraModel { azimuth: 1e-3 * fine, elevation: 1e-2 * fine }.reading(taken, angles)
             } else {
-                let fine = Radar { range_m: fine, azimuth: 1e-2, elevation: 1e-2, range_rate: Some(fine) };
+                let fine =
+                    RadarModel { range_m: fine, azimuth: 1e-2, elevation: 1e-2, range_rate: Some(fine) };
                 fine.reading(taken, [line.norm(), angles[0], angles[1]], Some(0.0))
             }
             .unwrap()
@@ -164,11 +165,11 @@ fn a_million_updates_leave_a_covariance() {
         .collect();
     for number in 0..1_000_000_usize {
         whole(&mut state, &readings[number % readings.len()]);
-        // At first all of them at once; then the aircraft flies on.
+        // The first readings are all of one time; then the aircraft flies on.
         if number > 10_000 && number % 3 == 0 {
             let moved = Mixture { weights: [1.0], parts: [state] };
-            let motions = Moves::<6, 1>::motions(&flight, 0.1);
-            state = moved.predicted(&state, &motions, &Slow::NONE, &[[1.0]]).1.predicted;
+            let motions = FlightMotion::<6, 1>::motions(&flight, 0.1);
+            state = moved.predicted(&state, &motions, &BiasTransition::NONE, &[[1.0]]).1.predicted;
         }
         if number % 1000 == 0 {
             assert!(is_covariance(&dense(&state.covariance)), "after {number}");
@@ -177,8 +178,8 @@ fn a_million_updates_leave_a_covariance() {
     assert!(is_covariance(&dense(&state.covariance)));
 }
 
-/// A state that is known badly across the line of sight, and an azimuth that is known well: the second linearisation follows
-/// the arc.
+/// A state with a large error across the line of sight, and an accurate azimuth: the second linearisation follows the
+/// arc.
 #[test]
 fn a_wide_estimate_is_linearised_twice() {
     let prior = Matrix6::from_diagonal(&[4e6, 4e6, 1e4, 25.0, 25.0, 25.0].into());
@@ -191,6 +192,6 @@ fn a_wide_estimate_is_linearised_twice() {
     let fit = whole(&mut twice, &reading);
     let off = |mean: &[f64]| (Vector3::from_row_slice(&mean[..3]) - truth).norm();
     assert!(off(&twice.mean) < 0.5 * off(once.as_slice()), "{} {}", off(&twice.mean), off(once.as_slice()));
-    // How well it was expected is a matter of the prior.
+    // The agreement refers to the prior.
     assert!((fit.distance / expected.distance - 1.0).abs() < 1e-6);
 }

@@ -4,15 +4,15 @@ use crate::frames::Enu;
 const SENSOR: SensorIndex = SensorIndex(1);
 const SLOT: i64 = SECOND / 4;
 
-fn receiver(max_new_per_s: u32) -> Transponder {
-    Transponder { horizontal_m: 3.0, vertical_m: 5.0, delay_s: Some(0.0), period_s: 3.0, max_new_per_s }
+fn receiver(max_new_per_s: u32) -> ReceiverSettings {
+    ReceiverSettings { horizontal_m: 3.0, vertical_m: 5.0, delay_s: Some(0.0), period_s: 3.0, max_new_per_s }
 }
 
 fn at(seconds: f64) -> Time {
     Time::from_nanos((seconds * SECOND as f64) as i64)
 }
 
-/// A report of the identity with this number, so far east, metres.
+/// A report of the identity with this number at this distance east, metres.
 fn fix(identity: u64, seconds: f64, east_m: f64) -> Fix {
     let identity = Identity::new(format!("{identity:09}").as_bytes(), None).unwrap();
     Fix::new(SENSOR, identity, at(seconds), Enu::new(east_m, 0.0, 100.0))
@@ -20,7 +20,7 @@ fn fix(identity: u64, seconds: f64, east_m: f64) -> Fix {
 
 struct Gate {
     admission: Admission,
-    receiver: Transponder,
+    receiver: ReceiverSettings,
     next: u64,
     total: BTreeMap<&'static str, u64>,
     flood: Option<u32>,
@@ -33,17 +33,17 @@ impl Gate {
     }
 
     fn turn(&mut self, seconds: f64) {
-        for newcomers in self.admission.take() {
+        for newcomers in self.admission.take_counts() {
             for (fate, count) in newcomers.fates() {
                 *self.total.entry(fate).or_default() += u64::from(count);
             }
             self.flood = newcomers.flood;
         }
         let receiver = self.receiver;
-        self.admission.turn(at(seconds), |_| Some(receiver));
+        self.admission.begin_slot(at(seconds), |_| Some(receiver));
     }
 
-    fn admit(&mut self, fix: &Fix) -> Option<Admitted> {
+    fn admit(&mut self, fix: &Fix) -> Option<AdmittedIdentity> {
         self.next += 1;
         self.admission.offer(fix, &self.receiver, TargetId::nth(self.next))
     }
@@ -66,13 +66,13 @@ fn the_second_report_that_agrees_lets_an_identity_in() {
     assert_eq!(gate.offer(&fix(1, 3.0, 5000.0)), None, "nobody flies that fast");
     assert_eq!(gate.offer(&fix(1, 6.0, 150.0)), Some(1), "with the one of the two that agrees");
     assert_eq!(gate.offer(&fix(1, 9.0, 9999.0)), Some(0), "it is known");
-    // Its place is that of when it was first heard.
+    // Targets are ordered by their first reports.
     assert_eq!(gate.offer(&fix(2, 9.0, 0.0)), None);
     assert_eq!(gate.offer(&fix(3, 9.0, 0.0)), None);
     let admitted = gate.admit(&fix(3, 10.0, 0.0)).unwrap();
     let earlier = gate.admit(&fix(2, 10.0, 0.0)).unwrap();
     assert!(earlier.target < admitted.target);
-    // It is known for a minute.
+    // An admitted identity is remembered for a minute.
     gate.turn(59.0);
     assert_eq!(gate.offer(&fix(1, 59.0, 0.0)), Some(0));
     gate.turn(119.0);
@@ -81,9 +81,9 @@ fn the_second_report_that_agrees_lets_an_identity_in() {
     assert_eq!(gate.offer(&fix(1, 179.5, 0.0)), None);
 }
 
-/// Whatever is invented beside it, somebody who goes on telling where he is comes in.
+/// An identity that continues to report its position is admitted, whatever positions are forged for it.
 #[test]
-fn another_place_told_of_the_same_identity_keeps_nobody_out() {
+fn contradictory_position_does_not_block_an_identity() {
     let mut gate = Gate::new(50);
     gate.turn(0.0);
     let mut lies = 0..;
@@ -105,7 +105,7 @@ fn a_million_invented_identities_cost_a_bounded_table() {
             assert_eq!(gate.offer(&fix(identity, seconds, 0.0)), None);
             identity += 1;
         }
-        // One that flies and tells of itself every 3 s, from the middle on.
+        // An identity that reports its position every 3 s, from the middle on.
         if slot >= 300 && slot % 12 == 0 {
             assert_eq!(gate.offer(&fix(7, seconds, 30.0 * seconds)).is_some(), slot > 300, "{slot}");
         }
@@ -127,7 +127,7 @@ fn a_million_invented_identities_cost_a_bounded_table() {
 }
 
 #[test]
-fn identities_heard_twice_are_let_in_at_a_rate_after_what_has_gathered() {
+fn identities_received_twice_are_admitted_at_a_limited_rate() {
     let mut gate = Gate::new(50);
     let mut let_in = Vec::new();
     for second in 0..40 {
@@ -151,9 +151,9 @@ fn identities_heard_twice_are_let_in_at_a_rate_after_what_has_gathered() {
 }
 
 #[test]
-fn what_is_usual_is_no_flood() {
+fn usual_rate_is_no_flood() {
     let mut gate = Gate::new(50);
-    // A city that is there when the service starts, then forty new ones a second.
+    // A city that is present when the service starts, then forty new identities a second.
     gate.turn(0.0);
     (0..900).for_each(|identity| assert_eq!(gate.offer(&fix(identity, 0.0, 0.0)), None));
     for slot in 1..400 {
@@ -166,9 +166,9 @@ fn what_is_usual_is_no_flood() {
 
 /// Airliners fly faster than any drone.
 #[test]
-fn who_has_somebody_on_board_may_be_faster() {
+fn crewed_aircraft_may_be_faster() {
     let mut identity = 0;
-    // Whether one is let in by its second report, so far from its first, a second later.
+    // Whether an identity is admitted with its second report, at this distance from the first, a second later.
     let mut is_let_in = |kind: AircraftKind, away_m: f64| {
         let mut gate = Gate::new(50);
         gate.turn(0.0);
@@ -181,7 +181,7 @@ fn who_has_somebody_on_board_may_be_faster() {
         assert_eq!(gate.offer(&of_kind(0.0, 0.0)), None);
         gate.offer(&of_kind(1.0, away_m)).is_some()
     };
-    // And 100 m, for the errors of their positions.
+    // Including 100 m for the errors of the positions.
     assert!(is_let_in(AircraftKind::Crewed, 449.0) && !is_let_in(AircraftKind::Crewed, 451.0));
     for kind in [AircraftKind::Unmanned, AircraftKind::Vehicle] {
         assert!(is_let_in(kind, 199.0) && !is_let_in(kind, 201.0), "{kind:?}");

@@ -1,15 +1,15 @@
-//! Whether a radar track flies like a drone or like a bird: by its range.
+//! Distinguishes drones from birds by the range of a radar track.
 //!
-//! The range is a radar's one exact measurement. A drone flies straight on, hovers, or is faster than birds are; a bird's
-//! course wanders. Each is a model of the range rate, a critically damped second-order Gauss–Markov process with a sigma and
-//! a rate of turning of its own; a Kalman filter per model tells how well it explains the plots. The azimuth tells less: over
-//! seconds its bias moves a track as far as a wing does.
+//! The range is a radar's only precise measurement. A drone flies straight on, hovers, or is faster than birds; a
+//! bird's course wanders. Each is a model of the range rate: a critically damped second-order Gauss–Markov process with
+//! its own standard deviation and rate of turning. A Kalman filter for each model gives the likelihood of the plots.
+//! The azimuth is less useful: over seconds its bias displaces a track as far as a bird's manoeuvres do.
 
 use nalgebra::{Matrix3, Vector3, matrix, vector};
 use serde::{Deserialize, Serialize};
 
 use crate::filter::LineOfSight;
-use crate::operational::settings::Radar;
+use crate::operational::settings::RadarSettings;
 use crate::operational::tuning::{
     BIRD_MOTION, DRONE_MOTIONS, MODEL_PROBABILITY_MIN, MOTION_CHANGE_S, MOTION_LOG_ODDS_MAX,
     MOTION_PLOT_LOG_ODDS_MAX, RANGE_STEP_M, RangeMotion,
@@ -17,10 +17,10 @@ use crate::operational::tuning::{
 use crate::report::Plot;
 use crate::time::Time;
 
-/// Two of drones, one of birds.
+/// Two models of drones, one of birds.
 const MOTIONS: [RangeMotion; 3] = [DRONE_MOTIONS[0], DRONE_MOTIONS[1], BIRD_MOTION];
 
-/// Drone against bird, and what is expected of the next plot.
+/// Log-odds of a drone against a bird, and the filters' states.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Kinematics {
     pub(super) log_odds: f64,
@@ -30,29 +30,29 @@ pub(super) struct Kinematics {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct ModelBank {
     time: Time,
-    filters: [Filter; 3],
-    /// Probabilities of the drones' models.
+    filters: [RangeFilter; 3],
+    /// Probabilities of the drone models.
     weights: [f64; 2],
 }
 
-/// Range, its rate and its acceleration.
+/// State: range, its rate and its acceleration.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Filter {
+struct RangeFilter {
     mean: Vector3<f64>,
     covariance: Matrix3<f64>,
 }
 
 impl Kinematics {
-    /// Takes a plot in.
-    pub(super) fn add(&mut self, plot: &Plot, radar: &Radar) {
+    /// Adds a plot.
+    pub(super) fn add(&mut self, plot: &Plot, radar: &RadarSettings) {
         let range_m = LineOfSight::from(radar.position, plot.position).range_m;
-        // Without what is left of a misalignment: that does not drift.
+        // Without the remaining misalignment, which does not drift.
         let errors = &radar.track_errors;
         let noise = errors.noise_range_m.powi(2) + RANGE_STEP_M * RANGE_STEP_M / 12.0;
         let Some(models) = &mut self.models else {
             self.models = Some(ModelBank {
                 time: plot.time,
-                filters: MOTIONS.map(|motion| Filter::new(range_m, noise, &motion)),
+                filters: MOTIONS.map(|motion| RangeFilter::new(range_m, noise, &motion)),
                 weights: DRONE_MOTIONS.map(|motion| motion.share),
             });
             return;
@@ -77,7 +77,7 @@ impl Kinematics {
     }
 }
 
-impl Filter {
+impl RangeFilter {
     fn new(range_m: f64, noise: f64, motion: &RangeMotion) -> Self {
         let variances =
             vector![noise, motion.rate_m_s.powi(2), (motion.rate_m_s * motion.turn_rad_s).powi(2)];
@@ -85,7 +85,8 @@ impl Filter {
     }
 
     fn predict(&mut self, dt: f64, motion: &RangeMotion, drift: f64) {
-        // The damped process in closed form; its noise as white jerk, which it is over steps much shorter than a turn.
+        // The damped process in closed form. Its noise is approximated by white jerk, which is accurate for steps much
+        // shorter than a turn.
         let l = motion.turn_rad_s;
         let (x, e) = (l * dt, (-l * dt).exp());
         let (along, further) = ((2.0 - e * (2.0 + x)) / l, (1.0 - e * (1.0 + x)) / (l * l));
@@ -102,7 +103,7 @@ impl Filter {
         self.covariance[(0, 0)] += drift;
     }
 
-    /// Takes a range in; the logarithm of its likelihood.
+    /// Updates the state by a range; returns the log-likelihood.
     fn observe(&mut self, range_m: f64, noise: f64) -> f64 {
         let variance = self.covariance[(0, 0)] + noise;
         let innovation = range_m - self.mean[0];

@@ -1,4 +1,4 @@
-//! What radar tracks show of a transponder, second by second.
+//! Observations of radar tracks from a transponder, second by second.
 
 use std::collections::VecDeque;
 
@@ -8,71 +8,73 @@ use serde::{Deserialize, Serialize};
 
 use crate::filter::LineOfSight;
 use crate::frames::Enu;
-use crate::integrity::{Look, Motion, Slow, Step};
+use crate::integrity::{MotionComparison, MotionStep, PersistentErrors, TrackObservation};
 use crate::operational::cycle::{Cycle, EARLIEST};
 use crate::operational::ids::{TargetId, TrackletId};
-use crate::operational::settings::Radar;
+use crate::operational::settings::RadarSettings;
 use crate::operational::tracklets::Tracklet;
-use crate::operational::transponder::{Transponder, Walk};
+use crate::operational::transponder::{CurveCursor, Transponder};
 use crate::time::Time;
 
-/// The length of a look.
+/// Duration of an observation.
 pub(super) const SECOND: SignedDuration = SignedDuration::from_secs(1);
-/// Turns make the slow error of an azimuth larger, by so much at worst: what is learnt is the mean over all flying.
+/// Factor on the persistent error of the azimuth, for turns in the worst case. The learnt value is a mean over all
+/// flight.
 const TURNS: f64 = 1.8;
-/// A look is judged by those up to this before and after it, seconds;
+/// Period before and after a second whose observations are used to judge it, seconds.
 const AROUND_S: f64 = 6.0;
-/// and by how the offset changes within this, seconds.
+/// Period before and after a second over which the rate of the offset is measured, seconds.
 const RATE_AROUND_S: f64 = 3.0;
-/// Near: so many standard deviations of the medians in range and azimuth, and their squares' sum.
+/// Scale of the medians in range and azimuth, standard deviations, and maximum sum of squares of a near track.
 const NEAR_SIGMAS: [f64; 2] = [2.0, 1.3];
 const NEAR_MAX: f64 = 5.0;
-/// Offset of an honest receiver, each axis, metres.
+/// Standard deviation of the offset of an honest receiver, each axis, metres.
 const HONEST_M: f64 = 2.2;
-/// A radar track that moves faster than this against the transponder walks off, metres a second in range;
+/// Rate of the offset in range above which a radar track drifts off, metres a second.
 const RATE_MAX_M_S: f64 = 4.5;
-/// or by more than so many deviations in range and azimuth together, where a lie may drift so fast, metres a second.
+/// Rate of the offset in range and azimuth above which a radar track drifts off, in standard deviations; they include
+/// the drift rate of a false position, metres a second.
 const RATE_MAX_SIGMAS: f64 = 4.0;
 const LIE_RATE_M_S: f64 = 1.7;
-/// Against this the way it flies speaks for another aircraft.
+/// LLR by motion below which a track is another aircraft.
 const OTHER_LLR: f64 = -4.0;
-/// Looks after which a radar track that was near stays the aircraft's own.
+/// Number of near observations after which a radar track stays assigned to the aircraft.
 const LOYAL_LOOKS: u32 = 6;
 
-/// A transponder's curve, second by second as far as it is known at a deadline.
+/// A transponder's curve, second by second, as far as it is known at a deadline.
 #[derive(Debug)]
-pub(super) struct Curve<'a> {
-    walk: Walk<'a>,
+pub(super) struct SampledCurve<'a> {
+    walk: CurveCursor<'a>,
     deadline: Time,
-    /// The second that is looked at ends then.
+    /// End of the second that is evaluated.
     end: Time,
-    /// From there on.
-    seconds: VecDeque<Flown>,
+    /// Seconds from there on.
+    seconds: VecDeque<CurveSecond>,
 }
 
 /// A second of a curve.
 #[derive(Clone, Copy, Debug)]
-struct Flown {
+struct CurveSecond {
     end: Time,
-    /// Over ground in the middle, metres a second.
+    /// Velocity over ground in the middle, metres a second.
     velocity: Vector2<f64>,
 }
 
-impl<'a> Curve<'a> {
-    /// From the second on that ends at `first`.
+impl<'a> SampledCurve<'a> {
+    /// The curve from the second that ends at `first`.
     pub(super) fn from(first: Time, transponder: &'a Transponder, cycle: &Cycle<'a>) -> Option<Self> {
         let Cycle { deadline, settings, .. } = *cycle;
         let heard = transponder.last_heard().unwrap_or(EARLIEST);
         let mut walk = transponder.walk(settings)?;
         let ends = (0..).map(|index| first + SECOND * index);
         let known = ends.take_while(|&end| end <= deadline && end + -SECOND < heard);
-        let flown = |end| Some(Flown { end, velocity: velocity(&mut walk, middle(end))? });
+        let flown = |end| Some(CurveSecond { end, velocity: velocity(&mut walk, middle(end))? });
         let seconds = known.filter_map(flown).collect();
         Some(Self { walk, deadline, end: first, seconds })
     }
 
-    /// The second that ends at `end` is looked at; where the transponder was in its middle.
-    pub(super) fn turn(&mut self, end: Time) -> Option<Enu> {
+    /// Advances to the second that ends at `end`; returns the transponder's position in its middle.
+    pub(super) fn advance(&mut self, end: Time) -> Option<Enu> {
         self.end = end;
         while self.seconds.front().is_some_and(|first| first.end < end) {
             self.seconds.pop_front();
@@ -81,23 +83,28 @@ impl<'a> Curve<'a> {
     }
 }
 
-/// The middle of the second that ends at `end`.
+/// Middle of the second that ends at `end`.
 fn middle(end: Time) -> Time {
     end + -SECOND / 2
 }
 
-/// The plots of a radar track within a second, and the transponder's curve.
+/// The plots of a radar track within a second, compared with the transponder's curve.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct Second {
-    pub(super) look: Look,
-    /// Mean difference of the heights, metres, where the radar measures them.
+pub(super) struct ComparedSecond {
+    pub(super) look: TrackObservation,
+    /// Mean difference of the heights, metres, if the radar measures them.
     pub(super) height_m: Option<f64>,
-    steps: [Step; 2],
+    steps: [MotionStep; 2],
 }
 
-impl Second {
-    /// That of the curve; `None` where there is no plot.
-    fn of(tracklet: &Tracklet, walk: &mut Walk, flown: &Flown, radar: &Radar) -> Option<Self> {
+impl ComparedSecond {
+    /// Compares a second; `None` without a plot.
+    fn of(
+        tracklet: &Tracklet,
+        walk: &mut CurveCursor,
+        flown: &CurveSecond,
+        radar: &RadarSettings,
+    ) -> Option<Self> {
         let plots = tracklet.between(flown.end + -SECOND, flown.end);
         let (mut count, mut heights) = (0.0, 0.0);
         let (mut up_m, mut curve_m2) = (0.0, 0.0);
@@ -124,13 +131,13 @@ impl Second {
         let errors = &radar.track_errors;
         let noise_m = [errors.noise_range_m, errors.noise_azimuth * seen.range_m];
         let plots_m2 = noise_m.map(|sigma_m| sigma_m * sigma_m / count);
-        let slow = Slow {
+        let slow = PersistentErrors {
             range_m: errors.bias_range_m,
             azimuth: errors.bias_azimuth * TURNS,
             lasts_s: errors.correlation_s,
         };
         let misaligned = |with: f64, without: f64| (with * with - without * without).max(0.0).sqrt();
-        let look = Look {
+        let look = TrackObservation {
             time: middle(flown.end),
             radar: tracklet.key.sensor,
             track: tracklet.id.of_radar(),
@@ -148,7 +155,7 @@ impl Second {
         let slow_m = [slow.range_m, slow.azimuth * seen.range_m];
         let away = place - radar.position.0.xy();
         let flown_m = [seen.range_m, away.x.atan2(away.y) * seen.range_m];
-        let step = |axis: usize| Step {
+        let step = |axis: usize| MotionStep {
             offset_m: offset[axis],
             flown_m: flown_m[axis],
             plots_m2: plots_m2[axis],
@@ -162,7 +169,7 @@ impl Second {
 }
 
 /// Velocity of the transponder's curve over ground.
-fn velocity(walk: &mut Walk, time: Time) -> Option<Vector2<f64>> {
+fn velocity(walk: &mut CurveCursor, time: Time) -> Option<Vector2<f64>> {
     let half = SECOND / 2;
     let [before, now, after] =
         [time + -half, time, time + half].map(|time| walk.at(time).map(|on_curve| on_curve.position.0.xy()));
@@ -174,89 +181,90 @@ fn velocity(walk: &mut Walk, time: Time) -> Option<Vector2<f64>> {
     }
 }
 
-/// Where a radar track was seen from a transponder: mean of the plots less the transponder's curve, outward and clockwise,
+/// Offset of a radar track from a transponder: mean of the plots minus the transponder's curve, outward and clockwise,
 /// metres.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Offset {
+struct WatchOffset {
     time: Time,
     offset_m: [f64; 2],
 }
 
-impl From<&Look> for Offset {
-    fn from(&Look { time, offset_m, .. }: &Look) -> Self {
+impl From<&TrackObservation> for WatchOffset {
+    fn from(&TrackObservation { time, offset_m, .. }: &TrackObservation) -> Self {
         Self { time, offset_m }
     }
 }
 
-/// A second that is known already, and how the radar track flies up to it.
+/// A second that is already known, and the motion of the radar track up to it.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Ahead {
-    second: Second,
-    motion: Motion,
-    /// Log-likelihood of the second if it is another aircraft.
+struct KnownSecond {
+    second: ComparedSecond,
+    motion: MotionComparison,
+    /// Log-likelihood of the second for another aircraft.
     other: f64,
 }
 
-impl From<Second> for Ahead {
-    /// How it flies is not known yet.
-    fn from(second: Second) -> Self {
-        Self { second, motion: Motion::default(), other: 0.0 }
+impl From<ComparedSecond> for KnownSecond {
+    /// Starts without a motion.
+    fn from(second: ComparedSecond) -> Self {
+        Self { second, motion: MotionComparison::default(), other: 0.0 }
     }
 }
 
-/// A radar track as it is seen from a transponder.
+/// A radar track as observed from a transponder.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Watch {
-    motion: Motion,
-    /// The looks of the last seconds, up to that which is judged.
-    past: VecDeque<Offset>,
-    /// The seconds after these, as they were known at a deadline.
-    ahead: VecDeque<Ahead>,
+    motion: MotionComparison,
+    /// Observations of the last seconds, up to the one that is judged.
+    past: VecDeque<WatchOffset>,
+    /// The seconds after these, as known at a deadline.
+    ahead: VecDeque<KnownSecond>,
     known: Time,
-    /// How many looks were near.
+    /// Number of near observations.
     near: u32,
-    /// Whether it moved against the transponder, as a radar track that walks off does, or as a transponder's place that jumps.
+    /// Whether it moved relative to the transponder, like a radar track that drifts off or a transponder whose position
+    /// jumps.
     walked_off: bool,
-    /// What is made of the last look.
-    last: Option<Judged>,
+    /// Result of the last observation.
+    last: Option<WatchResult>,
 }
 
-/// What the association takes a radar track for.
+/// Assignment of a radar track by the association.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum TakenFor {
+pub(super) enum TrackAssociation {
     /// The transponder's aircraft.
     Own,
-    /// That of another transponder.
+    /// The aircraft of another transponder.
     Another,
     /// An aircraft without a transponder.
     Nobodys(TargetId),
-    /// None yet.
+    /// No aircraft yet.
     Nothing,
 }
 
-/// What is made of a look.
+/// Result of an observation.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct Judged {
-    pub(super) second: Second,
-    /// What the association takes the radar track for.
-    pub(super) taken_for: TakenFor,
-    /// Log-likelihood of the look if it is another aircraft.
+pub(super) struct WatchResult {
+    pub(super) second: ComparedSecond,
+    /// Assignment of the radar track by the association.
+    pub(super) taken_for: TrackAssociation,
+    /// Log-likelihood of the observation for another aircraft.
     pub(super) other: f64,
-    /// How much likelier it flies as the aircraft itself than as another one: by the looks up to this one;
+    /// LLR by motion, for this aircraft against another one, up to this observation.
     pub(super) so_far: f64,
-    /// How far the medians are from the transponder; below [`NEAR_MAX`] it is near.
+    /// Distance of the medians from the transponder; below [`NEAR_MAX`] the track is near.
     pub(super) away: f64,
-    /// and by those ahead, too.
+    /// LLR by motion, including the observations ahead.
     pub(super) motion: f64,
-    /// Whether it was near for so long that it stays the aircraft's own.
+    /// Whether it was near in enough observations to stay assigned to the aircraft.
     pub(super) is_loyal: bool,
-    /// Whether it moves against the transponder as a track that walks off does.
+    /// Whether it moves relative to the transponder like a track that drifts off.
     pub(super) walks_off: bool,
 }
 
-impl TakenFor {
+impl TrackAssociation {
     /// The aircraft without a transponder.
-    pub(super) fn nobodys(self) -> Option<TargetId> {
+    pub(super) fn uncooperative_target(self) -> Option<TargetId> {
         match self {
             Self::Nobodys(target) => Some(target),
             _ => None,
@@ -264,18 +272,18 @@ impl TakenFor {
     }
 }
 
-impl Judged {
-    /// Whether the association takes them for one.
+impl WatchResult {
+    /// Whether the association assigns it to the transponder's aircraft.
     pub(super) fn is_pair(&self) -> bool {
-        self.taken_for == TakenFor::Own
+        self.taken_for == TrackAssociation::Own
     }
 
-    /// Whether looks up to that one were weighed.
+    /// Whether observations up to this one were weighed.
     pub(super) fn is_weighed(&self, until: Option<Time>) -> bool {
         until.is_some_and(|until| self.second.look.time <= until)
     }
 
-    /// Whether it is where the transponder says.
+    /// Whether it is at the transponder's reported position.
     pub(super) fn is_near(&self) -> bool {
         self.away < NEAR_MAX && self.motion > OTHER_LLR
     }
@@ -284,7 +292,7 @@ impl Judged {
 impl Watch {
     pub(super) fn new() -> Self {
         Self {
-            motion: Motion::default(),
+            motion: MotionComparison::default(),
             past: VecDeque::new(),
             ahead: VecDeque::new(),
             known: EARLIEST,
@@ -294,52 +302,52 @@ impl Watch {
         }
     }
 
-    /// Looks at the curve's second, knowing those after it; what is made of it. `jumps`: the transponder's places jump by
-    /// themselves, so that it is not the radar track that moves away from them.
-    pub(super) fn look(
+    /// Judges the curve's second, given those after it. `jumps`: the transponder's own positions jump, so the radar
+    /// track does not drift off.
+    pub(super) fn observe(
         &mut self,
         tracklet: &Tracklet,
-        curve: &mut Curve,
-        (taken_for, jumps): (TakenFor, bool),
-        radar: &Radar,
-    ) -> Option<&Judged> {
+        curve: &mut SampledCurve,
+        (taken_for, jumps): (TrackAssociation, bool),
+        radar: &RadarSettings,
+    ) -> Option<&WatchResult> {
         let now = middle(curve.end);
         if self.known != curve.deadline {
             self.known = curve.deadline;
-            let Curve { walk, seconds, .. } = curve;
-            let seconds = seconds.iter().filter_map(|flown| Second::of(tracklet, walk, flown, radar));
+            let SampledCurve { walk, seconds, .. } = curve;
+            let seconds = seconds.iter().filter_map(|flown| ComparedSecond::of(tracklet, walk, flown, radar));
             self.ahead.clear();
-            self.ahead.extend(seconds.map(Ahead::from));
+            self.ahead.extend(seconds.map(KnownSecond::from));
             self.foresee();
         }
         let passed = self.ahead.iter().take_while(|next| next.second.look.time < now).count();
         if passed > 0 {
-            // It was too far away to be looked at then.
+            // The track was too far away to be observed then.
             self.ahead.drain(..passed);
             self.foresee();
         }
         self.ahead.front().filter(|next| next.second.look.time == now)?;
         let next = self.ahead.pop_front()?;
-        self.judge(next, taken_for, jumps);
+        self.evaluate_second(next, taken_for, jumps);
         self.last.as_ref()
     }
 
-    /// How it flies by the seconds ahead.
+    /// Computes the motion over the seconds ahead.
     fn foresee(&mut self) {
         let (mut motion, mut before) = (self.motion, self.past.back().map(|last| last.time));
-        for Ahead { second, motion: after, other } in &mut self.ahead {
+        for KnownSecond { second, motion: after, other } in &mut self.ahead {
             let time = second.look.time;
-            *other = motion.take(second.steps, elapsed_s(before.replace(time), time));
+            *other = motion.update(second.steps, elapsed_s(before.replace(time), time));
             *after = motion;
         }
     }
 
     /// Judges a second by those around it.
-    fn judge(&mut self, next: Ahead, taken_for: TakenFor, jumps: bool) {
+    fn evaluate_second(&mut self, next: KnownSecond, taken_for: TrackAssociation, jumps: bool) {
         let now = next.second;
         let time = now.look.time;
         let before = self.past.back().map(|last| last.time);
-        self.past.push_back(Offset::from(&now.look));
+        self.past.push_back(WatchOffset::from(&now.look));
         let is_around = |one: Time, other: Time| other.seconds_since(one) <= AROUND_S;
         while self.past.front().is_some_and(|first| !is_around(first.time, time)) {
             self.past.pop_front();
@@ -349,9 +357,9 @@ impl Watch {
         let last = ahead.clone().last().unwrap_or(&now.look);
         let mut offsets = Vec::with_capacity(self.past.len() + self.ahead.len());
         offsets.extend(self.past.iter().copied());
-        offsets.extend(ahead.clone().map(Offset::from));
+        offsets.extend(ahead.clone().map(WatchOffset::from));
         let count_ahead = offsets.len() - self.past.len();
-        let (walks_off, away) = (walks_off(&offsets, &now.look), away(&offsets, last));
+        let (walks_off, away) = (walks_off(&offsets, &now.look), squared_distance(&offsets, last));
         let is_special = jumps && (walks_off || self.walked_off);
         let other = match (is_special, walks_off) {
             (true, true) => 0.0,
@@ -369,7 +377,7 @@ impl Watch {
         let furthest = count_ahead.checked_sub(1).and_then(|last| self.ahead.get(last));
         let is_near = away < NEAR_MAX;
         self.near += u32::from(is_near);
-        self.last = Some(Judged {
+        self.last = Some(WatchResult {
             second: now,
             taken_for,
             other,
@@ -381,25 +389,25 @@ impl Watch {
         });
     }
 
-    /// The last look at a deadline has been taken: what is ahead is worked out anew at the next one. There are many watches, and
-    /// their memory is worth more than a buffer that is at hand.
-    pub(super) fn rest(&mut self) {
+    /// Releases the seconds ahead after the last observation at a deadline; they are computed again at the next one.
+    /// There are many watches, and their memory matters more than a reused buffer.
+    pub(super) fn discard_ahead(&mut self) {
         self.ahead = VecDeque::new();
     }
 
-    /// What is made of the last look.
-    pub(super) fn last(&self) -> Option<&Judged> {
+    /// Result of the last observation.
+    pub(super) fn last(&self) -> Option<&WatchResult> {
         self.last.as_ref()
     }
 }
 
-/// From the look before to one at `time`, seconds; a second where there is none.
+/// Time from the previous observation to `time`, seconds; one second if there is none.
 fn elapsed_s(before: Option<Time>, time: Time) -> f64 {
     before.map_or(1.0, |before| time.seconds_since(before))
 }
 
-/// How far the medians of the offsets are from nothing, in squared deviations as they are at the last of them.
-fn away(offsets: &[Offset], last: &Look) -> f64 {
+/// Squared distance of the medians of the offsets from zero, in standard deviations at the last of them.
+fn squared_distance(offsets: &[WatchOffset], last: &TrackObservation) -> f64 {
     let sigmas = [
         last.slow.range_m.hypot(last.alignment[0]).hypot(HONEST_M),
         (last.slow.azimuth.hypot(last.alignment[1]) * last.range_m).hypot(HONEST_M),
@@ -419,10 +427,10 @@ fn median(values: &mut [f64]) -> f64 {
     if values.len() % 2 == 1 { values[half] } else { (values[half - 1] + values[half]) / 2.0 }
 }
 
-/// Whether the radar track moves against the transponder faster than a lie drifts.
-fn walks_off(offsets: &[Offset], now: &Look) -> bool {
-    let from_now = |offset: &Offset| offset.time.seconds_since(now.time);
-    // The offsets come by time.
+/// Whether the radar track moves relative to the transponder faster than a false position drifts.
+fn walks_off(offsets: &[WatchOffset], now: &TrackObservation) -> bool {
+    let from_now = |offset: &WatchOffset| offset.time.seconds_since(now.time);
+    // The offsets are ordered by time.
     let first = offsets.partition_point(|offset| from_now(offset) < -RATE_AROUND_S);
     let around = offsets[first..].iter().take_while(|offset| from_now(offset) <= RATE_AROUND_S);
     let (mut count, mut sum_s) = (0.0, 0.0);
@@ -434,7 +442,7 @@ fn walks_off(offsets: &[Offset], now: &Look) -> bool {
         return false;
     }
     let mean_s = sum_s / count;
-    // Of the times, and of these with the offsets.
+    // Sums of squares of the times, and of the products of times and offsets.
     let (mut spread_s2, mut products) = (0.0, [0.0; 2]);
     for offset in around {
         let time_s = from_now(offset) - mean_s;
@@ -444,10 +452,10 @@ fn walks_off(offsets: &[Offset], now: &Look) -> bool {
         }
     }
     let rates = products.map(|product| product / spread_s2);
-    let Look { slow, range_m, white_m2, .. } = *now;
+    let TrackObservation { slow, range_m, white_m2, .. } = *now;
     let sigma = |axis: usize| {
         let slow_m = [slow.range_m, slow.azimuth * range_m][axis];
-        // A slow error walks by its deviation times sqrt(2 t / τ) in a time t.
+        // A persistent error changes by its deviation times sqrt(2 t / τ) in a time t.
         let slow_m2_s2 = slow_m * slow_m * 2.0 / (slow.lasts_s * (2.0 * RATE_AROUND_S));
         (LIE_RATE_M_S * LIE_RATE_M_S + slow_m2_s2 + white_m2[axis] / spread_s2).sqrt()
     };
@@ -456,4 +464,4 @@ fn walks_off(offsets: &[Offset], now: &Look) -> bool {
 }
 
 /// The watches of a transponder, by radar track.
-pub(super) type Watches = std::collections::BTreeMap<TrackletId, Watch>;
+pub(super) type TrackWatches = std::collections::BTreeMap<TrackletId, Watch>;

@@ -1,16 +1,17 @@
-//! One axis of the offset between a transponder and a radar track: how likely it is under either hypothesis.
+//! One axis of the offset between a transponder and a radar track: its likelihood under two hypotheses.
 //!
-//! * One aircraft: the offset is a first-order Gauss–Markov process, the radar's bias and the transponder's.
+//! * One aircraft: the offset is a first-order Gauss–Markov process, the biases of radar and transponder.
 //! * Two aircraft: it is the distance between them, which changes with a nearly constant velocity.
 //!
-//! How large the radar's errors really are is not known: a data sheet is a promise, not a measurement. So "one aircraft" is
-//! a mixture over multiples of the errors as they are known, a filter each, weighted by how well it has predicted the plots so
-//! far; the better they are known, the nearer the multiples lie to 1. What a quiet radar shows of one aircraft is then expected
-//! at least as precisely as the constant offset of two, which is never expected more precisely than the data sheet's white
-//! noise: an offset that stays near zero does not speak against one aircraft, however quiet the radar is.
+//! The true size of the radar's errors is unknown: a data sheet is no measurement. So "one aircraft" is a mixture over
+//! multiples of the known errors, each with a filter, weighted by how well it has predicted the plots so far. The
+//! better the errors are known, the nearer the multiples are to 1. For a quiet radar the offset of one aircraft is then
+//! predicted at least as precisely as the constant offset of two. The latter is never predicted more precisely than the
+//! data sheet's white noise. So an offset that stays near zero is no evidence against one aircraft, however quiet the
+//! radar is.
 //!
-//! Source: the static multiple-model estimator, Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and
-//! Navigation* (2001), section 11.6.2.
+//! Source: the static multiple-model estimator, Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications
+//! to Tracking and Navigation* (2001), section 11.6.2.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,41 +21,41 @@ use crate::operational::tuning::{
 
 const COUNT: usize = ERROR_SCALES.len();
 
-/// The errors at a plot along one axis, one sigma; the radar's as they are known.
+/// Errors at a plot along one axis, standard deviations; those of the radar as they are known.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Errors {
-    /// The radar's bias, metres.
+pub(super) struct PlotErrors {
+    /// Bias of the radar, metres.
     pub(super) bias_m: f64,
-    /// The radar's white noise, metres.
+    /// White noise of the radar, metres.
     pub(super) white_m: f64,
     /// White noise from interpolating the transponder's curve, metres.
     pub(super) curve_m: f64,
-    /// The same by the radar's data sheet: what the distance of two aircraft is expected to show.
+    /// White noise of the radar by its data sheet, metres, which is used for the distance of two aircraft.
     pub(super) sheet_white_m: f64,
-    /// The transponder's bias: variance, m². However good the radar is, this is between them.
+    /// Variance of the transponder's bias, m², which limits the precision for any radar.
     pub(super) transponder_m2: f64,
-    /// The multiples of the radar's errors that may be the true ones.
+    /// Possible multiples of the radar's errors.
     pub(super) scales: Scales,
 }
 
-/// Multiples of a radar's errors, each of which may be the true size.
+/// Possible multiples of a radar's errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::operational) struct Scales([f64; COUNT]);
 
 impl Scales {
-    /// Of errors that a data sheet tells.
+    /// Multiples for the errors of a data sheet.
     pub(in crate::operational) fn of_data_sheet() -> Self {
         Self::of(1.0)
     }
 
-    /// Of errors the logarithm of whose size is known to so much, where a data sheet's is to 1.
+    /// Multiples for errors with this uncertainty of their logarithm, relative to that of a data sheet.
     pub(in crate::operational) fn of(unsure: f64) -> Self {
         let power = unsure.clamp(SCALES_UNSURE_MIN, 1.0);
         Self(ERROR_SCALES.map(|(scale, _)| if scale < 1.0 { scale.powf(power) } else { scale }))
     }
 }
 
-impl Errors {
+impl PlotErrors {
     /// Variance of the bias between the two sensors, m².
     fn bias(&self, scale: f64) -> f64 {
         (scale * self.bias_m).powi(2) + self.transponder_m2
@@ -65,48 +66,50 @@ impl Errors {
         (scale * self.white_m).powi(2) + self.curve_m.powi(2)
     }
 
-    /// If they are two. Of a radar that is worse than its data sheet it is halfway: with its own noise one of fifteen plots of
-    /// `three` at twice the data sheet was tied no more, with the data sheet's one of ten of `crossing` was tied wrongly.
+    /// Variance of the white noise if they are two, m². For a radar that is worse than its data sheet it is halfway.
+    /// With the radar's own noise, one of fifteen plots of `three` at twice the data sheet was no longer associated;
+    /// with the data sheet's, one of ten of `crossing` was associated wrongly.
     fn white_of_two(&self) -> f64 {
         let learnt_m = self.white_m.max(self.sheet_white_m);
         learnt_m * self.sheet_white_m + self.curve_m.powi(2)
     }
 }
 
-/// Both hypotheses, as the plots so far have them.
+/// Both hypotheses, given the plots so far.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct Axis {
+pub(super) struct OffsetAxis {
     /// One aircraft, for each of [`ERROR_SCALES`].
-    one: [Weighted; COUNT],
+    one: [WeightedHypothesis; COUNT],
     two: TwoAircraft,
 }
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Weighted {
-    /// Probability of this multiple; they add up to 1.
+struct WeightedHypothesis {
+    /// Probability of this multiple; the sum is 1.
     weight: f64,
     filter: OneAircraft,
 }
 
-/// The offset of one aircraft: mean and variance.
+/// Offset of one aircraft: mean and variance.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct OneAircraft {
     mean: f64,
     variance: f64,
 }
 
-/// The offset of two and its rate: means, and covariance (offset, both, rate).
+/// Offset of two aircraft and its rate: means, and covariance (variance of the offset, covariance, variance of the
+/// rate).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct TwoAircraft {
     mean: [f64; 2],
     covariance: [f64; 3],
 }
 
-impl Axis {
-    /// Before the first plot.
-    pub(super) fn new(errors: &Errors, separation: &Separation) -> Self {
+impl OffsetAxis {
+    /// State before the first plot.
+    pub(super) fn new(errors: &PlotErrors, separation: &Separation) -> Self {
         let Scales(scales) = errors.scales;
-        let weighted = |index: usize| Weighted {
+        let weighted = |index: usize| WeightedHypothesis {
             weight: ERROR_SCALES[index].1,
             filter: OneAircraft { mean: 0.0, variance: errors.bias(scales[index]) },
         };
@@ -114,16 +117,16 @@ impl Axis {
         Self { one: std::array::from_fn(weighted), two: TwoAircraft { mean: [0.0; 2], covariance } }
     }
 
-    /// `dt` seconds later, in which the bias keeps the share `kept`.
-    pub(super) fn predict(&mut self, dt: f64, kept: f64, errors: &Errors, separation: &Separation) {
+    /// Predicts the state `dt` seconds later, when a share `kept` of the bias remains.
+    pub(super) fn predict(&mut self, dt: f64, kept: f64, errors: &PlotErrors, separation: &Separation) {
         for (one, scale) in self.one.iter_mut().zip(errors.scales.0) {
             one.filter.predict(kept, errors.bias(scale));
         }
         self.two.predict(dt, separation.acceleration_m2_s3);
     }
 
-    /// Takes an offset in, metres; its log-likelihood ratio, one aircraft over two.
-    pub(super) fn observe(&mut self, metres: f64, errors: &Errors) -> f64 {
+    /// Updates the state by an offset, metres; returns the log-likelihood ratio of one aircraft against two.
+    pub(super) fn observe(&mut self, metres: f64, errors: &PlotErrors) -> f64 {
         let mut logs = [0.0; COUNT];
         for ((one, scale), log) in self.one.iter_mut().zip(errors.scales.0).zip(&mut logs) {
             *log = one.filter.observe(metres, errors.white(scale));
@@ -131,9 +134,10 @@ impl Axis {
         self.reweigh(logs) - self.two.observe(metres, errors.white_of_two())
     }
 
-    /// Weighs the multiples by how likely they made a plot, logarithms; logarithm of how likely all together made it.
+    /// Updates the weights of the multiples by the log-likelihoods of a plot; returns the log-likelihood of the
+    /// mixture.
     fn reweigh(&mut self, logs: [f64; COUNT]) -> f64 {
-        // Relative to the largest, so that nothing underflows but what is negligible.
+        // Relative to the largest, so that only negligible values underflow.
         let most = logs.into_iter().fold(f64::NEG_INFINITY, f64::max);
         for (one, log) in self.one.iter_mut().zip(logs) {
             if log < most {
@@ -148,7 +152,7 @@ impl Axis {
         most + sum.ln()
     }
 
-    /// Makes the weights add up to 1; what they added up to.
+    /// Normalises the weights to a sum of 1; returns their sum before.
     fn normalise(&mut self) -> f64 {
         let sum: f64 = self.one.iter().map(|one| one.weight).sum();
         self.one.iter_mut().for_each(|one| one.weight /= sum);
@@ -158,18 +162,18 @@ impl Axis {
     /// Mean and variance of the bias if both are one aircraft, metres and m².
     pub(super) fn bias(&self) -> (f64, f64) {
         let mean: f64 = self.one.iter().map(|one| one.weight * one.filter.mean).sum();
-        let variance = |one: &Weighted| one.filter.variance + (one.filter.mean - mean).powi(2);
+        let variance = |one: &WeightedHypothesis| one.filter.variance + (one.filter.mean - mean).powi(2);
         (mean, self.one.iter().map(|one| one.weight * variance(one)).sum())
     }
 
-    /// What the size of the bias that explains the offset counts against one aircraft, as a logarithm.
-    pub(super) fn bias_penalty(&self, errors: &Errors) -> f64 {
+    /// Penalty against one aircraft for the size of the bias that explains the offset, a logarithm.
+    pub(super) fn bias_penalty(&self, errors: &PlotErrors) -> f64 {
         let mut penalties = [0.0; COUNT];
         for ((one, scale), penalty) in self.one.iter().zip(errors.scales.0).zip(&mut penalties) {
             *penalty = 0.5 * (one.filter.mean.powi(2) / errors.bias(scale) - BIAS_FREE_SIGMAS2).max(0.0);
         }
         if penalties == [0.0; COUNT] {
-            return 0.0; // most often, and cheaper
+            return 0.0; // the most frequent case, and cheap
         }
         let believed: f64 =
             self.one.iter().zip(penalties).map(|(one, penalty)| one.weight * (-penalty).exp()).sum();
@@ -183,7 +187,7 @@ impl OneAircraft {
         *self = Self { mean: self.mean * kept, variance };
     }
 
-    /// Takes an offset in; the logarithm of its likelihood.
+    /// Updates the state by an offset; returns the log-likelihood.
     fn observe(&mut self, metres: f64, white: f64) -> f64 {
         let total = self.variance + white;
         let innovation = metres - self.mean;
@@ -204,7 +208,7 @@ impl TwoAircraft {
         ];
     }
 
-    /// Takes an offset in; the logarithm of its likelihood.
+    /// Updates the state by an offset; returns the log-likelihood.
     fn observe(&mut self, metres: f64, white: f64) -> f64 {
         let ([x, v], [p, c, q]) = (self.mean, self.covariance);
         let total = p + white;
@@ -216,7 +220,7 @@ impl TwoAircraft {
     }
 }
 
-/// Of a Gaussian innovation, without the constant that all have in common.
+/// Log-likelihood of a Gaussian innovation, without the common constant.
 fn log_likelihood(innovation: f64, variance: f64) -> f64 {
     -0.5 * (innovation * innovation / variance + variance.ln())
 }

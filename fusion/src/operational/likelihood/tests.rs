@@ -5,22 +5,22 @@ use super::*;
 use crate::operational::{ASSOCIATE_LLR, DISSOCIATE_LLR};
 use crate::time::SECOND;
 
-/// As a site has a radar that nothing is known of: bias and white noise.
+/// Errors of a radar by its data sheet: bias and white noise.
 fn sheet() -> RadarErrors {
     RadarErrors::of_data_sheet(5.0, 1.0, 10.0)
 }
 
-fn radar() -> Radar {
-    Radar::from(&crate::settings::Radar { errors: sheet(), ..crate::settings::Radar::default() })
+fn radar() -> RadarSettings {
+    RadarSettings::from(&crate::settings::Radar { errors: sheet(), ..crate::settings::Radar::default() })
 }
 
-/// What is compared: a radar that sees something at a distance every so many seconds.
+/// A radar that detects an object at this distance with this period.
 struct Watch {
     range_m: f64,
     period_s: f64,
 }
 
-/// Near, in the middle and far; four times a second and every 1.5 s.
+/// Near, medium and far; four times a second and every 1.5 s.
 const WATCHES: [Watch; 6] = [
     Watch { range_m: 300.0, period_s: 0.25 },
     Watch { range_m: 1500.0, period_s: 0.25 },
@@ -31,13 +31,13 @@ const WATCHES: [Watch; 6] = [
 ];
 
 impl Watch {
-    /// The pair after each of the plots of so many seconds; `offset`: outward, clockwise, up at a second, metres.
+    /// The pair after each plot of this duration; `offset` is outward, clockwise and up at a second, metres.
     fn pair(&self, seconds: f64, mut offset: impl FnMut(f64) -> [f64; AXES]) -> Vec<(f64, PairLikelihood)> {
         let bias = TransponderBias { horizontal_m2: 4.0, vertical_m2: 20.0, time_s2: 0.0 };
         let mut pair = PairLikelihood::default();
         let after_plot = |index: usize| {
             let second = index as f64 * self.period_s;
-            let offset = Offset::new(offset(second).map(Some), self.range_m, &radar(), 1.5, &bias);
+            let offset = PlotOffset::new(offset(second).map(Some), self.range_m, &radar(), 1.5, &bias);
             pair.add(&offset, Time::from_nanos((second * SECOND as f64) as i64), self.period_s);
             pair.penalise(&offset);
             (second, pair)
@@ -45,7 +45,7 @@ impl Watch {
         (0..(seconds / self.period_s) as usize).map(after_plot).collect()
     }
 
-    /// One aircraft, seen by a radar whose errors are a multiple of its data sheet's: a minute of it.
+    /// One aircraft for a minute, seen by a radar whose errors are a multiple of its data sheet's.
     fn one_aircraft(&self, scale: f64, seed: u64) -> Vec<(f64, PairLikelihood)> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut normal = move || (0..12).map(|_| random.random_range(0.0..1.0_f64)).sum::<f64>() - 6.0;
@@ -69,7 +69,7 @@ fn total(pair: &PairLikelihood) -> f64 {
 }
 
 #[test]
-fn an_offset_that_stays_near_zero_speaks_for_one_aircraft() {
+fn constant_small_offset_supports_one_aircraft() {
     for watch in WATCHES {
         for offset_m in [0.0, 1.0, 2.0] {
             let after = watch.pair(60.0, |_| [offset_m, -offset_m, offset_m]);
@@ -108,13 +108,13 @@ fn one_aircraft_is_one_however_good_the_radar_is() {
 }
 
 #[test]
-fn another_aircraft_that_passes_is_soon_told_apart() {
+fn passing_aircraft_is_soon_separated() {
     for watch in &WATCHES[..2] {
         // From 120 m on one side to the other, at 12 m/s.
         let after = watch.pair(20.0, |second| [12.0 * second - 120.0, 100.0, 0.0]);
         let (_, late) = after.iter().find(|(second, _)| *second >= 5.0).unwrap();
         assert!(total(late) <= DISSOCIATE_LLR, "{late:?}");
-        // At its nearest, too.
+        // At the nearest point, too.
         assert!(
             after.iter().filter(|(second, _)| *second >= 5.0).all(|(_, pair)| total(pair) < ASSOCIATE_LLR)
         );
@@ -122,7 +122,7 @@ fn another_aircraft_that_passes_is_soon_told_apart() {
 }
 
 #[test]
-fn another_aircraft_in_formation_is_told_apart_by_a_quiet_radar() {
+fn aircraft_in_formation_is_separated_by_a_precise_radar() {
     let after = WATCHES[1].pair(20.0, |_| [100.0, 100.0, 0.0]);
     assert!(after.iter().skip(4).all(|(_, pair)| total(pair) <= DISSOCIATE_LLR), "{after:?}");
 }
@@ -138,10 +138,10 @@ fn a_track_that_walks_off_is_let_go() {
 }
 
 impl PairLikelihood {
-    /// One that was compared, and whose sum is this.
+    /// A compared pair with this sum.
     pub(in crate::operational) fn with_llr(llr: f64, last_likely: Option<Time>) -> Self {
         let scales = Scales::of_data_sheet();
-        let errors = Errors {
+        let errors = PlotErrors {
             bias_m: 1.0,
             white_m: 1.0,
             sheet_white_m: 1.0,
@@ -149,7 +149,7 @@ impl PairLikelihood {
             transponder_m2: 1.0,
             scales,
         };
-        let expected = Some(SEPARATIONS.map(|separation| Axis::new(&errors, &separation)));
+        let expected = Some(SEPARATIONS.map(|separation| OffsetAxis::new(&errors, &separation)));
         Self { llr, last_likely, bias_penalty: 0.0, expected }
     }
 }

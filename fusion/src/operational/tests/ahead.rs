@@ -5,7 +5,7 @@ use crate::report::{Identity, Report};
 use crate::time::{SECOND, Time};
 use crate::{Emission, Engine, Point};
 
-/// Flies what is kept of the flight: by the second in which it is received.
+/// Flies the reports of the flight that `keep` accepts, by the second of their reception.
 fn fly(keep: impl Fn(i64, &Report) -> bool) -> Vec<Emission> {
     let mut engine = Engine::new(settings(true)).unwrap();
     let mut emissions = Vec::new();
@@ -19,7 +19,7 @@ fn fly(keep: impl Fn(i64, &Report) -> bool) -> Vec<Emission> {
     emissions
 }
 
-/// Seconds of the flight.
+/// Time since the start of the flight, seconds.
 fn second(time: Time) -> f64 {
     time.seconds_since(Time::from_nanos(START * SECOND))
 }
@@ -50,7 +50,7 @@ fn transponder(point: &Point) -> Option<Identity> {
 }
 
 #[test]
-fn a_drone_that_only_a_radar_sees_is_put_out_from_shortly_before_its_first_plot_on() {
+fn radar_only_drone_is_published_from_before_its_first_plot() {
     let emissions = fly(|second, report| of(report, 0) && is_plot(report) && second >= 20);
     let points: Vec<(&Emission, &Point)> = emissions
         .iter()
@@ -67,7 +67,7 @@ fn a_drone_that_only_a_radar_sees_is_put_out_from_shortly_before_its_first_plot_
         assert_eq!(point.source.radar().map(|part| part.track.number), Some(TRACKS[0]));
         let off_m = (point.position.0 - place(0, emission.time).0).xy().norm();
         assert!(off_m < 4.0 * known.horizontal.trace().sqrt(), "{off_m} {known:?}");
-        // The nearer to the plots the surer.
+        // The nearer to the plots, the more certain.
         assert!(known.horizontal.trace() < before, "{known:?}");
         before = known.horizontal.trace();
     }
@@ -84,7 +84,7 @@ fn one_plot_is_no_aircraft() {
 
 #[test]
 fn a_silent_drone_is_where_its_radar_track_will_begin() {
-    // Heard up to 20 s, seen from 25 s on.
+    // The transponder is received up to 20 s, the radar track begins at 25 s.
     let emissions =
         fly(|second, report| of(report, 0) && if is_plot(report) { second >= 25 } else { second <= 20 });
     let number = emissions.iter().find_map(|emission| emission.points.first()).unwrap().number;
@@ -103,8 +103,9 @@ fn a_silent_drone_is_where_its_radar_track_will_begin() {
 }
 
 #[test]
-fn a_radar_track_that_will_begin_at_a_drone_that_is_heard_is_neither_a_new_one_nor_a_silent_one() {
-    // The first is heard up to 20 s and seen no more; the second is heard all the time and seen from 23 s on.
+fn future_track_at_a_reporting_drone_is_no_other_aircraft() {
+    // The first drone's transponder is received up to 20 s, without plots. The second's is always received, with plots
+    // from 23 s on.
     let emissions = fly(|second, report| match (of(report, 0), is_plot(report)) {
         (true, is_plot) => !is_plot && second <= 20,
         (false, true) => second >= 23,
@@ -119,13 +120,13 @@ fn a_radar_track_that_will_begin_at_a_drone_that_is_heard_is_neither_a_new_one_n
         let of_second = emission.points.iter().filter(|point| transponder(point) == Some(identity(1)));
         assert_eq!(of_second.count(), 1);
     }
-    // And once it has begun it is hers.
+    // Once the track has begun it belongs to the second drone.
     let fused = |emission: &Emission| emission.points.iter().any(|point| point.source.radar().is_some());
     assert!(between(&emissions, 30.0, 50.0).all(fused));
 }
 
 #[test]
-fn a_radar_track_that_will_begin_over_a_drone_that_is_heard_waits_for_its_plots_whatever_its_height() {
+fn future_track_over_a_reporting_drone_waits_for_its_plots() {
     const LOW_M: f64 = 60.0;
     let mut engine = Engine::new(settings(true)).unwrap();
     let mut emissions = Vec::new();

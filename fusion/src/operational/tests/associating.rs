@@ -1,10 +1,10 @@
-//! Radar tracks and transponders whose likelihoods are chosen.
+//! Radar tracks and transponders with given likelihoods.
 
 use super::*;
 
-/// A transponder that is not seen now, nor looked for: nothing but the chosen likelihoods counts.
+/// Reports of a transponder that is not received now, nor searched for, so that only the given likelihoods count.
 const LONG_AGO: [f64; 2] = [50.0, 51.0];
-/// One plot tells nothing of the class nor of the flight.
+/// One plot gives no evidence of class or motion.
 const LASTING: [f64; 1] = [100.0];
 const SILENT: f64 = 0.57;
 
@@ -13,7 +13,7 @@ fn tracks<const N: usize>(case: &mut Case, keys: [(u16, u16); N]) -> [TrackletId
 }
 
 #[test]
-fn of_one_radar_one_track_is_a_transponder_and_of_each_radar_one() {
+fn transponder_has_at_most_one_track_of_each_radar() {
     let mut case = Case::new();
     let [worse, better, other] = tracks(&mut case, [(0, 1), (0, 2), (2, 1)]);
     let target = case.transponder(0, &LONG_AGO, 0.0);
@@ -22,7 +22,7 @@ fn of_one_radar_one_track_is_a_transponder_and_of_each_radar_one() {
     }
     case.associate();
     assert_eq!([worse, better, other].map(|track| case.target(track)), [None, Some(target), Some(target)]);
-    // The sum counts, not who is best.
+    // The sum counts, not the single best pair.
     let second = case.transponder(1, &LONG_AGO, 0.0);
     case.pair(better, second, 8.0);
     case.associate();
@@ -84,7 +84,8 @@ fn an_operators_decision_outweighs_all_likelihood() {
     assert_eq!([one, other].map(|track| case.target(track)), [None, Some(target)]);
 }
 
-/// A target that no sensor sees now, a track that has begun where it must be, and one that begins there in two seconds.
+/// A target that no sensor detects now, a track that has begun at its expected position, and one that begins there in
+/// two seconds.
 fn unseen(begun_at_m: f64) -> (Case, TargetId, TrackletId, TrackletId) {
     let mut case = Case::new();
     let target = case.transponder(0, &halves(80.0, 97.0), 0.0);
@@ -95,7 +96,7 @@ fn unseen(begun_at_m: f64) -> (Case, TargetId, TrackletId, TrackletId) {
 }
 
 #[test]
-fn a_track_ahead_reacquires_what_no_track_that_has_begun_is() {
+fn future_track_reacquires_a_target_without_a_current_track() {
     let (mut case, target, begun, ahead) = unseen(0.0);
     case.associate();
     assert_eq!([begun, ahead].map(|track| case.target(track)), [Some(target), None], "begun first");
@@ -105,7 +106,7 @@ fn a_track_ahead_reacquires_what_no_track_that_has_begun_is() {
 }
 
 #[test]
-fn what_one_radar_has_reacquired_is_missing_to_another_but_not_to_itself() {
+fn reacquired_target_is_missing_only_to_other_radars() {
     let (mut case, target, _, ahead) = unseen(700.0);
     let [same, other] = [(0, 7), (2, 1)].map(|key| case.track(key, &halves(101.0, 104.0), 20.0, 0.9));
     case.associate();

@@ -1,11 +1,11 @@
-//! A silent aircraft, and a radar track that may be it or another one.
+//! A silent aircraft, and a radar track that may be this aircraft or another one.
 
 use super::*;
 
 const DRONE: f64 = 0.9;
 
-/// An aircraft that a radar has seen with this class probability, whose transponder is silent from second 100 to 120 while it
-/// hovers; radar 0's track 2 begins at 108, so far off and of this class.
+/// An aircraft that a radar has detected with this class probability. Its transponder is silent from second 100 to 120
+/// while it hovers; radar 0's track 2 begins at 108, at this distance and with this class.
 fn silent(class: f64, off_m: f64, other_class: f64) -> Case {
     let mut case = Case::new();
     case.transponder(0, &halves(70.0, 100.0), 0.0);
@@ -14,8 +14,8 @@ fn silent(class: f64, off_m: f64, other_class: f64) -> Case {
     case
 }
 
-/// The points of the transponder's aircraft: second, distance from it, metres, sigma of each axis over ground, metres, and
-/// whether a radar takes part.
+/// The points of the transponder's aircraft: second, distance from it, metres, standard deviation of each axis over
+/// ground, metres, and whether a radar takes part.
 fn published(case: &mut Case, to_s: f64, returns: bool) -> Vec<(f64, f64, f64, bool)> {
     let published = case.publish(85.0, to_s, |case, second| {
         let heard_s = second + 6.0;
@@ -34,7 +34,8 @@ fn published(case: &mut Case, to_s: f64, returns: bool) -> Vec<(f64, f64, f64, b
 
 #[test]
 fn class_belongs_to_the_aircraft() {
-    // One that looks like a bird to the radar is found again by just that, and is not what looks like a drone.
+    // An aircraft that the radar classifies as a bird is found again by that class, and a track classified as a drone
+    // is not it.
     for (class, other_class, is_found) in [(0.2, 0.2, true), (0.2, DRONE, false), (DRONE, DRONE, true)] {
         let points = published(&mut silent(class, 10.0, other_class), 113.0, false);
         let seen = points.iter().any(|&(second, .., seen)| seen && second > 109.0);
@@ -43,20 +44,20 @@ fn class_belongs_to_the_aircraft() {
 }
 
 #[test]
-fn what_comes_back_elsewhere_was_not_the_track_that_it_was_taken_for() {
+fn report_elsewhere_undoes_the_reacquisition() {
     let mut case = silent(DRONE, 70.0, DRONE);
     let points = published(&mut case, 119.0, true);
     let away = |from_s: f64, to_s: f64| {
         let between = points.iter().filter(move |point| (from_s..to_s).contains(&point.0));
         between.map(|point| point.1).fold(0.0, f64::max)
     };
-    // Two reports after the silence, 6 s ahead, and it is known.
+    // Known after two reports following the silence, 6 s ahead.
     assert!(away(109.0, 113.0) > 40.0, "taken for the track: {}", away(109.0, 113.0));
     assert!(away(117.0, 119.0) < 20.0, "and then not: {}", away(117.0, 119.0));
 }
 
 #[test]
-fn a_find_is_published_with_its_doubt_until_the_transponder_reports() {
+fn reacquisition_is_published_with_doubt_until_a_report() {
     let sigma_m = |points: &[(f64, f64, f64, bool)], from_s: f64, to_s: f64| {
         let of = points.iter().filter(|point| (from_s..to_s).contains(&point.0)).map(|point| point.2);
         of.clone().sum::<f64>() / of.count() as f64

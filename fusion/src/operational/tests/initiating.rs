@@ -3,11 +3,11 @@
 use super::*;
 use crate::settings::Sensor;
 
-/// Whether the track is initiated.
+/// Whether the track becomes a target.
 fn is_initiated(case: &mut Case, track: TrackletId) -> bool {
     case.run(|air, _, cycle| {
         let decided = air.correlations.decided(&air.tracklets, &air.targets);
-        let measured = Measured::of(&air.targets);
+        let measured = MeasuredPositions::of(&air.targets);
         initiation::initiate(
             &mut air.tracklets,
             &mut air.targets,
@@ -20,7 +20,7 @@ fn is_initiated(case: &mut Case, track: TrackletId) -> bool {
     case.target(track).is_some()
 }
 
-/// A track of these plots that nothing is near.
+/// Whether a track of these plots, with no other object near, becomes a target.
 fn alone(seconds: &[f64], uav_probability: f64) -> bool {
     let mut case = Case::new();
     let track = case.track((0, 1), seconds, 0.0, uav_probability);
@@ -28,7 +28,7 @@ fn alone(seconds: &[f64], uav_probability: f64) -> bool {
 }
 
 #[test]
-fn a_track_that_is_nobodys_becomes_a_target_once_it_is_confirmed() {
+fn unassociated_track_becomes_a_target_once_confirmed() {
     assert!(alone(&halves(98.0, 101.0), 0.9));
     assert!(!alone(&halves(98.0, 101.0), 0.57), "as likely a bird");
     assert!(!alone(&halves(98.0, 101.0), 0.1), "a bird");
@@ -40,7 +40,7 @@ fn one_plot_is_no_track_however_sure_the_radar_is() {
     let mut sensors = two_drones::settings(true).sensors;
     let Sensor::Radar(radar) = &mut sensors[0] else { unreachable!("sensor 0 is a radar") };
     radar.period_s = 1.0;
-    let settings = Settings::new(&sensors, LATENCY, &OperationalRules::default());
+    let settings = OperationalSettings::new(&sensors, LATENCY, &OperationalRules::default());
     for (seconds, is_track) in [(&[100.5][..], false), (&[99.5, 100.5], true)] {
         let mut case = Case { settings: settings.clone(), ..Case::new() };
         let track = case.track((0, 1), seconds, 0.0, 1.0);
@@ -65,7 +65,7 @@ fn a_target_is_known_from_its_tracks_first_plot_on() {
 }
 
 #[test]
-fn a_track_that_is_likely_somebodys_waits() {
+fn likely_associated_track_waits_before_becoming_a_target() {
     let mut case = Case::new();
     let target = case.transponder(0, &[50.0, 51.0], 0.0);
     let track = case.track((0, 1), &halves(95.0, 101.0), 0.0, 0.9);
@@ -74,7 +74,7 @@ fn a_track_that_is_likely_somebodys_waits() {
         case.air.tracklets.get_mut(track).unwrap().set_pair(target, pair);
         case.decide(track, 0, verdict);
         let is_initiated = is_initiated(&mut case, track);
-        case.air.targets.follow(&mut case.air.tracklets, track, None);
+        case.air.targets.assign_track(&mut case.air.tracklets, track, None);
         is_initiated
     };
     assert!(!is_initiated_with(0.5, None, Verdict::Automatic), "it could be that one");

@@ -5,20 +5,20 @@ use jiff::SignedDuration;
 use super::*;
 use crate::point::{Basis, Source};
 
-/// What is shown at each deadline from one second to the other, with what is heard until then.
+/// Output at each deadline between two times, with the reports received until then.
 fn shown(
     case: &mut Case,
     latency_s: f64,
     (from_s, to_s): (f64, f64),
     mut heard: impl FnMut(&mut Case, f64),
-) -> Vec<Yield> {
+) -> Vec<SlotOutput> {
     case.settings.latency = SignedDuration::from_secs_f64(latency_s);
     let slots = GRID.of(at(from_s)).0..GRID.of(at(to_s)).0;
     let latency_slots = (latency_s / 0.25) as i64;
     let show = |deadline: i64| {
         heard(case, deadline as f64 / 4.0);
         let slot = Slot(deadline - latency_slots);
-        case.numbers.turn(slot);
+        case.numbers.begin_slot(slot);
         let shown = case.air.emit(slot, GRID, &case.settings, &mut case.numbers);
         case.numbers.take_changes();
         shown
@@ -26,7 +26,7 @@ fn shown(
     slots.map(show).collect()
 }
 
-/// Eastward at 10 m/s, reported each second, half a second late, until it falls silent.
+/// Eastward at 10 m/s, reported each second with a delay of half a second, until it falls silent.
 fn flies_until(silent_s: f64) -> impl FnMut(&mut Case, f64) {
     move |case, deadline_s| {
         let report_s = deadline_s - 0.5;
@@ -37,7 +37,7 @@ fn flies_until(silent_s: f64) -> impl FnMut(&mut Case, f64) {
 }
 
 #[test]
-fn it_is_predicted_to_where_it_flies() {
+fn early_point_is_predicted_along_its_motion() {
     let mut case = Case::new();
     let shown = shown(&mut case, 6.25, (90.0, 130.0), flies_until(130.0));
     let mut seen = 0;
@@ -51,14 +51,14 @@ fn it_is_predicted_to_where_it_flies() {
         seen += 1;
     }
     assert_eq!(seen, 100);
-    // The slot that waits is known better.
+    // The delayed slot is more accurate.
     let sigma_m = |points: &[Point]| points[0].estimate.unwrap().sigma_m();
     let last = shown.last().unwrap();
     assert!(sigma_m(&last.points) < sigma_m(&last.now.as_ref().unwrap().points));
 }
 
 #[test]
-fn it_has_no_number_of_its_own_and_is_left_out_where_it_could_be_anywhere() {
+fn early_point_has_no_own_number_and_needs_a_known_position() {
     let mut case = Case::new();
     let shown = shown(&mut case, 6.25, (90.0, 130.0), |case, deadline_s| {
         // Silent from second 110 to 122.
@@ -85,11 +85,11 @@ fn it_has_no_number_of_its_own_and_is_left_out_where_it_could_be_anywhere() {
 }
 
 #[test]
-fn an_early_slot_shows_who_is_still_heard_and_a_pair_that_was_decided() {
+fn early_slot_has_reporting_aircraft_and_decided_pairs() {
     let mut case = Case::new();
     let shown = shown(&mut case, 0.0, (60.0, 140.0), |case, deadline_s| {
         flies_until(140.0)(case, deadline_s);
-        // The radar sees it a little earlier than the receiver tells of it.
+        // The plots are received a little earlier than the transponder's reports.
         case.plot((0, 7), deadline_s - 0.2, 10.0 * (deadline_s - 0.2), 0.9);
     });
     for shown in shown.iter().skip(200) {
@@ -109,9 +109,9 @@ fn a_drone_that_radar_alone_sees_is_left_out_sooner() {
             case.plot((0, 7), deadline_s - 0.2, 0.0, 0.95);
         }
     });
-    let has_it = |shown: &&Yield| !shown.now.as_ref().unwrap().points.is_empty();
+    let has_it = |shown: &&SlotOutput| !shown.now.as_ref().unwrap().points.is_empty();
     let latest = shown.iter().filter(has_it).map(|shown| shown.now.as_ref().unwrap().time).max().unwrap();
-    // Its track has ended, as far as anybody knows, after two and a half seconds.
+    // Its track counts as ended after two and a half seconds.
     assert!((99.0..103.0).contains(&latest.seconds_since(at(0.0))), "{latest:?}");
     let limit_m = |point: &Point| {
         let range_m = point.position.0.norm();
@@ -122,5 +122,5 @@ fn a_drone_that_radar_alone_sees_is_left_out_sooner() {
     }
 }
 
-/// The sigma of a plot is that of its azimuth and what is left of the radar's misalignment.
+/// Factor on the standard deviation of a plot for the remaining misalignment of the radar.
 const NOW_SLACK: f64 = 1.2;

@@ -1,10 +1,10 @@
-//! What is published, and under which number.
+//! Published points and their numbers.
 
 use super::*;
 use crate::operational::tuning::UNSEEN_SIGMA_MAX_M;
-use crate::point::{Basis, Because, Competitor, Source};
+use crate::point::{AssociationEvidence, Basis, Competitor, Source};
 
-/// Radar track 7 with plots from one second to the other, published from second 90 on.
+/// Radar track 7 with plots between two times, published from second 90 on.
 fn radar_only(from_s: f64, to_s: f64) -> Vec<(f64, Vec<Point>)> {
     let mut case = Case::new();
     case.track((0, 7), &halves(from_s, to_s), 0.0, 0.95);
@@ -34,7 +34,7 @@ fn coasting_ends_after_two_seconds() {
 #[test]
 fn a_radars_number_that_is_still_in_use_is_not_given_again() {
     let mut case = Case::new();
-    // One number for two drones, far from each other.
+    // One number for two distant drones.
     case.track((0, 7), &halves(95.0, 105.0), 0.0, 0.95);
     case.track((2, 7), &halves(95.0, 105.0), 5000.0, 0.95);
     let published = case.publish(97.0, 98.0, |_, _| ());
@@ -48,7 +48,7 @@ fn an_aircraft_that_comes_back_has_its_number_again() {
     let mut case = Case::new();
     let mut numbers = Vec::new();
     let published = case.publish(100.0, 180.0, |case, second| {
-        // Two aircraft at first; the first is silent for 40 s, for which nothing is kept of it.
+        // Two aircraft at first; the first is silent for 40 s, after which none of its reports are left.
         if second.fract() == 0.0 {
             if !(110.0..150.0).contains(&second) {
                 case.fix(0, second + 5.0, 0.0);
@@ -66,7 +66,7 @@ fn an_aircraft_that_comes_back_has_its_number_again() {
 }
 
 #[test]
-fn a_radar_track_that_turns_out_to_be_a_transponder_gives_it_its_number() {
+fn associated_radar_track_passes_its_number_to_transponder() {
     let mut case = Case::new();
     let track = case.track((0, 7), &halves(90.0, 101.0), 0.0, 0.95);
     let before = case.publish(98.0, 100.0, |_, _| ());
@@ -88,12 +88,12 @@ fn a_radar_track_that_turns_out_to_be_a_transponder_gives_it_its_number() {
         let [Point { number: 7, source: Source::Fused(_, _, pair), .. }] = &points[..] else {
             panic!("{points:?}");
         };
-        assert_eq!(pair.because, Because::Likelihood { score: 12.0 });
+        assert_eq!(pair.because, AssociationEvidence::Likelihood { score: 12.0 });
     });
 }
 
 #[test]
-fn competitors_are_told_the_likeliest_first_and_no_more_than_three_of_a_kind() {
+fn rivals_are_ordered_by_likelihood_three_of_a_kind_at_most() {
     let mut case = Case::new();
     let track = case.track((0, 7), &halves(95.0, 105.0), 0.0, 0.95);
     let targets =
@@ -115,18 +115,18 @@ fn competitors_are_told_the_likeliest_first_and_no_more_than_three_of_a_kind() {
 }
 
 #[test]
-fn a_silent_transponder_is_published_while_its_place_is_known_to_250_m() {
+fn silent_transponder_is_published_up_to_250_m_accuracy() {
     let mut case = Case::new();
     case.transponder(0, &halves(80.0, 100.0), 0.0);
     let published = case.publish(95.0, 125.0, |_, _| ());
     let (_, last) = published.iter().rfind(|(_, points)| !points.is_empty()).unwrap();
-    // The transponder's bias is published with it, but does not count.
+    // The transponder's bias is published with it, but does not count for the limit.
     let sigma_m = (last[0].estimate.unwrap().horizontal.trace() / 2.0 - 0.91 * 4.5).sqrt();
     assert!((0.9..=1.0).contains(&(sigma_m / UNSEEN_SIGMA_MAX_M)), "{sigma_m} m");
 }
 
 #[test]
-fn what_a_radar_sees_is_published_however_badly() {
+fn radar_point_is_published_at_any_accuracy() {
     let mut case = Case::new();
     case.settings.radars[0].as_mut().unwrap().errors.bias_azimuth = 0.5;
     let track = case.track((0, 1), &halves(90.0, 110.0), 0.0, 0.9);

@@ -1,4 +1,4 @@
-//! What a transponder's reports teach of radars and of delays.
+//! Learning of radars' and transponders' delays from reports.
 
 use nalgebra::Vector3;
 
@@ -8,8 +8,8 @@ use crate::settings::{RegistrationMode, Sensor};
 use crate::time::SECOND;
 use crate::{Engine, Enu};
 
-/// What is learnt of the transponders' delay, and what of it is taken off, in two minutes in which the first drone's reports come
-/// every four seconds; that of this second says that it was so far from where it was, metres.
+/// Learnt and applied delay of the transponders after two minutes in which the first drone reports every four seconds.
+/// The report of second `damaged` has a position error of `off`, metres.
 fn delay_s(damaged: i64, off: [f64; 3]) -> (f64, f64) {
     let mut settings = settings(true);
     for sensor in &mut settings.sensors {
@@ -40,8 +40,8 @@ fn delay_s(damaged: i64, off: [f64; 3]) -> (f64, f64) {
     (learnt.delay_s.value, learnt.applied_s)
 }
 
-/// Between such a report and its neighbours the curve is far from the radar's plots, and as much farther as it is faster: a delay
-/// explains it, and the faster, the more certainly.
+/// Around such a report the curve is far from the radar's plots, in proportion to its speed. A delay would explain it,
+/// and the faster the curve, the more certainly.
 #[test]
 fn a_report_from_far_away_is_no_evidence_of_a_delay() {
     let (undamaged_s, _) = delay_s(0, [0.0; 3]);

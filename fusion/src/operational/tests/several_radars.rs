@@ -1,4 +1,4 @@
-//! Drones without a transponder that several radars see at once.
+//! Drones without a transponder that several radars detect at the same time.
 
 use nalgebra::Vector3;
 use rand::seq::SliceRandom;
@@ -9,15 +9,15 @@ use super::*;
 use crate::frames::RadarFrame;
 use crate::settings::{Radar, RegistrationMode, Sensor};
 
-/// Where the radars stand: the lines of sight of the first two cross at a right angle above [`MIDDLE`].
+/// Positions of the radars: the lines of sight of the first two cross at a right angle above [`MIDDLE`].
 const RADARS: [Enu; 3] = [Enu::new(0.0, 0.0, 0.0), Enu::new(3000.0, 0.0, 0.0), Enu::new(1500.0, 3500.0, 0.0)];
 const MIDDLE: Enu = Enu::new(1500.0, 1500.0, 100.0);
 /// Bias of each radar in range, metres, and azimuth, radians.
 const BIASES: [(f64, f64); 3] = [(4.0, 0.018), (-3.0, 0.02), (3.0, -0.015)];
-/// What is known of a slot when it is published: the plots up to so many seconds after it.
+/// Time after a slot whose plots are known when it is published, seconds.
 const AHEAD_S: f64 = 6.0;
 
-/// A track of a radar: its number, when it begins and ends, and what it follows.
+/// A track of a radar: its number, its start and end, and the path it follows.
 struct Track<'a> {
     radar: usize,
     number: u16,
@@ -25,7 +25,7 @@ struct Track<'a> {
     place: &'a dyn Fn(f64) -> Vector3<f64>,
 }
 
-/// What the slots of so many seconds are published as; of plots that come between two deadlines each order is another seed's.
+/// Published points of the slots. `order` is the seed of the order of plots between two deadlines.
 fn published(tracks: &[Track], seconds: f64, order: u64) -> Vec<(f64, Vec<Point>)> {
     let radar = |place: &Enu| {
         let frame = RadarFrame::parallel(*place);
@@ -33,13 +33,13 @@ fn published(tracks: &[Track], seconds: f64, order: u64) -> Vec<(f64, Vec<Point>
     };
     let sensors: Vec<Sensor> = RADARS.iter().map(radar).collect();
     let mut case = Case::new();
-    case.settings = Settings::new(&sensors, LATENCY, &OperationalRules::default());
+    case.settings = OperationalSettings::new(&sensors, LATENCY, &OperationalRules::default());
     let mut noise = ChaCha8Rng::seed_from_u64(7);
     let mut plots: Vec<Plot> = Vec::new();
     for track in tracks {
         let count = ((track.seconds.end - track.seconds.start) * 4.0) as u32;
         for index in 0..count {
-            // No two radars measure at once.
+            // No two radars measure at the same time.
             let second = track.seconds.start + 0.25 * f64::from(index) + 0.07 * track.radar as f64;
             let (range_m, azimuth) = BIASES[track.radar];
             let place = (track.place)(second);
@@ -72,7 +72,7 @@ fn flight(second: f64) -> Vector3<f64> {
     MIDDLE.0 + Vector3::new(12.0 * (second - 15.0), 0.0, 0.0)
 }
 
-/// Mean error over ground from one second to another, metres.
+/// Mean error over ground between two times, metres.
 fn error_m(slots: &[(f64, Vec<Point>)], from_s: f64, to_s: f64) -> f64 {
     let errors: Vec<f64> = slots
         .iter()
@@ -84,7 +84,7 @@ fn error_m(slots: &[(f64, Vec<Point>)], from_s: f64, to_s: f64) -> f64 {
     errors.iter().sum::<f64>() / errors.len() as f64
 }
 
-/// The numbers published from one second to another, one slot's after another, without repetition.
+/// The numbers published between two times, slot by slot, without repetition.
 fn numbers(slots: &[(f64, Vec<Point>)], from_s: f64, to_s: f64) -> Vec<Vec<u32>> {
     let within = slots.iter().filter(|(second, _)| (from_s..to_s).contains(second));
     let mut numbers: Vec<Vec<u32>> =
@@ -118,8 +118,8 @@ fn radars_begin_and_end_by_themselves() {
 }
 
 #[test]
-fn a_radar_left_alone_is_held_by_the_track_that_another_is_about_to_begin() {
-    // The azimuth of the one that is left wanders meanwhile.
+fn lone_radar_target_is_kept_by_future_track_of_another_radar() {
+    // The azimuth of the remaining radar wanders meanwhile.
     let wandering = |second: f64| {
         let off_m = 9.0 * (second - 14.0).clamp(0.0, 6.0);
         flight(second) + Vector3::new(off_m, -off_m, 0.0) * std::f64::consts::FRAC_1_SQRT_2
@@ -128,15 +128,15 @@ fn a_radar_left_alone_is_held_by_the_track_that_another_is_about_to_begin() {
     let left = || Track { radar: 0, number: 5, seconds: 2.0..40.0, place: &wandering };
     let alone = published(&[left(), track(6, 2.0..14.0)], 36.0, 0);
     let again = published(&[left(), track(6, 2.0..14.0), track(7, 20.0..40.0)], 36.0, 0);
-    // A track is looked for four seconds ahead: two of its own are known then.
+    // Tracks are used up to four seconds ahead: then two seconds of the new track are known.
     let (alone_m, again_m) = (error_m(&alone, 17.0, 20.0), error_m(&again, 17.0, 20.0));
     assert!(alone_m > 8.0 && again_m < 0.85 * alone_m, "{alone_m} m, bridged {again_m} m");
     assert_eq!(numbers(&again, 4.0, 34.0), [[5]]);
 }
 
 #[test]
-fn what_turns_out_to_be_one_has_the_older_number() {
-    // The second radar's track is led astray at first.
+fn merged_aircraft_keeps_the_older_number() {
+    // The second radar's track has a large error at first.
     let astray = |second: f64| flight(second) + Vector3::new(0.0, (350.0 - 20.0 * second).max(0.0), 0.0);
     let tracks = [
         Track { radar: 0, number: 5, seconds: 2.0..40.0, place: &flight },
@@ -148,8 +148,8 @@ fn what_turns_out_to_be_one_has_the_older_number() {
 }
 
 #[test]
-fn what_turns_out_to_be_two_is_split() {
-    // Each radar sees one of two that fly together until they part.
+fn separating_tracks_are_split() {
+    // Each radar detects one of two drones that fly together until they separate.
     let other = |second: f64| flight(second) + Vector3::new(0.0, (15.0 * (second - 15.0)).max(0.0), 0.0);
     let tracks = [
         Track { radar: 0, number: 5, seconds: 2.0..50.0, place: &flight },
@@ -160,7 +160,7 @@ fn what_turns_out_to_be_two_is_split() {
     assert_eq!(numbers(&slots, 42.0, 45.0), [[5, 6]]);
 }
 
-/// What is decided depends on what was received before a slot's deadline, not on the order in which it was.
+/// Decisions depend on the reports received before a slot's deadline, not on their order.
 #[test]
 fn the_order_between_two_deadlines_plays_no_part() {
     let other = |second: f64| flight(second) + Vector3::new(5.0, 60.0 - 9.0 * second, 10.0);

@@ -1,4 +1,4 @@
-//! Two drones side by side, each with a transponder and a radar track: what the tests of this room fly.
+//! Two drones side by side, each with a transponder and a radar track: the flight of the tests of this module.
 
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -13,9 +13,9 @@ use crate::settings::{
 use crate::time::{SECOND, Time};
 
 pub(in crate::operational) const START: i64 = 1_700_000_000;
-/// The two are so far apart, metres.
+/// Distance of the two, metres.
 pub(in crate::operational) const APART_M: f64 = 150.0;
-/// Radar tracks of the first and of the second.
+/// Radar tracks of the first and of the second drone.
 pub(in crate::operational) const TRACKS: [u16; 2] = [7, 8];
 
 pub(in crate::operational) fn settings(is_operational: bool) -> Settings {
@@ -43,13 +43,13 @@ pub(in crate::operational) fn radar(number: u16) -> RadarTrackKey {
     RadarTrackKey { sensor: SensorIndex(0), number }
 }
 
-/// Where they are.
+/// Positions of the drones.
 pub(in crate::operational) fn place(which: usize, time: Time) -> Enu {
     let seconds = time.seconds_since(Time::from_nanos(START * SECOND));
     Enu::new(12.0 * seconds - 300.0, 1500.0 + (APART_M + seconds) * which as f64, 100.0)
 }
 
-/// What comes in a flight, with the second at which it is received.
+/// Reports of a flight, with their times of reception.
 pub(in crate::operational) fn reports(seconds: i64) -> Vec<(Time, Report)> {
     let mut reports = Vec::new();
     let mut random = ChaCha8Rng::seed_from_u64(1);

@@ -1,8 +1,8 @@
-//! Aircraft that radar alone sees, and what explains them.
+//! Aircraft that only radar detects, and identities that explain them.
 
 use super::*;
 
-/// Whether nothing explains the aircraft of that number, by slot, for as long as it is published.
+/// Whether the aircraft with that number is unexplained, by slot, for as long as it is published.
 fn unexplained(published: &[(f64, Vec<Point>)], number: u32) -> Vec<(f64, bool)> {
     let of = |(second, points): &(f64, Vec<Point>)| {
         let point = points.iter().find(|point| point.number == number)?;
@@ -12,14 +12,14 @@ fn unexplained(published: &[(f64, Vec<Point>)], number: u32) -> Vec<(f64, bool)>
 }
 
 #[test]
-fn who_falls_silent_explains_one_aircraft_for_120_s() {
+fn silent_transponder_explains_one_aircraft_for_120_s() {
     let mut case = Case::new();
     let published = case.publish(60.0, 240.0, |case, second| {
         let (reported_s, seen_s) = (second + 5.0, second + 6.0);
         if reported_s <= 100.0 && reported_s.fract() == 0.0 {
             case.fix(0, reported_s, 0.0);
         }
-        // Too far away to be taken for its radar tracks, but a drone could have flown there.
+        // Too far away to be associated with the radar tracks, but within a drone's reach.
         if seen_s >= 160.0 && seen_s.fract() == 0.0 {
             case.plot((0, 7), seen_s, 600.0, 0.95);
             case.plot((0, 8), seen_s, -700.0, 0.95);
@@ -35,18 +35,18 @@ fn who_falls_silent_explains_one_aircraft_for_120_s() {
 }
 
 #[test]
-fn what_was_confirmed_is_a_drone_down_to_log_odds_of_1() {
+fn confirmed_drone_remains_one_down_to_log_odds_of_1() {
     let mut case = Case::new();
     let mut log_odds = Vec::new();
     let published = case.publish(60.0, 140.0, |case, second| {
         if second > 60.0 {
-            // As they were at the slot before.
+            // Log-odds at the previous slot.
             let tracklet = case.air.tracklets.iter().next();
             log_odds.push(tracklet.map_or(0.0, |tracklet| tracklet.existence().log_odds()));
         }
         let seen_s = second + 6.0;
         if seen_s.fract() == 0.0 {
-            // A drone at first; from then on the radar takes it for something else.
+            // A drone at first; from then on the radar reports another class.
             case.plot((0, 7), seen_s, 0.0, if seen_s < 90.0 { 0.95 } else { 0.3 });
         }
     });

@@ -11,7 +11,7 @@ use crate::{Emission, Engine, Point};
 
 #[test]
 fn a_number_that_goes_to_another_drone_at_once_is_another_track() {
-    // The radar sees one up to 30 s, and from then on one 2 km further east, by the same number.
+    // One radar track number for a drone up to 30 s, and from then on for another one 2 km further east.
     let mut engine = Engine::new(settings(true)).unwrap();
     let mut emissions = Vec::new();
     for (received, report) in reports(60) {
@@ -42,7 +42,7 @@ fn a_number_that_goes_to_another_drone_at_once_is_another_track() {
 }
 
 impl Tracklet {
-    /// As if it had been compared with this target.
+    /// Sets the pair as if it had been compared with this target.
     pub(in crate::operational) fn set_pair(&mut self, target: TargetId, pair: PairLikelihood) {
         self.pairs.retain(|known| known.0 != target);
         self.pairs.push((target, pair));

@@ -1,4 +1,4 @@
-//! Least squares along a track against the one-step solution with the dense covariance of all its plots.
+//! Least squares along a track, compared with the one-step solution with the dense covariance of all its plots.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -7,7 +7,7 @@ use super::{ERRORS, REFERENCE_M, Residual, World, sample_of, seconds};
 use crate::frames::Enu;
 use crate::registration::TrackComparison;
 
-/// Offsets, rows of p and of the reference's errors, of an axis.
+/// Offsets on an axis, with rows of p and of the reference's errors.
 fn measured(plots: &[Residual], axis: usize) -> Vec<(f64, f64, DVector<f64>, Vector3<f64>)> {
     let measured = plots.iter().filter(|residual| axis < 2 || residual.height_measured);
     let offset = |residual: &Residual| {
@@ -43,7 +43,7 @@ fn at_once(plots: &[Residual], axis: usize) -> (DMatrix<f64>, DVector<f64>) {
     (&weighted * design, weighted * offsets)
 }
 
-/// So that no plot is an outlier.
+/// Scales errors so that no plot is an outlier.
 fn calm(plots: &mut [Residual]) {
     for residual in plots {
         residual.plot = (residual.target.0 + (residual.plot.0 - residual.target.0) * 0.4).into();
@@ -60,7 +60,7 @@ fn the_filter_is_the_dense_solution() {
         for (index, residual) in plots.iter_mut().enumerate() {
             residual.height_measured = index % 3 != 1;
         }
-        // And one that is lost, now and then.
+        // Some plots are missing.
         plots.retain(|residual| residual.time.nanos() / 1_000_000 % 7 != 3);
         let sample = sample_of(&plots);
         for (axis, Information { matrix, vector }) in sample.axes.iter().enumerate() {
@@ -91,12 +91,14 @@ fn information_grows_with_duration_and_hardly_with_plots() {
                 target: place.into(),
                 velocity: Vector3::zeros(),
                 height_measured: true,
-                sigma_m: 0.0,
+                lasting_m: 0.0,
+                curve_m: 0.0,
+                spacing_s: 0.0,
             };
             along.add(&residual);
             at += dt;
         }
-        let (_, deviation) = along.take().unwrap().azimuth().unwrap();
+        let (_, deviation) = along.take_sample().unwrap().azimuth().unwrap();
         (ERRORS.bias_azimuth / deviation).powi(2)
     };
     // 1 + D / 2T
@@ -118,11 +120,11 @@ fn pieces_add_up_to_the_whole() {
         along.add(residual);
         if index % 17 == 16 {
             assert_eq!(along.gathered_s(), 16.0);
-            pieces.extend(along.take());
-            assert_eq!((along.gathered_s(), along.take()), (0.0, None));
+            pieces.extend(along.take_sample());
+            assert_eq!((along.gathered_s(), along.take_sample()), (0.0, None));
         }
     }
-    pieces.extend(along.take());
+    pieces.extend(along.take_sample());
     assert_eq!(pieces.len(), 4);
     for axis in 0..3 {
         let mut sum = Information::none();
@@ -135,12 +137,12 @@ fn pieces_add_up_to_the_whole() {
     }
 }
 
-/// A radar that is turned by far more than its errors has no outliers for that.
+/// A radar rotated by far more than its errors has no outliers.
 #[test]
 fn an_outlier_counts_little_and_a_turned_radar_is_none() {
     let mut world = World::new(3);
     world.bias[0] = 30_f64.to_radians();
-    // So far apart that each plot is off anew, by twelve times its bias.
+    // The plots are so far apart that each shows the rotation independently, at twelve times the bias.
     let mut plots = world.plots(1200.0, 60.0);
     plots.retain(|residual| residual.target.0.xy().norm() > 100.0);
     calm(&mut plots);
@@ -157,26 +159,27 @@ fn an_outlier_counts_little_and_a_turned_radar_is_none() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_left_out() {
+fn incomparable_plots_are_omitted() {
     let plots = World::new(5).plots(20.0, 1.0);
     let mut along = TrackComparison::new(&ERRORS);
-    assert_eq!(along.take(), None);
+    assert_eq!(along.take_sample(), None);
     for residual in &plots {
         along.add(residual);
     }
-    let all = along.clone().take();
+    let all = along.clone().take_sample();
     let last = plots[plots.len() - 1];
     let later = Residual { time: seconds(5000.0), ..last };
     along.add(&last);
     along.add(&Residual { plot: Enu::new(f64::NAN, 0.0, 0.0), ..later });
-    along.add(&Residual { sigma_m: f64::INFINITY, ..later });
+    along.add(&Residual { lasting_m: f64::INFINITY, ..later });
+    along.add(&Residual { curve_m: f64::NAN, ..later });
     along.add(&Residual { target: Enu::new(20.0, 20.0, 50.0), ..later });
     along.add(&Residual { target: Enu::new(150.0, 0.0, 400.0), ..later });
-    assert_eq!(along.take(), all);
+    assert_eq!(along.take_sample(), all);
 }
 
 #[test]
-fn heights_that_were_assumed_tell_nothing() {
+fn assumed_heights_are_no_evidence() {
     let mut world = World::new(6);
     world.heights = false;
     assert_eq!(world.sample(30.0, 1.0).axes[2], Information::none());

@@ -1,4 +1,4 @@
-//! What is taken away from plots.
+//! Correction of plots.
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
@@ -6,7 +6,7 @@ use super::{PRIOR, World, values};
 use crate::frames::Enu;
 use crate::registration::{BiasValue, Correction, Misalignment, Registration};
 
-/// As if that were known.
+/// A misalignment that is accurately known.
 fn known(bias: &Vector6<f64>) -> Misalignment {
     let value = |index: usize| BiasValue { value: bias[index], deviation: 0.0, observable: true };
     Misalignment {
@@ -23,7 +23,7 @@ fn known(bias: &Vector6<f64>) -> Misalignment {
 }
 
 #[test]
-fn what_is_known_is_taken_away_whole() {
+fn known_correction_is_applied_in_full() {
     let mut world = World::wrong(1);
     for _ in 0..50 {
         let place =
@@ -33,7 +33,7 @@ fn what_is_known_is_taken_away_whole() {
         world.heights = true;
         let corrected = correction.apply(world.plot(place, [0.0; 3]).into()).0;
         assert!((corrected - place).norm() < 1e-8, "{corrected} {place}");
-        // A height that was assumed stays; azimuth and range are right but for what the tilts do at another height.
+        // An assumed height is kept. Azimuth and range are corrected, except for the effect of the tilts at another height.
         world.heights = false;
         (world.bias[1], world.bias[2]) = (0.0, 0.0);
         let correction = Correction::of(&known(&world.bias));
@@ -55,7 +55,7 @@ fn nothing_is_nothing() {
         (remaining.range_m - 20.0).abs() < 1e-9 && (remaining.azimuth - 5_f64.to_radians()).abs() < 1e-12
     );
     assert!((remaining.height_m - (3000.0 * 1_f64.to_radians()).hypot(15.0)).abs() < 1e-9);
-    // Neither is what is not observable.
+    // Values that are not observable are not corrected.
     let mut estimate = known(&Vector6::repeat(0.01));
     for value in [&mut estimate.bearing, &mut estimate.tilt_east, &mut estimate.tilt_north] {
         value.observable = false;
@@ -66,7 +66,7 @@ fn nothing_is_nothing() {
     assert_eq!(Correction::of(&estimate).apply(plot.into()).0, plot);
 }
 
-/// A plot at the radar itself, or one that is nearer than the range is wrong.
+/// A plot at the radar itself, and one nearer than the range bias.
 #[test]
 fn no_place_is_without_an_answer() {
     let correction = Correction::of(&known(&Vector6::from(PRIOR)));
@@ -76,7 +76,7 @@ fn no_place_is_without_an_answer() {
     }
 }
 
-/// The names' signs, as an operator reads them.
+/// Signs of the parameters, as shown to an operator.
 #[test]
 fn signs_are_as_said() {
     let seen = |parameter: usize, by: f64, place: [f64; 3]| {
@@ -90,7 +90,7 @@ fn signs_are_as_said() {
     assert!(seen(2, 0.01, east).z < -9.9, "turned about north: east is seen too low");
     assert!((seen(3, 10.0, north).y - 1010.0).abs() < 1e-9);
     assert!((seen(4, 10.0, north).z - 10.0).abs() < 1e-9);
-    // And estimated so, by tracks that fly: plots lie ahead.
+    // The estimate has the same sign: plots of moving tracks lie ahead.
     let mut world = World::new(1);
     world.bias = Vector6::new(0.05, 0.01, -0.01, 15.0, 10.0, 0.5);
     let estimate = world.estimate(60);
@@ -99,9 +99,9 @@ fn signs_are_as_said() {
     }
 }
 
-/// What is left after the correction is as large as it says: over many radars, at many places.
+/// The remaining misalignment has the stated size, over many radars and positions.
 #[test]
-fn what_remains_is_as_said() {
+fn remaining_error_matches_its_covariance() {
     let (mut squares, mut count) = ([0.0; 3], 0.0);
     for seed in 0..120 {
         let mut world = World::wrong(seed);

@@ -1,15 +1,15 @@
-//! Whether the deviations are what they say: normalised squared errors over many radars that are misaligned at random.
+//! Consistency of the deviations: normalised squared errors over many radars with random misalignments.
 
 use nalgebra::Vector3;
 
 use super::{ERRORS, NAMES, REFERENCE_M, Registration, Residual, TrackComparison, World, seconds, values};
 
 const RUNS: u64 = 400;
-/// The 95 % band of a mean of 400 squares of normal numbers is 0.86 to 1.14; the variance factor is itself known to a fifth
-/// with 40 tracks, which makes the mean some hundredths larger.
+/// The 95 % band of a mean of 400 squares of normal numbers is 0.86 to 1.14. With 40 tracks the variance factor has an error of a
+/// fifth, which increases the mean by some hundredths.
 const BAND: std::ops::Range<f64> = 0.8..1.25;
 
-/// Mean normalised squared error of each value, its root mean square error, and in how many runs it was observable.
+/// For each value: mean normalised squared error, root mean square error, and number of runs in which it was observable.
 fn errors(tracks: usize, scale: f64, heights: bool) -> [(f64, f64, usize); 6] {
     let mut found = [(0.0, 0.0, 0); 6];
     for seed in 0..RUNS {
@@ -51,7 +51,7 @@ fn deviations_are_honest_with_few_tracks() {
     check(4, 1.0, true, BAND);
 }
 
-/// The errors are really three tenths larger or smaller than they were given: the tracks' spread tells.
+/// The true errors are larger or smaller than stated by three tenths, which the tracks' scatter shows.
 #[test]
 fn deviations_adapt_to_errors_given_wrongly() {
     check(60, 1.3, true, 0.8..1.35);
@@ -65,7 +65,7 @@ fn tilts_and_height_need_heights_and_more_than_one_place() {
     let mut world = World::new(1);
     world.heights = false;
     assert_eq!(observable(&mut world), [true, false, false, true, false, true]);
-    // Heights, but all in one corner, hovering.
+    // Measured heights, but all in one corner, hovering.
     let mut registration = Registration::default();
     for track in 0..80 {
         let mut along = TrackComparison::new(&ERRORS);
@@ -77,18 +77,20 @@ fn tilts_and_height_need_heights_and_more_than_one_place() {
                 target: place.into(),
                 velocity: Vector3::zeros(),
                 height_measured: true,
-                sigma_m: REFERENCE_M,
+                lasting_m: REFERENCE_M,
+                curve_m: 0.0,
+                spacing_s: 0.0,
             });
         }
-        registration.take(&along.take().unwrap());
+        registration.add(&along.take_sample().unwrap());
     }
     let estimate = registration.estimate();
     assert_eq!(values(&estimate).map(|value| value.observable), [true, false, false, true, false, false]);
 }
 
-/// What is not taken away is left, and so is what is not known of the rest.
+/// The remaining misalignment includes values that are not corrected, and the uncertainty of those that are.
 #[test]
-fn what_is_left_is_what_is_not_taken_away() {
+fn residual_is_the_uncorrected_part() {
     for tracks in [1, 2, 40] {
         let estimate = World::wrong(5).estimate(tracks);
         for (index, value) in values(&estimate).iter().enumerate() {

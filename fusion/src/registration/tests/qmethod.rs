@@ -1,18 +1,19 @@
-//! The q-method against SciPy's, and against least squares.
+//! The q-method compared with SciPy's, and with least squares.
 
 use std::path::Path;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::super::qmethod::{bare, rotation, turn};
-use super::super::sums::{Solved, Sums};
+use super::super::sums::{MisalignmentSums, SolvedSums};
 use super::{World, values};
 
 fn list(field: &str) -> Vec<f64> {
     field.split(' ').map(|number| number.parse().unwrap()).collect()
 }
 
-/// `testdata/oracle/qmethod.py`. The published package, which alone has a `Cargo.toml.orig`, comes without the table.
+/// The table comes from `testdata/oracle/qmethod.py`. The published package, recognised by its `Cargo.toml.orig`, lacks the
+/// table.
 #[test]
 #[expect(clippy::disallowed_methods, reason = "it is a test that reads")]
 fn the_rotation_is_that_of_scipy() {
@@ -41,7 +42,7 @@ fn the_rotation_is_that_of_scipy() {
     assert_eq!(cases, 100);
 }
 
-/// Of a rotation, with any information about it, whatever is not known.
+/// Any rotation, with any information about it, even if some directions have none.
 #[test]
 fn a_profile_made_from_information_gives_its_rotation_back() {
     let turned = Rotation3::new(Vector3::new(0.02, -0.01, 0.3));
@@ -56,31 +57,31 @@ fn a_profile_made_from_information_gives_its_rotation_back() {
     assert!((clockwise - 2.5).abs() < 1e-12 && (trace - 1.0).abs() < 1e-12);
 }
 
-/// As far as both are linear they are the same; the difference is what least squares makes of an angle's square.
+/// In the linear range both agree; the difference comes from the square of an angle in least squares.
 #[test]
 fn the_bearing_is_that_of_least_squares() {
     for seed in 0..40 {
         let mut world = World::wrong(seed);
         world.bias *= 0.4;
         world.heights = seed % 4 != 0;
-        let mut sums = Sums::none();
+        let mut sums = MisalignmentSums::none();
         for _ in 0..30 {
             let sample = world.sample(60.0, 1.0);
-            sums.add(&Sums::of(&sample.axes, Default::default()), 1.0);
+            sums.add(&MisalignmentSums::of(&sample.axes, Default::default()), 1.0);
         }
         let estimate = super::Misalignment::of(&sums);
-        let solved = Solved::from(&sums.axes, &[1.0; 3]);
+        let solved = SolvedSums::from(&sums.axes, &[1.0; 3]);
         for index in 0..3 {
             let value = values(&estimate)[index];
             let apart = (value.value - solved.mean[index]).abs();
-            // In the plane the tilts are taken for nothing; least squares looks for them in steep azimuths.
+            // In the plane the tilts are assumed to be zero, whereas least squares estimates them from steep azimuths.
             let most = if world.heights { 0.1 } else { 0.3 } * value.deviation;
             assert!(!value.observable || apart < most, "{seed} {index}: {apart} {value:?}");
         }
     }
 }
 
-/// Least squares takes an angle for small; the q-method does not.
+/// Least squares assumes small angles; the q-method does not.
 #[test]
 fn a_radar_may_be_turned_by_any_angle() {
     for degrees in [-170.0, -60.0, 20.0, 100.0_f64] {

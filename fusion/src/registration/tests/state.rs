@@ -1,4 +1,4 @@
-//! A restart changes nothing.
+//! A restart does not change the registration.
 
 use super::World;
 use crate::registration::{Registration, RegistrationState, RegistrationStateError};
@@ -7,13 +7,13 @@ fn after(tracks: usize) -> (World, Registration) {
     let mut world = World::wrong(11);
     let mut registration = Registration::default();
     for _ in 0..tracks {
-        registration.take(&world.sample(30.0, 2.0));
+        registration.add(&world.sample(30.0, 2.0));
     }
     (world, registration)
 }
 
 #[test]
-fn what_is_read_is_what_was_written_to_the_bit() {
+fn saved_state_is_restored_bit_for_bit() {
     for tracks in [0, 1, 60] {
         let (mut world, mut registration) = after(tracks);
         let text = serde_json::to_string(&registration.to_state()).unwrap();
@@ -21,10 +21,10 @@ fn what_is_read_is_what_was_written_to_the_bit() {
         assert_eq!(state, registration.to_state());
         let mut again = Registration::from_state(&state).unwrap();
         assert_eq!(serde_json::to_string(&again.to_state()).unwrap(), text);
-        // And they go on alike.
+        // Both continue identically.
         for _ in 0..5 {
             let sample = world.sample(30.0, 2.0);
-            assert_eq!(again.take(&sample), registration.take(&sample));
+            assert_eq!(again.add(&sample), registration.add(&sample));
         }
         assert_eq!(again.estimate(), registration.estimate());
         assert_eq!(again.to_state(), registration.to_state());
@@ -33,7 +33,7 @@ fn what_is_read_is_what_was_written_to_the_bit() {
 }
 
 #[test]
-fn what_is_not_a_state_is_refused() {
+fn invalid_state_is_refused() {
     let (_, registration) = after(3);
     let text = serde_json::to_string(&registration.to_state()).unwrap();
     let read = |text: &str| {

@@ -1,25 +1,25 @@
-//! What is rejected, and what is a step.
+//! Rejection of tracks, and detection of steps.
 
-use super::super::tracks::{Registration, Taken};
+use super::super::tracks::{Registration, SampleOutcome};
 use super::{PRIOR, World, values};
 
 fn registration() -> Registration {
     Registration::default()
 }
 
-/// A radar that has been there for so many tracks.
+/// A radar with this number of earlier tracks.
 fn settled(world: &mut World, tracks: usize) -> Registration {
     let mut registration = registration();
     for _ in 0..tracks {
-        let taken = registration.take(&world.sample(60.0, 2.0));
-        assert!(!matches!(taken, Taken::Step { .. }));
+        let taken = registration.add(&world.sample(60.0, 2.0));
+        assert!(!matches!(taken, SampleOutcome::Step { .. }));
     }
     registration
 }
 
-/// How many tracks a step takes to be found; `None`: more than sixty.
+/// Number of tracks until a step is detected; `None`: more than sixty.
 fn delay(world: &mut World, registration: &mut Registration) -> Option<usize> {
-    (1..=60).find(|_| matches!(registration.take(&world.sample(60.0, 2.0)), Taken::Step { .. }))
+    (1..=60).find(|_| matches!(registration.add(&world.sample(60.0, 2.0)), SampleOutcome::Step { .. }))
 }
 
 #[test]
@@ -28,10 +28,10 @@ fn no_step_is_found_where_there_is_none() {
     let mut registration = registration();
     let mut rejected = 0;
     for index in 0..10_000 {
-        match registration.take(&world.sample(24.0, 3.0)) {
-            Taken::Kept => {}
-            Taken::Rejected => rejected += 1,
-            Taken::Step { before, after } => panic!("{index}: {before:?} {after:?}"),
+        match registration.add(&world.sample(24.0, 3.0)) {
+            SampleOutcome::Kept => {}
+            SampleOutcome::Rejected => rejected += 1,
+            SampleOutcome::Step { before, after } => panic!("{index}: {before:?} {after:?}"),
         }
     }
     println!("{rejected} of 10,000 rejected");
@@ -64,7 +64,7 @@ fn large_steps_are_found_as_soon_as_eight_tracks_tell() {
         world.bias[parameter] += step;
         let mut found = None;
         for index in 1..=12 {
-            if let Taken::Step { before, after } = registration.take(&world.sample(60.0, 2.0)) {
+            if let SampleOutcome::Step { before, after } = registration.add(&world.sample(60.0, 2.0)) {
                 found = Some((index, values(&before)[parameter], values(&after)[parameter]));
                 break;
             }
@@ -72,19 +72,19 @@ fn large_steps_are_found_as_soon_as_eight_tracks_tell() {
         let (index, before, after) = found.unwrap();
         assert!(index <= 9, "{parameter}: {index}");
         assert!(before.value.abs() < 4.0 * before.deviation, "{before:?}");
-        // In eight tracks height and tilts are not told apart yet.
+        // Eight tracks do not separate height and tilts yet.
         assert!((after.value - step).abs() < 4.5 * after.deviation, "{parameter}: {after:?}");
-        // Nothing of before is left.
+        // The earlier tracks have no influence any more.
         for _ in 0..40 {
-            let taken = registration.take(&world.sample(60.0, 2.0));
-            assert!(!matches!(taken, Taken::Step { .. }));
+            let taken = registration.add(&world.sample(60.0, 2.0));
+            assert!(!matches!(taken, SampleOutcome::Step { .. }));
         }
         let now = values(&registration.estimate())[parameter];
         assert!((now.value - step).abs() < 4.0 * now.deviation, "{parameter}: {now:?}");
     }
 }
 
-/// Errors larger than said are no steps either, and few tracks are rejected for them.
+/// Errors larger than stated cause no steps, and few rejections.
 #[test]
 fn errors_given_wrongly_are_no_step() {
     for (scale, runs, most) in [(1.3, 20, 8), (2.0, 10, 20)] {
@@ -94,9 +94,9 @@ fn errors_given_wrongly_are_no_step() {
             world.scale = scale;
             let mut registration = registration();
             for index in 0..150 {
-                let taken = registration.take(&world.sample(60.0, 2.0));
-                assert!(!matches!(taken, Taken::Step { .. }), "{scale} {seed} {index}: {taken:?}");
-                rejected += usize::from(taken == Taken::Rejected);
+                let taken = registration.add(&world.sample(60.0, 2.0));
+                assert!(!matches!(taken, SampleOutcome::Step { .. }), "{scale} {seed} {index}: {taken:?}");
+                rejected += usize::from(taken == SampleOutcome::Rejected);
             }
         }
         println!("{scale}: {rejected} of {} rejected", 150 * runs);
@@ -104,7 +104,7 @@ fn errors_given_wrongly_are_no_step() {
     }
 }
 
-/// Birds, a transponder that lies: now and then, and from the first track on.
+/// Birds, and a transponder with false positions: occasionally, and from the first track on.
 #[test]
 fn strays_are_rejected_and_are_no_step() {
     for seed in 0..5 {
@@ -119,9 +119,9 @@ fn strays_are_rejected_and_are_no_step() {
                 world.bias[0] += if index % 20 == 0 { 0.3 } else { -0.6 };
                 world.bias[3] += 60.0;
             }
-            let taken = registration.take(&world.sample(60.0, 2.0));
-            assert!(!matches!(taken, Taken::Step { .. }), "{seed} {index}: {taken:?}");
-            wrong += usize::from((taken == Taken::Rejected) != stray);
+            let taken = registration.add(&world.sample(60.0, 2.0));
+            assert!(!matches!(taken, SampleOutcome::Step { .. }), "{seed} {index}: {taken:?}");
+            wrong += usize::from((taken == SampleOutcome::Rejected) != stray);
         }
         assert!(wrong <= 3, "{wrong}");
         let bearing = registration.estimate().bearing;
@@ -129,7 +129,7 @@ fn strays_are_rejected_and_are_no_step() {
     }
 }
 
-/// One track, however long, is no step: its transponder may lie.
+/// One track, however long, is not a step: its transponder may report false positions.
 #[test]
 fn one_track_in_many_pieces_is_no_step() {
     let mut world = World::new(500);
@@ -141,26 +141,26 @@ fn one_track_in_many_pieces_is_no_step() {
     for residual in &plots {
         along.add(residual);
         if along.gathered_s() >= 20.0
-            && let Some(piece) = along.take()
+            && let Some(piece) = along.take_sample()
         {
-            assert_eq!(registration.take(&piece), Taken::Rejected);
+            assert_eq!(registration.add(&piece), SampleOutcome::Rejected);
         }
     }
     assert!((registration.estimate().bearing.value - known.bearing.value).abs() < 1e-6);
 }
 
 #[test]
-fn what_is_old_is_forgotten() {
+fn old_steps_are_discarded() {
     let mut world = World::new(600);
     let mut registration = settled(&mut world, 60);
     let many = registration.estimate();
     world.now_s += 7200.0;
-    registration.take(&world.sample(60.0, 2.0));
+    registration.add(&world.sample(60.0, 2.0));
     let fewer = registration.estimate();
     assert!((fewer.samples - (1.0 + 60.0 * (-1.0_f64).exp())).abs() < 1.5, "{}", fewer.samples);
     assert!(fewer.bearing.deviation > 1.4 * many.bearing.deviation);
     world.now_s += 1e6;
-    registration.take(&world.sample(60.0, 2.0));
+    registration.add(&world.sample(60.0, 2.0));
     assert!(registration.estimate().samples < 1.01);
 }
 
@@ -176,9 +176,9 @@ fn nothing_is_known_of_a_new_radar() {
     }
 }
 
-/// What the deviations promise is what the residual is held to.
+/// The residual is the scatter relative to the stated deviations.
 #[test]
-fn the_residual_tells_errors_that_are_larger_than_said() {
+fn residual_reveals_errors_above_the_data_sheet() {
     let residual = |scale: f64| {
         let mut world = World::wrong(700);
         world.scale = scale;

@@ -1,6 +1,6 @@
 use super::*;
 
-/// A second transmitter 500 m to the north, between the reports of the first.
+/// Two transmitters: the second is 500 m to the north and reports between the reports of the first.
 fn doubled(period_s: f64, sensor: u16) -> Vec<Arrival> {
     let mut reports = flight(1, period_s, (0.0, 120.0), 0.5, eastward);
     let north = |seconds: f64| [12.0 * seconds, 800.0, 80.0];
@@ -19,7 +19,7 @@ fn two_transmitters_show_with_the_third_change() {
 }
 
 #[test]
-fn it_is_found_where_each_is_heard_by_a_receiver_of_its_own() {
+fn duplicate_is_found_across_two_receivers() {
     assert_fires(&doubled(2.0, 2), 1, Reason::Duplicate, true, (60.0, 70.0));
 }
 
@@ -35,7 +35,7 @@ fn one_jump_there_and_back_is_none() {
 
 #[test]
 fn two_receivers_that_stamp_differently_are_none() {
-    // 30 m/s, stamped 1.9 s later by the second one: 57 m apart at any time.
+    // 30 m/s, with stamps 1.9 s later at the second receiver: the positions are always 57 m apart.
     let fast = |seconds: f64| [30.0 * seconds, 0.0, 80.0];
     let mut reports = flight(1, 1.0, (0.0, 120.0), 0.5, fast);
     let late = |&(arrives_s, fix): &Arrival| {

@@ -1,6 +1,6 @@
 use super::*;
 
-/// Stands still to the octet from second 60 to `until_s`, and goes on there as if it had flown meanwhile.
+/// A flight whose position is constant from second 60 to `until_s`, and then continues as if it had flown on.
 fn freezes(number: u32, period_s: f64, until_s: f64, place: impl Fn(f64) -> [f64; 3]) -> Vec<Arrival> {
     let mut reports = flight(number, period_s, (0.0, 160.0), 0.4, place);
     let is_frozen = |seconds: f64| (60.0..until_s).contains(&seconds);
@@ -20,7 +20,7 @@ fn hover(_: f64) -> [f64; 3] {
 #[test]
 fn five_places_to_the_octet_over_12_s_are_suspect() {
     for (period_s, by_s) in [(0.2, 72.5), (1.0, 72.5), (2.0, 72.6), (4.0, 76.6)] {
-        // The last honest report is the first of the places.
+        // The run begins with the last honest report.
         assert_fires(&freezes(1, period_s, 160.0, hover), 1, Reason::Frozen, false, (70.0, by_s + 0.5));
     }
 }
@@ -31,7 +31,7 @@ fn without_any_hover_before_it_takes_20_s() {
 }
 
 #[test]
-fn it_has_failed_where_it_states_that_it_moves() {
+fn frozen_with_stated_motion_has_failed() {
     let honest = |seconds: f64| [12.0 + (seconds * 0.7).sin(), 0.3];
     let reports = flight(1, 2.0, (0.0, 160.0), 0.4, eastward);
     let mut reports = stating(reports, honest);
@@ -40,7 +40,7 @@ fn it_has_failed_where_it_states_that_it_moves() {
         (fix.position, fix.velocity) = (last.position, last.velocity);
     }
     assert_fires(&reports, 1, Reason::Frozen, true, (70.0, 72.0));
-    // Not where it always states the same.
+    // Not if it always reports the same velocity.
     let constant = stating(freezes(1, 2.0, 160.0, hover), |_| [12.0, 0.3]);
     let fired = fired(&constant, &[1]);
     assert_eq!(first(&fired, 1, Reason::Frozen, true), None, "{fired:?}");
@@ -48,7 +48,7 @@ fn it_has_failed_where_it_states_that_it_moves() {
 }
 
 #[test]
-fn it_ends_with_the_first_other_place_and_with_silence() {
+fn frozen_ends_with_another_position_or_silence() {
     let mut held_s = Vec::new();
     run(&freezes(1, 2.0, 100.0, hover), |at_s, rules| {
         if rules.finding(identity(1)).suspect.contains(Reason::Frozen) {
@@ -71,7 +71,7 @@ fn it_ends_with_the_first_other_place_and_with_silence() {
 }
 
 #[test]
-fn what_has_never_moved_is_not_frozen() {
+fn transponder_that_never_moved_is_not_frozen() {
     let standing = flight(1, 1.0, (0.0, 300.0), 0.0, hover);
     assert_silent(&standing, &[1]);
     assert_eq!(run(&standing, |_, _| ()).finding(identity(1)).still_since, None);
@@ -79,7 +79,7 @@ fn what_has_never_moved_is_not_frozen() {
 
 #[test]
 fn a_receiver_that_rests_where_it_hovers_is_left_alone() {
-    // Places on a grid of 1.1 m: real ones repeat one for up to 6 s in hover.
+    // Positions on a grid of 1.1 m: real receivers repeat one for up to 6 s in hover.
     let coarse = |seconds: f64| {
         let [east, north, up] = [3.0 * (0.05 * seconds).sin(), 3.0 * (0.041 * seconds).cos(), 80.0];
         [(east / 1.1).round() * 1.1, (north / 1.1).round() * 1.1, up]
@@ -91,7 +91,7 @@ fn a_receiver_that_rests_where_it_hovers_is_left_alone() {
 
 #[test]
 fn how_long_it_rested_before_counts() {
-    // 10 s to the octet in each hover of 20 s: 24 s of it are no more than usual, 40 s are.
+    // A constant position for 10 s in each hover of 20 s: 24 s of it are not unusual, 40 s are.
     let resting = |until_s: f64| {
         let mut reports = flight(1, 1.0, (0.0, 200.0), 0.2, hover);
         for (_, fix) in &mut reports {
@@ -109,7 +109,7 @@ fn how_long_it_rested_before_counts() {
 #[test]
 fn a_late_report_of_another_place_begins_it_anew() {
     let mut reports = freezes(1, 2.0, 160.0, hover);
-    // Stamped in the midst of the run, heard 3 s later.
+    // Stamped in the middle of the run, received 3 s later.
     reports.push((66.0, fix(1, 63.0, [201.0, 300.0, 80.0])));
     assert_fires(&reports, 1, Reason::Frozen, false, (76.0, 77.0));
 }

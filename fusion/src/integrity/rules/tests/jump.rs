@@ -1,6 +1,6 @@
 use super::*;
 
-/// From second 60 on 100 m further in this direction, radians.
+/// From second 60 on displaced by this distance in this direction, radians.
 fn jumps(heading: f64, distance_m: f64) -> impl Fn(f64) -> [f64; 3] {
     move |seconds| {
         let [east, north, up] = eastward(seconds);
@@ -10,7 +10,7 @@ fn jumps(heading: f64, distance_m: f64) -> impl Fn(f64) -> [f64; 3] {
 }
 
 #[test]
-fn a_jump_of_100_m_shows_with_the_third_report_after_it_at_any_period() {
+fn jump_of_100_m_is_found_at_the_third_report_after_it() {
     for period_s in [0.2, 0.5, 1.0, 2.0, 3.0, 4.0, 4.4] {
         for heading in [0.0, 1.5, 3.1, 4.7] {
             let reports = flight(1, period_s, (0.0, 120.0), 0.5, jumps(heading, 100.0));
@@ -21,7 +21,7 @@ fn a_jump_of_100_m_shows_with_the_third_report_after_it_at_any_period() {
 }
 
 #[test]
-fn it_holds_for_half_a_minute_and_is_never_certain() {
+fn jump_suspicion_lasts_half_a_minute() {
     let reports = flight(1, 1.0, (0.0, 120.0), 0.5, jumps(0.0, 100.0));
     let mut held_s = Vec::new();
     run(&reports, |at_s, rules| {
@@ -83,7 +83,7 @@ fn hard_turns_and_stops_are_none() {
 #[test]
 fn a_gap_and_reports_out_of_order_are_no_evidence() {
     let mut reports = flight(1, 2.0, (0.0, 60.0), 0.5, eastward);
-    // Silent for 20 s, meanwhile off to the north.
+    // Silent for 20 s, during which it flies to the north.
     reports
         .extend(flight(1, 2.0, (80.0, 140.0), 0.5, |seconds| [720.0, 300.0 + 12.0 * (seconds - 60.0), 80.0]));
     for (index, (arrives_s, _)) in reports.iter_mut().enumerate() {

@@ -1,17 +1,17 @@
-//! What must not matter: the order in which reports came between two slots, where the site is, when it is.
+//! Invariance: to the order of reports between two slots, the position of the site, and the time.
 
 use proptest::prelude::*;
 
 use super::*;
 
-/// What is found at every slot, times from the first one on.
+/// Findings of every slot, with times relative to the first.
 fn findings(batches: &[Vec<Fix>], from_s: f64) -> Vec<(Vec<Finding>, Option<Vec<Identity>>)> {
     let mut rules = ReportRules::default();
     let mut found = Vec::new();
     let from_begin = |time: Time| at(0.0) + (time - at(from_s));
     for (slot, batch) in (1..).zip(batches) {
-        rules.take(batch);
-        rules.look(at(from_s + f64::from(slot) * SLOT_S));
+        rules.add_reports(batch);
+        rules.evaluate(at(from_s + f64::from(slot) * SLOT_S));
         let all = (1..=3).map(|number| {
             let finding = rules.finding(identity(number));
             let still_since = finding.still_since.map(from_begin);
@@ -22,7 +22,7 @@ fn findings(batches: &[Vec<Fix>], from_s: f64) -> Vec<(Vec<Finding>, Option<Vec<
     found
 }
 
-/// By slot, as the service hands them over.
+/// Reports by slot, as the service passes them.
 fn batches(reports: &[Arrival], from_s: f64) -> Vec<Vec<Fix>> {
     let mut batches = vec![Vec::new(); 1000];
     for (arrives_s, fix) in reports {
@@ -32,8 +32,8 @@ fn batches(reports: &[Arrival], from_s: f64) -> Vec<Vec<Fix>> {
     batches
 }
 
-/// Three flights with everything in them: jumps, a stand-still, a replay, two transmitters, late reports, all stamped to a
-/// second so that times coincide.
+/// Three flights with jumps, a frozen position, a replay, two transmitters and late reports, all with stamps in whole
+/// seconds so that times coincide.
 fn mixed(seed: u64) -> Vec<Arrival> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut reports: Vec<Arrival> = Vec::new();
@@ -87,7 +87,7 @@ proptest! {
 
     #[test]
     fn neither_place_nor_time_of_all_matters(seed in any::<u64>(), slots in 0_i32..400_000, east in -64_i32..64, north in -64_i32..64) {
-        // By what a number holds without rounding: places in 1/1024 m, shifts in whole metres.
+        // Values that are exact in floating point: positions in 1/1024 m, shifts in whole metres.
         let mut reports = mixed(seed);
         for (_, fix) in &mut reports {
             fix.position.0 = fix.position.0.map(|axis| (axis * 1024.0).round() / 1024.0);

@@ -19,7 +19,7 @@ fn the_last_minute_again_is_a_replay_with_its_fifth_report() {
 }
 
 #[test]
-fn it_is_found_as_another_identity_and_in_hover() {
+fn replay_is_found_under_another_identity_and_in_hover() {
     let mut reports = flight(1, 2.0, (0.0, 200.0), 0.5, |_| [100.0, 50.0, 60.0]);
     let stolen = again(&reports, (20.0, 80.0), 70.0).into_iter();
     reports.extend(stolen.map(|(arrives_s, fix)| (arrives_s, Fix { identity: identity(2), ..fix })));
@@ -40,7 +40,7 @@ fn a_fifth_of_the_earlier_reports_may_have_been_lost() {
 
 #[test]
 fn the_same_way_at_other_times_is_none() {
-    // The same places to the octet, but each round takes longer than the one before.
+    // Exactly the same positions, but each round takes longer than the one before.
     let mut reports = flight(1, 2.0, (0.0, 60.0), 0.0, eastward);
     let slower: Vec<Arrival> = (0..30)
         .map(|report| {
@@ -53,7 +53,7 @@ fn the_same_way_at_other_times_is_none() {
 }
 
 #[test]
-fn what_comes_again_within_5_s_and_at_other_receivers_is_none() {
+fn repetition_within_5_s_at_other_receivers_is_no_replay() {
     for (lag_s, sensor) in [(4.9, 1), (4.9, 2), (7.0, 2)] {
         let mut reports = flight(1, 1.0, (0.0, 60.0), 0.5, |seconds| [2.0 * seconds, 0.0, 80.0]);
         let second = again(&reports, (0.0, 60.0), lag_s).into_iter();
@@ -86,8 +86,8 @@ fn a_frozen_or_standing_one_is_none() {
 }
 
 #[test]
-fn a_wander_of_centimetres_that_comes_back_on_its_own_way_is_none() {
-    // To the octet, every 10 s.
+fn wander_of_centimetres_back_and_forth_is_no_replay() {
+    // Repeated exactly every 10 s.
     let wanders = |seconds: f64| {
         let step = f64::from((seconds * 5.0).round() as i32 % 50);
         [0.02 * step.min(50.0 - step), 0.01 * (step % 7.0), 80.0]

@@ -1,6 +1,6 @@
 use super::*;
 
-/// `count` drones from second 0 to 300 with these last seconds; period 2 s.
+/// Drones from second 0 up to their last seconds, with a period of 2 s.
 fn fleet(lasts_s: &[f64]) -> Vec<Arrival> {
     let flights = (1..).zip(lasts_s).flat_map(|(number, &last_s)| {
         let north_m = 200.0 * f64::from(number);
@@ -11,7 +11,7 @@ fn fleet(lasts_s: &[f64]) -> Vec<Arrival> {
     flights.collect()
 }
 
-/// From when to when an alert lasts, and the most identities of it.
+/// First and last time of an alert, and its largest number of identities.
 fn jammed(reports: &[Arrival]) -> Option<(f64, f64, usize)> {
     let mut lasts: Option<(f64, f64, usize)> = None;
     run(reports, |at_s, rules| {
@@ -25,7 +25,7 @@ fn jammed(reports: &[Arrival]) -> Option<(f64, f64, usize)> {
 }
 
 #[test]
-fn silent_is_who_is_not_heard_for_three_periods_or_10_s() {
+fn silent_after_three_periods_or_10_s() {
     for (period_s, after_s) in [(0.5, 10.0), (2.0, 10.0), (4.0, 12.0), (8.0, 24.0)] {
         let mut reports = flight(1, period_s, (0.0, 80.0), 0.5, eastward);
         let last_s = reports[reports.len() - 1].1.time.seconds_since(at(0.0));
@@ -44,7 +44,7 @@ fn silent_is_who_is_not_heard_for_three_periods_or_10_s() {
 }
 
 #[test]
-fn missed_is_who_is_not_heard_for_six_periods_or_27_s_and_is_not_jammed() {
+fn transponder_silent_for_six_periods_or_27_s_is_missed() {
     for (period_s, after_s) in [(0.5, 27.0), (4.0, 27.0), (6.0, 36.0)] {
         let mut reports = flight(1, period_s, (0.0, 80.0), 0.5, eastward);
         let last_s = reports[reports.len() - 1].1.time.seconds_since(at(0.0));
@@ -61,7 +61,7 @@ fn missed_is_who_is_not_heard_for_six_periods_or_27_s_and_is_not_jammed() {
     run(&fleet(&lasts_s), |at_s, rules| {
         let missed = (1..=8).filter(|&number| rules.is_missed(identity(number))).collect::<Vec<_>>();
         match at_s {
-            // Until there are three of them nobody knows that they are jammed.
+            // Jamming is not detected until three are silent.
             125.0..131.0 => {}
             ..225.0 => assert!(missed.is_empty(), "{at_s} {missed:?}"),
             _ => assert!(at_s < 228.0 || missed == [4], "{at_s} {missed:?}"),
@@ -70,7 +70,7 @@ fn missed_is_who_is_not_heard_for_six_periods_or_27_s_and_is_not_jammed() {
 }
 
 #[test]
-fn three_of_eight_that_fall_silent_at_once_are_jammed_within_30_s() {
+fn three_of_eight_silent_at_once_are_jammed_within_30_s() {
     let mut lasts_s = [300.0; 8];
     lasts_s[..3].copy_from_slice(&[100.0, 101.0, 103.0]);
     let (from_s, until_s, count) = jammed(&fleet(&lasts_s)).unwrap();
@@ -85,7 +85,7 @@ fn all_of_them_at_once_are_worth_an_alert_too() {
 }
 
 #[test]
-fn it_ends_when_half_are_back() {
+fn jamming_ends_when_half_report_again() {
     let mut reports = fleet(&[100.0, 100.0, 100.0, 100.0, 300.0, 300.0]);
     for number in [1, 2] {
         reports.extend(flight(number, 2.0, (150.0 + 20.0 * f64::from(number), 300.0), 0.5, eastward));
@@ -106,7 +106,7 @@ fn two_or_few_of_many_or_one_after_the_other_are_none() {
 }
 
 #[test]
-fn those_that_land_together_are_none() {
+fn landing_together_is_no_jamming() {
     let lands = |seconds: f64| {
         let up_m = (2.0 * seconds).min(60.0).min(2.0 * (110.0 - seconds)).max(0.0);
         [12.0 * (seconds - 15.0).clamp(0.0, 70.0), 300.0, up_m]
@@ -118,8 +118,8 @@ fn those_that_land_together_are_none() {
 }
 
 #[test]
-fn where_single_ones_fall_silent_all_the_time_three_at_once_are_none() {
-    // Each is silent for 40 s of every 100 s, at its own time: now and then three begin together.
+fn three_silent_are_not_jammed_where_silences_are_common() {
+    // Each is silent for 40 s of every 100 s, at its own time: occasionally three begin together.
     let mut reports = Vec::new();
     for number in 1..=6_u32 {
         let mut from_s = 0.0;
@@ -133,11 +133,11 @@ fn where_single_ones_fall_silent_all_the_time_three_at_once_are_none() {
         }
     }
     reports.retain(|(_, fix)| fix.time < at(1800.0));
-    // The first minutes teach it.
+    // The rate is learnt in the first minutes.
     run(&reports, |at_s, rules| assert!(at_s < 300.0 || rules.jammed().is_none(), "{at_s}"));
 }
 
-/// A clock that is set ahead makes every report late: the receivers still hear all of them.
+/// A clock that is set ahead makes every report late, but all are still received.
 #[test]
 fn reports_that_become_late_together_are_no_jamming() {
     for late_s in [10.0, 20.0, 24.9] {
@@ -147,20 +147,20 @@ fn reports_that_become_late_together_are_no_jamming() {
     }
 }
 
-/// The engine has started afresh: only identities that were heard since then can fall silent.
+/// After a restart of the engine only identities that were received since then can fall silent.
 #[test]
 fn restart_ends_every_silence() {
     let mut rules = ReportRules::default();
     for (_, fix) in fleet(&[100.0; 8]) {
-        rules.take(&[fix]);
+        rules.add_reports(&[fix]);
     }
-    rules.look(at(101.0));
-    rules.start_afresh();
-    rules.look(at(150.0));
+    rules.evaluate(at(101.0));
+    rules.restart();
+    rules.evaluate(at(150.0));
     assert!(rules.jammed().is_none() && (1..=8).all(|number| !rules.is_missed(identity(number))));
-    rules.take(&[fix(1, 150.0, [0.0; 3])]);
-    rules.look(at(151.0));
-    rules.look(at(190.0));
+    rules.add_reports(&[fix(1, 150.0, [0.0; 3])]);
+    rules.evaluate(at(151.0));
+    rules.evaluate(at(190.0));
     let missed: Vec<u32> = (1..=8).filter(|&number| rules.is_missed(identity(number))).collect();
     assert_eq!(missed, [1]);
 }

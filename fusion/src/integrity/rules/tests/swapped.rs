@@ -4,7 +4,7 @@ fn westward(seconds: f64) -> [f64; 3] {
     [1200.0 - 9.0 * seconds, 700.0, 90.0]
 }
 
-/// Two flights that send each other's identity between these seconds; their reports are `apart_s` apart.
+/// Two flights that exchange their identities between these seconds; their reports are `apart_s` apart.
 fn swapped((from_s, until_s): (f64, f64), period_s: f64, apart_s: f64) -> Vec<Arrival> {
     let mut reports = flight(1, period_s, (0.0, 200.0), 0.5, eastward);
     reports.extend(flight(2, period_s, (apart_s, 200.0), 0.5, westward));
@@ -30,7 +30,7 @@ fn both_have_failed_as_soon_as_one_of_them_is_known() {
 }
 
 #[test]
-fn it_ends_when_they_change_back() {
+fn exchange_ends_when_identities_change_back() {
     let mut held_s = Vec::new();
     run(&swapped((60.0, 120.0), 2.0, 1.0), |at_s, rules| {
         if rules.finding(identity(1)).failed.contains(Reason::Swapped) {
@@ -43,7 +43,7 @@ fn it_ends_when_they_change_back() {
 
 #[test]
 fn one_that_has_vanished_counts_as_well() {
-    // The second transmitter is not heard after the change: its aircraft sends neither identity.
+    // The second transmitter is not received after the swap: its aircraft sends neither identity.
     let mut reports = swapped((60.0, 300.0), 2.0, 1.0);
     reports.retain(|(_, fix)| fix.time < at(60.0) || fix.identity != identity(1));
     let fired = fired(&reports, &[1, 2]);
@@ -66,7 +66,7 @@ fn two_that_jump_at_once_to_other_places_are_none() {
 }
 
 #[test]
-fn one_that_jumps_onto_another_ones_way_is_none_while_that_goes_on() {
+fn jump_onto_a_continuing_path_is_no_exchange() {
     let mut reports = flight(1, 2.0, (0.0, 120.0), 0.5, eastward);
     let joins = |seconds: f64| if seconds < 60.0 { westward(seconds) } else { eastward(seconds) };
     reports.extend(flight(2, 2.0, (1.0, 120.0), 0.5, joins));
@@ -77,7 +77,7 @@ fn one_that_jumps_onto_another_ones_way_is_none_while_that_goes_on() {
 #[test]
 fn two_that_cross_are_none() {
     for period_s in [1.0, 2.0, 4.0] {
-        // At one place at second 60, at a right angle.
+        // At one position at second 60, at a right angle.
         let mut reports =
             flight(1, period_s, (0.0, 120.0), 0.5, |seconds| [12.0 * (seconds - 60.0), 0.0, 80.0]);
         reports

@@ -5,8 +5,8 @@ fn straight(period_s: f64, noise_m: f64, states: impl Fn(f64) -> [f64; 2]) -> Ve
 }
 
 #[test]
-fn what_goes_elsewhere_than_it_states_is_suspect() {
-    // 12 m/s eastward; stated 6 m/s to the north beside it, and a little that changes.
+fn motion_against_stated_velocity_is_suspect() {
+    // 12 m/s eastward; the report adds 6 m/s to the north and a small variation.
     for period_s in [0.5, 1.0, 2.0] {
         let reports = straight(period_s, 0.5, |seconds| [12.0, 6.0 + 0.3 * (seconds * 0.3).sin()]);
         assert_fires(&reports, 1, Reason::Velocity, false, (14.0, 25.0));
@@ -22,7 +22,7 @@ fn a_drift_that_it_does_not_state_shows() {
 }
 
 #[test]
-fn zero_constant_and_absent_velocities_say_nothing() {
+fn zero_constant_and_absent_velocities_are_no_evidence() {
     assert_silent(&straight(1.0, 0.5, |_| [0.0, 0.0]), &[1]);
     assert_silent(&straight(1.0, 0.5, |_| [-7.0, 3.0]), &[1]);
     assert_silent(&flight(1, 1.0, (0.0, 200.0), 0.5, eastward), &[1]);
@@ -30,7 +30,7 @@ fn zero_constant_and_absent_velocities_say_nothing() {
 
 #[test]
 fn velocities_cut_off_to_whole_m_s_and_a_second_old_are_honest() {
-    // 1.7 m/s at the slowest, 15.9 m/s at the fastest, in circles and back and forth.
+    // From 1.7 m/s to 15.9 m/s, in circles and back and forth.
     let omega = 0.15;
     let circle = |seconds: f64| [106.0 * (omega * seconds).sin(), 106.0 * (omega * seconds).cos(), 80.0];
     let states = |seconds: f64| {
@@ -57,9 +57,9 @@ fn a_jump_is_no_other_velocity() {
 }
 
 #[test]
-fn gaps_say_nothing() {
+fn gaps_are_no_evidence() {
     let mut reports = straight(1.0, 0.5, |seconds| [12.0, 0.1 * (seconds * 0.3).sin()]);
-    // Turned round within each gap of 8 s.
+    // The position jumps within each gap of 8 s.
     for (_, fix) in &mut reports {
         let seconds = fix.time.seconds_since(at(0.0));
         fix.position.0.x += 5000.0 * (seconds / 20.0).floor();

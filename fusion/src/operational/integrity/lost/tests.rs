@@ -7,7 +7,7 @@ fn at(seconds: f64) -> Time {
     Time::from_nanos((seconds * 1e9) as i64)
 }
 
-/// An aircraft so far east, seen by radar alone since then.
+/// An aircraft at this distance east, detected only by radar since then.
 fn seen(east_m: f64, since_s: f64) -> Point {
     let track = RadarTrackKey { sensor: SensorIndex(0), number: 7 };
     let part = RadarPart { track, time: at(100.0), height_measured: true, uav_probability: None };
@@ -17,20 +17,23 @@ fn seen(east_m: f64, since_s: f64) -> Point {
     }
 }
 
-/// An identity that would be at the origin, within 100 m an axis.
-fn lost(heard_s: Option<f64>) -> Lost {
+/// An identity expected at the origin, with a standard deviation of 100 m on each axis.
+fn lost(heard_s: Option<f64>) -> LostIdentity {
     let covariance = Matrix2::identity() * 100.0_f64.powi(2);
-    Lost { heard: heard_s.map(at), place: Vector2::zeros(), covariance }
+    LostIdentity { heard: heard_s.map(at), place: Vector2::zeros(), covariance }
 }
 
-/// Which of the aircraft nothing explains.
-fn unexplained<const N: usize>(mut points: [Point; N], lost: impl IntoIterator<Item = Lost>) -> [bool; N] {
+/// Which of the aircraft are unexplained.
+fn unexplained<const N: usize>(
+    mut points: [Point; N],
+    lost: impl IntoIterator<Item = LostIdentity>,
+) -> [bool; N] {
     assign(&mut points, lost.into_iter());
     points.map(|point| point.is_unexplained)
 }
 
 #[test]
-fn it_explains_what_is_within_three_deviations() {
+fn silent_transponder_explains_tracks_within_three_sigma() {
     assert_eq!(unexplained([seen(299.0, 95.0)], [lost(Some(90.0))]), [false]);
     assert_eq!(unexplained([seen(301.0, 95.0)], [lost(Some(90.0))]), [true]);
 }
@@ -43,8 +46,8 @@ fn each_explains_one_aircraft_and_that_the_likeliest() {
 }
 
 #[test]
-fn what_was_seen_while_it_was_heard_elsewhere_is_another_one() {
+fn track_seen_during_reports_elsewhere_is_not_explained() {
     assert_eq!(unexplained([seen(0.0, 87.0)], [lost(Some(90.0))]), [true]);
-    // Who was not heard yet was nowhere else.
+    // An identity without an earlier report was nowhere else.
     assert_eq!(unexplained([seen(0.0, 87.0)], [lost(None)]), [false]);
 }

@@ -1,0 +1,122 @@
+// Conflicts: lines from both aircraft to their closest point of approach, and a list, soonest first.
+
+import { list } from "./api.js";
+import { byId, element, setText } from "./dom.js";
+import { FONT, writeFree } from "./fixtures.js";
+import { nameOf } from "./names.js";
+import { palette } from "./palette.js";
+import { change } from "./settings.js";
+import { distance } from "./units.js";
+
+const RANK = { violation: 0, warning: 1, advisory: 2 };
+const COLOURS = { violation: "critical", warning: "warning", advisory: "quiet" };
+const MOST = 50; // maximum shown; a count covers the rest
+const REASK_MS = 10000; // used if the service computes none
+const LOOK_MS = 1000;
+const OLD_MS = 3000; // they come every second; older ones are misleading
+const CROSS_PX = 4;
+
+export class Conflicts {
+  known = []; // highest level first, then soonest
+  reason = ""; // reason why there are no current ones
+  isComputed = true; // until the service states otherwise
+  wereComputed = false; // on this page: a user who relied on them must see that they are missing
+  takenAt = -Infinity; // on the page's monotonic clock
+  next = 0; // time of the next request to a service that computes none, on the same clock
+
+  constructor(map) {
+    this.map = map;
+    setInterval(() => {
+      if (this.known.length && performance.now() - this.takenAt > OLD_MS) this.forget("no answer for some seconds");
+    }, LOOK_MS);
+    this.show();
+  }
+
+  /** Every second if conflicts are computed, rarely if not. */
+  get isWanted() {
+    return this.isComputed || performance.now() >= this.next;
+  }
+
+  /** Takes the answer of /conflicts. */
+  take(answer) {
+    this.known = list(answer, "conflicts")
+      .filter(({ level }) => level in RANK)
+      .sort((a, b) => RANK[a.level] - RANK[b.level] || a.t_cpa_s - b.t_cpa_s);
+    this.takenAt = performance.now();
+    this.isComputed = answer.computed === true;
+    this.wereComputed ||= this.isComputed;
+    this.reason = this.isComputed ? "" : (answer.reason ?? "the service does not say why");
+    if (!this.isComputed) this.next = this.takenAt + REASK_MS;
+    this.show();
+    this.map.invalidate();
+  }
+
+  /** Discards the known conflicts; `why` is the reason to show, if any. */
+  forget(why) {
+    if (why) this.reason = why;
+    this.known = [];
+    this.show();
+    this.map.invalidate();
+  }
+
+  show() {
+    const reason = this.wereComputed ? this.reason : "";
+    byId("conflicts").hidden = !this.known.length && !reason;
+    byId("conflict-table").hidden = !this.known.length;
+    setText(byId("conflict-reason"), reason && `Not known now: ${reason}. That none is listed does not mean that there are none.`);
+    setText(byId("conflict-count"), reason ? "?" : String(this.known.length));
+    byId("conflict-rows").replaceChildren(...this.known.slice(0, MOST).map((conflict) => this.row(conflict)));
+  }
+
+  row(conflict) {
+    const { a, b, level, volume, t_cpa_s, probability } = conflict;
+    const select = element("button", { type: "button", title: `Select ${nameOf(a)}` }, `${nameOf(a)} – ${nameOf(b)}`);
+    select.addEventListener("click", () => change({ selected: a }));
+    const cells = [level, volume, t_cpa_s > 0 ? `${Math.round(t_cpa_s)} s` : "now", apart(conflict), `${Math.round(100 * probability)} %`];
+    return element("tr", { "data-level": level }, element("td", {}, select), ...cells.map((text) => element("td", {}, text)));
+  }
+
+  /** Draws lines from both aircraft to their closest point of approach. */
+  draw(context, view, placed, frame) {
+    if (!this.known.length) return;
+    const places = new Map(placed.map(([track, px, py]) => [track.id, [px, py]]));
+    context.save();
+    context.font = FONT;
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    for (const conflict of this.known) {
+      const colour = palette[COLOURS[conflict.level]];
+      const ends = ["a", "b"].map((side) => {
+        const [longitude, latitude] = conflict.cpa[side];
+        return [places.get(conflict[side]), view.toScreen(...frame.toLocal(latitude, longitude))];
+      });
+      if (!ends.some(([, [x, y]]) => view.contains(x, y, 50))) continue;
+      context.strokeStyle = colour;
+      context.lineWidth = conflict.level === "advisory" ? 1 : 2;
+      context.setLineDash(conflict.level === "advisory" ? [3, 4] : []);
+      context.beginPath();
+      for (const [from, [x, y]] of ends) {
+        if (from) {
+          context.moveTo(...from);
+          context.lineTo(x, y);
+        }
+        context.moveTo(x - CROSS_PX, y - CROSS_PX);
+        context.lineTo(x + CROSS_PX, y + CROSS_PX);
+        context.moveTo(x - CROSS_PX, y + CROSS_PX);
+        context.lineTo(x + CROSS_PX, y - CROSS_PX);
+      }
+      context.stroke();
+      const [[, [ax, ay]], [, [bx, by]]] = ends;
+      const when = conflict.t_cpa_s > 0 ? `in ${Math.round(conflict.t_cpa_s)} s: ` : "";
+      writeFree(context, view, when + apart(conflict), (ax + bx) / 2, (ay + by) / 2 - 12, colour);
+    }
+    context.restore();
+  }
+}
+
+/** Distances as text: "34 m, 7 m in height". */
+function apart({ t_cpa_s, d_cpa_h_m, d_cpa_v_m, d_now_h_m, d_now_v_m }) {
+  const [over, above] = t_cpa_s > 0 ? [d_cpa_h_m, d_cpa_v_m] : [d_now_h_m, d_now_v_m];
+  const words = Number.isFinite(above) ? `${distance(above)} in height` : "height not known";
+  return `${distance(over)}, ${words}`;
+}

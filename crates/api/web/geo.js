@@ -1,0 +1,55 @@
+// WGS 84 and the local east-north frame about the site's first radar, in metres.
+
+const SEMI_MAJOR = 6378137;
+const FLATTENING = 1 / 298.257223563;
+const E2 = FLATTENING * (2 - FLATTENING);
+const SEMI_MINOR = SEMI_MAJOR * (1 - FLATTENING);
+const EP2 = E2 / (1 - E2);
+
+const radians = (degrees) => (degrees * Math.PI) / 180;
+const degrees = (value) => (value * 180) / Math.PI;
+
+function earthCentred(lat, lng) {
+  const phi = radians(lat);
+  const lambda = radians(lng);
+  const n = SEMI_MAJOR / Math.sqrt(1 - E2 * Math.sin(phi) ** 2);
+  return [n * Math.cos(phi) * Math.cos(lambda), n * Math.cos(phi) * Math.sin(lambda), n * (1 - E2) * Math.sin(phi)];
+}
+
+/** East and north of an origin. Bearings are exact, and ranges within millimetres over tens of kilometres. */
+export class Frame {
+  constructor(lat, lng, isRadar = true) {
+    this.isRadar = isRadar;
+    this.lat = lat;
+    this.lng = lng;
+    this.origin = earthCentred(lat, lng);
+    [this.sinPhi, this.cosPhi] = [Math.sin(radians(lat)), Math.cos(radians(lat))];
+    [this.sinLambda, this.cosLambda] = [Math.sin(radians(lng)), Math.cos(radians(lng))];
+  }
+
+  /** [east, north] of a position. */
+  toLocal(lat, lng) {
+    const point = earthCentred(lat, lng);
+    const dx = point[0] - this.origin[0];
+    const dy = point[1] - this.origin[1];
+    const dz = point[2] - this.origin[2];
+    const towards = this.cosLambda * dx + this.sinLambda * dy;
+    return [-this.sinLambda * dx + this.cosLambda * dy, -this.sinPhi * towards + this.cosPhi * dz];
+  }
+
+  /** [latitude, longitude] of a point in the frame, corrected for the ellipsoid's curvature below the tangent plane. */
+  toGeodetic(x, y) {
+    const up = -(x * x + y * y) / (2 * SEMI_MAJOR);
+    const towards = -this.sinPhi * y + this.cosPhi * up;
+    const px = this.origin[0] - this.sinLambda * x + this.cosLambda * towards;
+    const py = this.origin[1] + this.cosLambda * x + this.sinLambda * towards;
+    const pz = this.origin[2] + this.cosPhi * y + this.sinPhi * up;
+    const p = Math.hypot(px, py);
+    const theta = Math.atan2(pz * SEMI_MAJOR, p * SEMI_MINOR);
+    const phi = Math.atan2(pz + EP2 * SEMI_MINOR * Math.sin(theta) ** 3, p - E2 * SEMI_MAJOR * Math.cos(theta) ** 3);
+    return [degrees(phi), degrees(Math.atan2(py, px))];
+  }
+}
+
+/** Degrees from true north, 0 to 360. */
+export const bearing = (x, y) => (degrees(Math.atan2(x, y)) + 360) % 360;

@@ -1,0 +1,191 @@
+// The canvas: order of drawing, at most once per screen frame, and the effect of clicks.
+
+import { drawRadars, drawRings, drawScale, scaleBox } from "./fixtures.js";
+import { drawLabels } from "./labels.js";
+import { palette } from "./palette.js";
+import { Covers, FreeSpace } from "./freespace.js";
+import { change, settings } from "./settings.js";
+import { drawCells, drawCoverage, drawOverlay } from "./shapes.js";
+import { drawSymbols, drawUncertainty, drawVectors, forgetSymbols, place } from "./symbols.js";
+import { drawTrails } from "./trails.js";
+import { drawTrust } from "./trust.js";
+import { steer, View } from "./view.js";
+
+const REACH_PX = 16; // maximum distance of a click from a symbol
+const PAN_PX = 80;
+
+export class Map2d {
+  view = new View();
+  picture = null; // until there is an origin
+  radars = [];
+  coverage = null;
+  cells = null;
+  areas = null;
+  overlays = [];
+  base = null;
+  tiles = null;
+  raw = null;
+  conflicts = null; // predicted conflicts
+  tool = null; // the tool that receives clicks: {add(x, y, track), draw(context, view)}
+  alerted = new Map(); // severity by track id
+  placed = [];
+  waiting = false;
+  framed = false; // whether the view was set by the hash, the user or the first picture
+
+  hovered = () => {}; // called with the pointer's position, or without arguments when it has left the canvas
+
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d", { alpha: false });
+    this.covers = new Covers(canvas, () => this.invalidate());
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.resize();
+    steer(canvas, this.view, {
+      moved: (isPan) => this.moved(isPan),
+      clicked: (px, py) => this.click(px, py),
+      hovered: (px, py) => this.hovered(px, py),
+    });
+  }
+
+  /** Changes the origin; everything keeps its position on the ground. */
+  reframe(frame) {
+    const before = this.picture.frame;
+    const moved = (x, y) => frame.toLocal(...before.toGeodetic(x, y));
+    this.picture.reframe(frame);
+    [this.view.x, this.view.y] = moved(this.view.x, this.view.y);
+    for (const name of ["coverage", "areas", "cells"]) this[name] = this[name]?.in(frame) ?? null;
+    this.overlays = this.overlays.map((overlay) => overlay.in(frame));
+    for (const tiles of [this.base, this.tiles]) if (tiles) tiles.frame = frame;
+    this.raw?.move(moved);
+    this.invalidate();
+  }
+
+  resize() {
+    const { clientWidth, clientHeight } = this.canvas;
+    const ratio = window.devicePixelRatio || 1;
+    Object.assign(this.view, { width: Math.max(1, clientWidth), height: Math.max(1, clientHeight) });
+    this.canvas.width = Math.round(this.view.width * ratio);
+    this.canvas.height = Math.round(this.view.height * ratio);
+    this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.repaint();
+  }
+
+  /** Redraws everything after a change of colours or screen. */
+  repaint() {
+    this.forgetColours();
+    this.invalidate();
+  }
+
+  /** Redraws everything without waiting for a frame. */
+  repaintNow() {
+    this.forgetColours();
+    this.draw();
+  }
+
+  forgetColours() {
+    forgetSymbols();
+    this.base?.source.repaint();
+  }
+
+  invalidate() {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      this.draw();
+    });
+  }
+
+  draw() {
+    const { context, view } = this;
+    context.fillStyle = palette.map;
+    context.fillRect(0, 0, view.width, view.height);
+    if (!this.picture) return;
+    view.space = new FreeSpace(view.width, view.height, [...this.covers.find(), scaleBox(view)]);
+    const { layers } = settings;
+    const selected = this.picture.tracks.get(settings.selected);
+    if (settings.follow && selected) [view.x, view.y] = [selected.x, selected.y];
+    const tracks = this.picture.visible();
+    const { time } = this.picture;
+
+    // From the ground up.
+    if (layers.base && this.base) this.base.draw(context, view);
+    if (layers.tiles && this.tiles) this.tiles.draw(context, view);
+    if (layers.coverage && this.coverage) drawCoverage(context, view, this.coverage);
+    if (layers.cells && this.cells) drawCells(context, view, this.cells);
+    if (layers.areas && this.areas) this.areas.draw(context, view);
+    for (const overlay of this.overlays) drawOverlay(context, view, overlay);
+    if (layers.rings && this.picture.frame.isRadar) drawRings(context, view);
+    if (layers.base && this.base) this.base.drawNames(context, view);
+    if (layers.trails) drawTrails(context, view, tracks, time);
+    drawRadars(context, view, this.radars);
+    if (layers.raw) this.raw?.draw(context, view, time);
+    this.placed = place(view, tracks, this.alerted);
+    drawUncertainty(context, view, this.placed);
+    if (layers.vectors) drawVectors(context, view, this.placed);
+    drawTrust(context, view, this.placed);
+    this.conflicts?.draw(context, view, this.placed, this.picture.frame);
+    if (layers.labels) drawLabels(context, view, this.placed);
+    drawSymbols(context, view, this.placed, time, this.alerted);
+    this.tool?.draw(context, view);
+    drawScale(context, view);
+  }
+
+  /** Called after the user moved the view. A pan ends following. */
+  moved(isPan) {
+    this.framed = true;
+    change({
+      centre: this.picture?.frame.toGeodetic(this.view.x, this.view.y) ?? settings.centre,
+      scale: this.view.scale,
+      ...(isPan && settings.follow ? { follow: false } : {}),
+    });
+    this.invalidate();
+  }
+
+  pan(dx, dy) {
+    this.view.pan(dx * PAN_PX, dy * PAN_PX);
+    this.moved(true);
+  }
+
+  zoom(factor) {
+    this.view.zoomAt(this.view.width / 2, this.view.height / 2, factor);
+    this.moved(false);
+  }
+
+  /** Fits all tracks selected by the filter; without tracks, the coverage of the sensors. */
+  fit() {
+    const places = (this.picture?.visible() ?? []).map(({ x, y }) => [x, y]);
+    if (!places.length) places.push(...(this.coverage?.places ?? []));
+    this.view.fit([...places, ...this.radars.map(({ x, y }) => [x, y])]);
+    this.moved(true);
+  }
+
+  /** Sets the view of the settings, or that of the first picture. */
+  frameOnce() {
+    if (this.framed || !this.picture) return;
+    if (settings.centre && settings.scale) {
+      [this.view.x, this.view.y] = this.picture.frame.toLocal(...settings.centre);
+      this.view.setScale(settings.scale);
+      this.framed = true;
+    } else if (this.picture.tracks.size) {
+      const { follow } = settings;
+      this.view.fitMost(this.picture.visible().map(({ x, y }) => [x, y]));
+      this.moved(true);
+      change({ follow });
+    } else {
+      this.view.fit(this.coverage?.places ?? []);
+    }
+    this.invalidate();
+  }
+
+  click(px, py) {
+    let [best, nearest] = [null, REACH_PX];
+    for (const [track, x, y] of this.placed) {
+      const apart = Math.hypot(x - px, y - py);
+      if (apart <= nearest) [best, nearest] = [track, apart];
+    }
+    if (!this.tool) return change({ selected: best?.id ?? null });
+    this.tool.add(...this.view.toLocal(px, py), best);
+    this.invalidate();
+  }
+}

@@ -1,0 +1,222 @@
+// Lights of the sensors: colour, shape and letter by state, with the reasons on hover and on click.
+
+import { list } from "./api.js";
+import { byId, element, setAttribute, setText } from "./dom.js";
+import * as format from "./format.js";
+import { LineRates } from "./lines.js";
+
+const STATES = {
+  operational: ["ok", "●"],
+  degraded: ["warning", "▲"],
+  outage: ["critical", "■"],
+};
+
+const UNKNOWN = "?"; // light of all sources that are not configured
+const ALL = "*"; // single light while no sensor is known
+
+export class Sensors {
+  known = new Map(); // properties by id
+  unknown = [];
+  opened = null;
+  read = null; // {state, since, why} of /sensors
+  confirmed = new Set(); // ids of sensors with news since a failure
+  lines = new LineRates();
+
+  constructor(changed) {
+    this.changed = changed;
+    this.list = byId("sensors");
+    this.panel = byId("sensor-panel");
+    this.panel.addEventListener("toggle", (event) => {
+      if (event.newState === "closed") this.opened = null;
+    });
+  }
+
+  /** Takes the answer of /sensors. */
+  replace(collection) {
+    this.known = new Map(list(collection, "features").map(({ properties }) => [properties.id, properties]));
+    this.unknown = collection.unknown ?? [];
+    this.lines.note(Date.parse(collection.time), this.known.values());
+    this.show();
+  }
+
+  /** Takes news of one sensor; properties missing in it stay. */
+  update(properties) {
+    this.known.set(properties.id, { ...this.known.get(properties.id), ...properties });
+    this.confirmed.add(properties.id);
+    this.show();
+  }
+
+  /** Whether the answer of /sensors is known. */
+  setRead(read) {
+    if (read.state === "failed" && this.read?.state !== "failed") this.confirmed.clear();
+    this.read = { ...read };
+    this.show();
+  }
+
+  isConfirmed(id) {
+    return this.read?.state !== "failed" || this.confirmed.has(id);
+  }
+
+  show() {
+    const lights = new Map();
+    for (const sensor of this.known.values()) {
+      const last = summary(sensor);
+      lights.set(sensor.id, this.isConfirmed(sensor.id) ? [sensor.id, sensor.state, last] : [sensor.id, "not known", `${this.doubt()}\nBefore:\n${last}`]);
+    }
+    if (!this.known.size && this.read?.state === "failed") lights.set(ALL, ["Sensors", "not known", this.doubt()]);
+    if (this.unknown.length) {
+      lights.set(UNKNOWN, [`${this.unknown.length} unknown`, "degraded", "Heard, but in no configuration: click to see which"]);
+    }
+    for (const item of [...this.list.children]) if (!lights.has(item.dataset.id)) item.remove();
+    for (const [id, [name, state, title]] of lights) this.light(id, name, state, title);
+    if (this.opened) this.fillPanel();
+    this.changed();
+  }
+
+  doubt() {
+    return `Not known since ${format.utc(this.read.since)} UTC (${this.read.why})`;
+  }
+
+  light(id, name, state, title) {
+    const [look, shape] = STATES[state] ?? ["unknown", "?"];
+    let item = [...this.list.children].find((child) => child.dataset.id === id);
+    if (!item) {
+      const button = element("button", { type: "button", popovertarget: "sensor-panel" }, element("span", { class: "lamp" }), element("span"));
+      button.addEventListener("click", () => {
+        this.opened = id;
+        this.fillPanel();
+      });
+      item = element("li", { "data-id": id }, button);
+      this.list.append(item);
+    }
+    const button = item.firstChild;
+    setAttribute(item, "data-look", look);
+    setAttribute(button, "title", title);
+    setAttribute(button, "aria-label", id === ALL ? "Sensors: not known" : `Sensor ${name}: ${state}`);
+    setText(button.firstChild, shape);
+    setText(button.lastChild, name);
+  }
+
+  fillPanel() {
+    const sensor = this.known.get(this.opened);
+    const parts = sensor ? this.describe(sensor) : this.describeRest();
+    this.panel.replaceChildren(...parts.filter(Boolean));
+  }
+
+  describe(sensor) {
+    const doubt = this.isConfirmed(sensor.id) ? null : `${this.doubt()}; this is how it was then`;
+    return [
+      element("h2", {}, sensor.id),
+      doubt && element("p", { class: "alarm" }, doubt),
+      terms(details(sensor)),
+      ...(sensor.lines?.length ? [element("h3", {}, "Lines"), this.lines.table(sensor)] : []),
+      ...(sensor.registration ? registration(sensor.registration) : []),
+      ...(sensor.learnt ? learnt(sensor.learnt) : []),
+      ...(sensor.transponder_types ? learntTypes(sensor.transponder_types) : []),
+    ];
+  }
+
+  describeRest() {
+    if (this.opened === ALL) return [element("h2", {}, "Sensors"), element("p", { class: "alarm" }, this.read.why ? this.doubt() : "Known again")];
+    return [element("h2", {}, "Heard, but not configured"), terms(this.unknown.map((source) => [unknownName(source), unknownText(source)]))];
+  }
+}
+
+function terms(rows) {
+  const list = element("dl");
+  for (const [term, text] of rows) list.append(element("dt", {}, term), element("dd", {}, text));
+  return list;
+}
+
+const reasons = ({ reasons }) => (reasons ?? []).map((reason) => (typeof reason === "string" ? reason : format.words(reason)));
+const summary = (sensor) => [`${sensor.id}: ${sensor.state}`, ...reasons(sensor)].join("\n");
+
+const SAID = ["id", "kind", "sac", "sic", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s", "registration", "learnt", "transponder_types", "lines"];
+
+function details(sensor) {
+  const rows = [
+    ["Kind", sensor.kind],
+    ["SAC, SIC", `${sensor.sac}, ${sensor.sic}`],
+    ["State", sensor.state],
+  ];
+  for (const reason of reasons(sensor)) rows.push(["Because", reason]);
+  if (sensor.last_seen) rows.push(["Last seen", `${format.utc(Date.parse(sensor.last_seen), 1)} UTC`]);
+  if (Number.isFinite(sensor.rate_hz)) rows.push(["Rate", `${sensor.rate_hz.toFixed(1)} a second`]);
+  if (Number.isFinite(sensor.clock_offset_s)) rows.push(["Clock offset", format.seconds(sensor.clock_offset_s, 2)]);
+  for (const [name, value] of Object.entries(sensor)) {
+    if (!SAID.includes(name) && value != null) rows.push([format.heading(name), format.words(value)]);
+  }
+  return rows;
+}
+
+const REGISTERED = [
+  ["bearing_deg", "Bearing", "°", 2],
+  ["tilt_east_deg", "Tilt about east", "°", 2],
+  ["tilt_north_deg", "Tilt about north", "°", 2],
+  ["range_m", "Range", " m", 1],
+  ["height_m", "Height", " m", 1],
+  ["time_s", "Time", " s", 2],
+];
+const MODES = {
+  off: "off: nothing is estimated",
+  propose: "propose: shown, plots stay as they are",
+  apply: "apply: plots are corrected by what is observable",
+};
+
+/** Misalignment of a radar, measured minus true. Unobservable values are grey and in brackets. */
+function registration(told) {
+  const list = element("dl", { class: "registration" }, element("dt", {}, "Mode"), element("dd", {}, MODES[told.mode] ?? told.mode));
+  for (const [key, name, unit, digits] of REGISTERED) {
+    const value = told[key];
+    if (!value) continue;
+    const text = `${value.value < 0 ? "−" : "+"}${Math.abs(value.value).toFixed(digits)} ± ${value.deviation.toFixed(digits)}${unit}`;
+    const known = value.observable ? {} : { class: "unknown", title: "Not observable: shown, and not applied" };
+    list.append(element("dt", known, name), element("dd", known, value.observable ? text : `(${text})`));
+  }
+  const rest = [
+    ["Radar tracks", told.tracks?.toFixed(1)],
+    ["Residual", told.residual?.toFixed(2)],
+    ["Latest step", told.step && `${format.utc(Date.parse(told.step.time))} UTC`],
+  ];
+  for (const [name, text] of rest) if (text) list.append(element("dt", {}, name), element("dd", {}, text));
+  const parts = [element("h3", {}, "Registration"), list];
+  if (told.alarm) parts.push(element("p", { class: "alarm" }, told.alarm));
+  if (told.hint) parts.push(element("p", { class: "hint" }, told.hint));
+  return parts;
+}
+
+const LEARNT = [
+  ["range_m", "Range", " m", 1],
+  ["azimuth_deg", "Azimuth", "°", 2],
+  ["height_m", "Height", " m", 1],
+];
+const VELOCITIES = { unknown: "not known yet, so not used", used: "used", ignored: "ignored" };
+
+/** Learnt errors of a radar, compared with its data sheet. */
+function learnt(told) {
+  const list = element("dl", { class: "registration" });
+  for (const [key, name, unit, digits] of LEARNT) {
+    const { of_data_sheet: share, bias, noise } = told[key];
+    const text = `${share.value.toFixed(1)} of its data sheet ± ${share.deviation.toFixed(1)}`;
+    const title = `Bias ${bias.value.toFixed(digits)}${unit}, noise ${noise.value.toFixed(digits)}${unit}`;
+    list.append(element("dt", { title }, name), element("dd", { title }, text));
+  }
+  const { verdict, error_m_s: off } = told.velocity;
+  const text = (VELOCITIES[verdict] ?? verdict) + (off ? `: ${off.value.toFixed(1)} m/s off` : "");
+  list.append(element("dt", {}, "Velocities"), element("dd", {}, text));
+  list.append(element("dt", {}, "Samples"), element("dd", {}, told.azimuth_deg.samples.toFixed(0)));
+  return [element("h3", {}, "Errors, as learnt"), list];
+}
+
+/** Common errors of transponders of one make and model. */
+function learntTypes(types) {
+  const list = element("dl", { class: "registration" });
+  for (const { manufacturer, model, summary, reports, horizontal_m: noise, delay_s: delay } of types) {
+    const text = `noise ${noise.value.toFixed(2)} m, delay ${delay.value.toFixed(2)} ± ${delay.deviation.toFixed(2)} s, ${delay.applied.toFixed(2)} s applied; ${reports} reports`;
+    list.append(element("dt", { title: summary }, [manufacturer ?? "?", model ?? "?"].join(" ")), element("dd", { title: summary }, text));
+  }
+  return [element("h3", {}, "Transponders, as learnt"), list];
+}
+
+const unknownName = ({ sac, sic, id }) => (sac != null ? `SAC ${sac} SIC ${sic}` : String(id ?? "?"));
+const unknownText = ({ sac, sic, id, ...rest }) => format.words(rest);

@@ -1,0 +1,146 @@
+// The site's own base map: vector tiles of its PMTiles file, each drawn once into an image in the page's colours.
+
+import { getOctets } from "./api.js";
+import { decode } from "./mvt.js";
+import { palette } from "./palette.js";
+
+const TILE_PX = 512;
+const [KEPT_TILES, KEPT_PICTURES] = [200, 100]; // an image takes 1 MB
+const AGAIN_MS = 3000;
+const AT_ONCE = 4; // further tiles are requested when one has arrived, if they are still visible
+
+/** Styles of layers, from the ground up, by the names of OpenMapTiles and Protomaps. Other layers are left out. */
+const STYLES = [
+  [["landcover", "landuse", "natural", "park"], "polygon", { fill: "green" }],
+  [["water", "ocean"], "polygon", { fill: "water" }],
+  [["waterway", "water", "physical_line"], "line", { stroke: "water", width: 1.5 }],
+  [["building", "buildings"], "polygon", { fill: "building" }],
+  [["transportation", "roads"], "line", { stroke: "road", width: 1, isMinor: true }],
+  [["transportation", "roads"], "line", { stroke: "road", width: 2.5, isMinor: false }],
+  [["aeroway"], "line", { stroke: "road", width: 3 }],
+  [["boundary", "boundaries"], "line", { stroke: "border", width: 1 }],
+];
+const PLACES = ["place", "places"];
+const WANTED = new Set([...STYLES.flatMap(([names]) => names), ...PLACES]);
+const MAJOR = ["motorway", "trunk", "primary", "secondary", "highway", "major_road"];
+
+/** Colour "green", "water", ... of the style sheet. */
+const colour = (name) => palette[`map-${name}`];
+
+export class VectorTiles {
+  tiles = new Map(); // {layers, names} by "z/x/y" in the file; null while requested
+  pictures = new Map(); // canvases by "z/x/y" on the screen
+  alpha = () => 1; // opaque, because the colours are the page's own
+  asking = 0;
+
+  /** `came` receives whether tiles arrive, and the reason if not. */
+  constructor({ min_zoom, max_zoom }, came) {
+    Object.assign(this, { smallest: min_zoom, deepest: max_zoom, came });
+  }
+
+  get tilePx() {
+    return TILE_PX;
+  }
+
+  /** Draws all tiles again in other colours. */
+  repaint() {
+    this.pictures.clear();
+  }
+
+  /** A canvas; null until it can be drawn. Beyond the zoom of the file, a part of its deepest tile is enlarged. */
+  picture(zoom, x, y) {
+    if (zoom < this.smallest) return null;
+    const key = `${zoom}/${x}/${y}`;
+    const known = this.pictures.get(key);
+    if (known) return known;
+    const above = Math.max(0, zoom - this.deepest);
+    const tile = this.tile(zoom - above, x >> above, y >> above);
+    if (!tile) return null;
+    const drawn = draw(tile.layers, 2 ** above, x - ((x >> above) << above), y - ((y >> above) << above));
+    keep(this.pictures, key, drawn, KEPT_PICTURES);
+    return drawn;
+  }
+
+  /** Names of the tile under a place: [name, rank, x, y] with x and y from 0 to 1 within the tile. */
+  names(zoom, x, y) {
+    return zoom < this.smallest || zoom > this.deepest ? [] : (this.tile(zoom, x, y)?.names ?? []);
+  }
+
+  tile(zoom, x, y) {
+    const key = `${zoom}/${x}/${y}`;
+    const tile = this.tiles.get(key);
+    if (tile === undefined && this.asking < AT_ONCE) this.ask(key, zoom, x, y);
+    return tile ?? null;
+  }
+
+  async ask(key, z, x, y) {
+    keep(this.tiles, key, null, KEPT_TILES);
+    this.asking += 1;
+    try {
+      const octets = await getOctets(`basemap?z=${z}&x=${x}&y=${y}`);
+      const layers = decode(octets, (name) => WANTED.has(name));
+      this.tiles.set(key, { layers, names: namesOf(layers) });
+      this.asking -= 1;
+      this.came(true);
+    } catch (error) {
+      this.asking -= 1;
+      this.came(false, error.message);
+      setTimeout(() => this.tiles.delete(key), AGAIN_MS); // then it may be requested again
+    }
+  }
+}
+
+function namesOf(layers) {
+  return layers.filter(({ name }) => PLACES.includes(name)).flatMap(({ extent, features }) =>
+    features
+      .filter(({ kind, parts, attributes }) => kind === "point" && parts.length && attributes.name)
+      .map(({ parts: [[px, py]], attributes: { name, rank, population_rank } }) => [String(name), rank ?? -(population_rank ?? 0), px / extent, py / extent]),
+  );
+}
+
+function keep(known, key, value, most) {
+  known.set(key, value);
+  if (known.size > most) known.delete(known.keys().next().value);
+}
+
+/** Draws the part (across, down) of a tile that is `times` as large as an image. */
+function draw(layers, times, across, down) {
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = TILE_PX;
+  const context = canvas.getContext("2d");
+  context.translate(-across * TILE_PX, -down * TILE_PX);
+  for (const [names, kind, style] of STYLES) {
+    for (const { name, extent, features } of layers) {
+      if (!names.includes(name)) continue;
+      const scale = (TILE_PX * times) / extent;
+      const path = new Path2D();
+      for (const feature of features) {
+        if (feature.kind === kind && (style.isMinor === undefined || style.isMinor === isMinor(feature))) trace(path, feature.parts, scale);
+      }
+      paint(context, path, style, times);
+    }
+  }
+  return canvas;
+}
+
+const isMinor = ({ attributes }) => !MAJOR.includes(attributes.class ?? attributes.kind);
+
+function trace(path, parts, scale) {
+  for (const part of parts) {
+    for (let i = 0; i < part.length; i += 2) {
+      if (i) path.lineTo(part[i] * scale, part[i + 1] * scale);
+      else path.moveTo(part[0] * scale, part[1] * scale);
+    }
+  }
+}
+
+function paint(context, path, { fill, stroke, width }, times) {
+  if (fill) {
+    context.fillStyle = colour(fill);
+    context.fill(path, "evenodd");
+  } else {
+    context.strokeStyle = colour(stroke);
+    context.lineWidth = width * Math.min(2, times);
+    context.stroke(path);
+  }
+}

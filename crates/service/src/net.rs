@@ -1,0 +1,10 @@
+//! UDP input and output, and connections to receivers and brokers.
+
+pub mod dial;
+pub mod health;
+pub mod listen;
+pub mod mqtt;
+pub mod peers;
+pub mod post;
+pub mod secret;
+pub mod send;

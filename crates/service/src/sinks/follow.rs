@@ -1,0 +1,58 @@
+//! Reader of the hub: passes each second's picture to the sinks.
+
+use std::sync::Arc;
+
+use tokio::sync::broadcast::error::{RecvError, TryRecvError};
+use tokio::sync::watch;
+use tracing::warn;
+
+use super::delivery::SinkQueue;
+use super::second::PictureSecond;
+use crate::live::{Hub, PublishedPicture};
+use crate::net::peers::{Closing, closed};
+use site::config::PictureKind;
+
+/// Follows the hub until the service ends and its last slot is passed on; then `seen` becomes `true`.
+pub(super) async fn follow(
+    hub: Hub,
+    desks: Arc<[Arc<SinkQueue>]>,
+    mut closing: Closing,
+    seen: watch::Sender<bool>,
+) {
+    let mut frames = hub.pictures();
+    loop {
+        tokio::select! {
+            frame = frames.recv() => match frame {
+                Ok(frame) => hand_on(&frame, &hub, &desks),
+                Err(RecvError::Lagged(slots)) => miss(slots, &hub, &desks),
+                Err(RecvError::Closed) => break,
+            },
+            () = closed(&mut closing) => break,
+        }
+    }
+    loop {
+        match frames.try_recv() {
+            Ok(frame) => hand_on(&frame, &hub, &desks),
+            Err(TryRecvError::Lagged(slots)) => miss(slots, &hub, &desks),
+            Err(TryRecvError::Empty | TryRecvError::Closed) => break,
+        }
+    }
+    seen.send_replace(true);
+}
+
+fn hand_on(frame: &Arc<PublishedPicture>, hub: &Hub, desks: &[Arc<SinkQueue>]) {
+    for kind in [PictureKind::Lagged, PictureKind::Now] {
+        let mut those = desks.iter().filter(|desk| desk.picture == kind).peekable();
+        if those.peek().is_some()
+            && let Some(second) = PictureSecond::of(frame, kind, hub).map(Arc::new)
+        {
+            those.for_each(|desk| desk.note(second.clone()));
+        }
+    }
+}
+
+fn miss(slots: u64, hub: &Hub, desks: &[Arc<SinkQueue>]) {
+    warn!(slots, "sinks miss slots, which were published faster than read");
+    let seconds = usize::try_from(hub.maker.seconds(slots)).unwrap_or(usize::MAX);
+    desks.iter().for_each(|desk| desk.missed(seconds));
+}
