@@ -1,6 +1,6 @@
 //! Basic ID: the identity of the aircraft, message type 0 (F3411-22a table 5).
 
-use super::message::{LENGTH, trimmed};
+use super::octets::{LENGTH, trimmed};
 
 /// Identity of the aircraft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

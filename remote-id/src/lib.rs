@@ -26,6 +26,7 @@ mod frame;
 mod french;
 mod location;
 mod message;
+mod octets;
 mod system;
 
 pub use basic_id::{BasicId, IdType, UaType};
@@ -33,5 +34,6 @@ pub use fault::{Fault, NotHeard};
 pub use frame::{Advertisement, Link, Listener, Transport, advertisements};
 pub use french::French;
 pub use location::{HeightAbove, Location, LocationContent, Status};
-pub use message::{LENGTH, Message, Messages, OperatorId, PACK_MOST, SelfId, messages, pack};
+pub use message::{Message, Messages, OperatorId, PACK_MOST, SelfId, messages, pack};
+pub use octets::LENGTH;
 pub use system::{System, SystemContent};

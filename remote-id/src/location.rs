@@ -1,7 +1,7 @@
 //! Location: position and motion of the aircraft, message type 1 (F3411-22a table 6).
 
 use super::count::nearest;
-use super::message::LENGTH;
+use super::octets::LENGTH;
 
 /// Position and motion of the aircraft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,9 +1,8 @@
 //! Messages and packs of them.
 
+use super::octets::{LENGTH, trimmed};
 use super::{BasicId, Fault, Location, System};
 
-/// Length of a message, in octets.
-pub const LENGTH: usize = 25;
 /// Maximum number of messages in a pack that is read (F3411-19: 10, F3411-22: 9). Packs that are written have at most nine.
 pub const PACK_MOST: u8 = 10;
 const PACK_MADE: u8 = 9;
@@ -87,12 +86,6 @@ impl OperatorId {
     pub fn id(&self) -> &[u8] {
         trimmed(&self.0[2..22])
     }
-}
-
-/// The octets without trailing NULs and blanks.
-pub(crate) fn trimmed(octets: &[u8]) -> &[u8] {
-    let length = octets.iter().rposition(|octet| !matches!(octet, 0 | b' ')).map_or(0, |last| last + 1);
-    &octets[..length]
 }
 
 /// Message type of a pack.

@@ -2,7 +2,7 @@
 
 use super::count::nearest;
 use super::location::{altitude_m, altitude_octets};
-use super::message::LENGTH;
+use super::octets::LENGTH;
 
 /// Position of the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,8 +11,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::problem::Problem;
-use super::request::ApiRequest;
-use super::route::AnswerFuture;
+use super::request::{AnswerFuture, ApiRequest};
 use picture::Rfc3339;
 use service::live::{Alert, AlertAction, AlertJson, AlertKind, AlertRequest, AlertRequestError};
 

@@ -8,8 +8,7 @@ use serde::Serialize;
 use tracing::info;
 
 use super::problem::Problem;
-use super::request::ApiRequest;
-use super::route::AnswerFuture;
+use super::request::{AnswerFuture, ApiRequest};
 use fusion::operational::{ActiveAssociation, AssociationRefusal, ManualAssociation, Verdict};
 use fusion::slots::SlotGrid;
 use fusion::{RadarTrackKey, SensorIndex};

@@ -6,6 +6,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::event_text::written;
 use super::integrity::IdentityJson;
 use super::payload::Payload;
 use super::sensors::SensorProperties;
@@ -139,7 +140,7 @@ pub const ALL: [EventDescription; 10] = [
     EventDescription::of::<Closed<'_>>("The last one: the service stops, or the token is no longer known"),
 ];
 
-/// A message of the WebSocket: one of the events. ([`as_json`] writes it.)
+/// A message of the WebSocket: one of the events. ([`as_json`](super::event_text::as_json) writes it.)
 pub struct StreamMessage;
 
 impl JsonSchema for StreamMessage {
@@ -177,30 +178,10 @@ pub fn event<T: EventData>(id: &str, data: &T) -> Payload {
     written(id, T::NAME, &data).into()
 }
 
-/// An event of the stream from data that is JSON already.
-pub fn written(id: &str, name: &str, data: &[u8]) -> Vec<u8> {
-    [head(id, name).as_bytes(), data, b"\n\n"].concat()
-}
-
-/// Lines of an event before its data.
-pub fn head(id: &str, name: &str) -> String {
-    format!("id: {id}\nevent: {name}\ndata: ")
-}
-
-/// An event as one JSON text `{"event":…,"id":…,"data":…}`.
-pub fn as_json(event: &[u8]) -> Vec<u8> {
-    let lines = event.strip_prefix(b"id: ").and_then(|rest| rest.strip_suffix(b"\n\n"));
-    let mut parts = lines.unwrap_or_default().splitn(3, |&octet| octet == b'\n');
-    let [id, name, data] = [b"".as_slice(), b"event: ", b"data: "].map(|label| {
-        parts.next().and_then(|line| line.strip_prefix(label)).expect("an event has three lines")
-    });
-    // Names and ids consist of letters, digits and dashes, so they need no escapes.
-    [b"{\"event\":\"", name, b"\",\"id\":\"", id, b"\",\"data\":", data, b"}"].concat()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::event_text::as_json;
 
     #[test]
     fn an_event_is_the_same_as_one_text() {

@@ -9,8 +9,7 @@ use tracing::info;
 
 use super::correlations::{problem, refuse_standing};
 use super::problem::Problem;
-use super::request::ApiRequest;
-use super::route::AnswerFuture;
+use super::request::{AnswerFuture, ApiRequest};
 use super::slot_json::SlotJson;
 use fusion::Identity;
 use fusion::integrity::{Assessment, Evidence, Trust};

@@ -22,12 +22,14 @@ mod correlations;
 mod endings;
 mod error;
 mod event_log;
+mod event_text;
 mod events;
 mod filter;
 mod geometry;
 mod ground;
 mod guard;
 mod gzip;
+mod gzip_blocks;
 mod history;
 mod hosts;
 mod integrity;
@@ -65,6 +67,7 @@ mod trails;
 mod uss;
 mod validity;
 mod websocket;
+mod websocket_frames;
 
 use tracing::warn;
 

@@ -4,9 +4,9 @@ use std::sync::{Arc, OnceLock};
 
 use axum::body::Bytes;
 
-use super::events;
-use super::gzip::{Blocks, deflated};
-use super::websocket::frames;
+use super::event_text;
+use super::gzip_blocks::{Blocks, deflated};
+use super::websocket_frames;
 
 /// End of deflate blocks that end on a whole octet, left out by RFC 7692, 7.2.1.
 const FLUSHED: [u8; 4] = [0, 0, 0xff, 0xff];
@@ -50,12 +50,12 @@ impl Payload {
     /// An event as a WebSocket frame, plain or compressed.
     pub fn message(&self, is_deflated: bool) -> Bytes {
         let make = || {
-            let json = events::as_json(&self.plain);
+            let json = event_text::as_json(&self.plain);
             if !is_deflated {
-                return frames::text(&json, false).into();
+                return websocket_frames::text(&json, false).into();
             }
             let blocks = deflated(&json);
-            frames::text(blocks.strip_suffix(&FLUSHED).unwrap_or(&blocks), true).into()
+            websocket_frames::text(blocks.strip_suffix(&FLUSHED).unwrap_or(&blocks), true).into()
         };
         self.encodings.messages[usize::from(is_deflated)].get_or_init(make).clone()
     }
@@ -75,7 +75,7 @@ mod tests {
         #[test]
         fn a_compressed_message_is_the_plain_one(text in "[a-z\"]{0,400}", times in 0..200usize) {
             let data = serde_json::to_vec(&text.repeat(times)).unwrap();
-            let payload = Payload::from(events::written("1-2", "tracks", &data));
+            let payload = Payload::from(event_text::written("1-2", "tracks", &data));
             let body = |frame: &[u8]| {
                 let head = match frame[1] {
                     126 => 4,

@@ -10,6 +10,7 @@ use tokio::time::{Instant, MissedTickBehavior};
 
 use super::endings::Endings;
 use super::event_log::StreamEvent;
+use super::event_text;
 use super::events::{self, Closed, Heartbeat, event};
 use super::integrity::IdentityJson;
 use super::sensors::SensorProperties;
@@ -131,7 +132,7 @@ impl EventPublisher {
         if before.as_ref().is_some_and(|before| before.frame.seq >= frame.seq) {
             return;
         }
-        let head = events::head(&self.next_id(), events::TRACKS);
+        let head = event_text::head(&self.next_id(), events::TRACKS);
         let slot = Arc::new(SlotJson::new(frame, hub, before.as_deref(), head));
         let ended = self.endings.note(slot.time(), slot.default_tracks());
         let time = slot.time();

@@ -13,6 +13,7 @@ use tokio::sync::watch;
 use super::client::Subscriber;
 use super::endings::Endings;
 use super::event_log::{NextEvent, StreamEvent};
+use super::event_text;
 use super::events::{self, Closed, Resync};
 use super::filter::TrackFilter;
 use super::payload::Payload;
@@ -156,7 +157,7 @@ impl EventStream {
             let of = state.clone();
             let make = move || {
                 let collection = picture(&of, (latest.as_deref(), kind), &filter, trail_s);
-                let snapshot = Payload::from(events::written(&id, events::SNAPSHOT, &collection.plain()));
+                let snapshot = Payload::from(event_text::written(&id, events::SNAPSHOT, &collection.plain()));
                 prepare(&snapshot);
                 snapshot
             };
@@ -281,7 +282,7 @@ impl EventStream {
     }
 
     fn push(&mut self, name: &str, data: &[u8]) {
-        let octets = events::written(&self.state.event_id(self.position), name, data);
+        let octets = event_text::written(&self.state.event_id(self.position), name, data);
         self.out.push_back(octets.into());
     }
 }

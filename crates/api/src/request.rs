@@ -1,6 +1,8 @@
 //! Request data for the handlers, and common responses.
 
+use std::future::Future;
 use std::net::IpAddr;
+use std::pin::Pin;
 use std::sync::Arc;
 
 use axum::body::{Body, Bytes};
@@ -17,6 +19,9 @@ use super::tokens::Credential;
 
 /// Result of a handler: a response, or a problem.
 pub type ApiResult = Result<Response, Problem>;
+
+/// Answer of an asynchronous handler.
+pub type AnswerFuture<T> = Pin<Box<dyn Future<Output = Result<T, Problem>> + Send>>;
 
 /// A request.
 #[derive(Debug)]

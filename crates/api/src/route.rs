@@ -2,8 +2,7 @@
 
 use std::borrow::Cow;
 use std::fmt;
-use std::future::{Future, ready};
-use std::pin::Pin;
+use std::future::ready;
 
 use axum::http::StatusCode;
 use axum::response::Response;
@@ -11,7 +10,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Serialize;
 
 use super::problem::Problem;
-use super::request::{ApiRequest, ApiResult, GEO_JSON, JSON, json};
+use super::request::{AnswerFuture, ApiRequest, ApiResult, GEO_JSON, JSON, json};
 use super::tokens::Scope;
 
 /// A media type, with the schema of its content.
@@ -149,9 +148,6 @@ pub(super) struct Reply {
 }
 
 type Handler = Box<dyn Fn(ApiRequest) -> AnswerFuture<Response> + Send + Sync>;
-
-/// Answer of an asynchronous handler.
-pub(super) type AnswerFuture<T> = Pin<Box<dyn Future<Output = Result<T, Problem>> + Send>>;
 
 impl Reply {
     fn of<T: JsonSchema>(content_type: &'static str, answer: Handler) -> Self {

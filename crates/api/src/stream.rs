@@ -7,7 +7,8 @@ use axum::http::{HeaderName, HeaderValue};
 use axum::response::Response;
 use futures_util::stream;
 
-use super::gzip::{self, GzipStream};
+use super::gzip;
+use super::gzip_blocks::GzipStream;
 use super::payload::Payload;
 use super::reader::EventStream;
 use super::request::{ApiRequest, ApiResult, with_type};

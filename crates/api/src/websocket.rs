@@ -3,7 +3,6 @@
 //! As with Server-Sent Events, a reader is a position in the log, with at most one waiting message per client. A client that does
 //! not take it in time, or answers no ping, is dropped and counted.
 
-pub mod frames;
 mod handshake;
 
 use std::sync::Arc;
@@ -20,7 +19,7 @@ use super::payload::Payload;
 use super::reader::EventStream;
 use super::request::{ApiRequest, ApiResult};
 use super::stream_limit::StreamDropReason;
-use frames::{Code, Control};
+use super::websocket_frames::{self as frames, Code, Control};
 use handshake::Agreed;
 
 /// Timeout for the client's answer to the close frame.

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use asterix::DataSource;
 
+use super::audience::Audience;
 use super::engine::SiteEngine;
-use super::region::{Border, Region};
+use super::region::{Border, DEFAULT_REACH_M, Region, reach_m};
 use fusion::frames::Geodetic;
 use fusion::time::Time;
 use service::net::listen::lines;
@@ -15,9 +16,6 @@ use site::territory::{CellName, Territory, TerritoryError};
 
 /// Name of the only cell of an undivided region.
 pub const WHOLE: &str = "all";
-/// Assumed range of a radar without a configured range, in metres.
-const REACH_M: f64 = 20_000.0;
-
 /// The cells of a region.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cells {
@@ -26,22 +24,6 @@ pub struct Cells {
     territory: Option<Territory>,
     halo_m: f64,
     hysteresis_m: f64,
-}
-
-/// Sensors whose messages are delivered to a cell. Messages of a sensor that is not listed are delivered to every cell.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Audience(BTreeMap<DataSource, bool>);
-
-impl Audience {
-    /// Whether messages of that sensor are delivered.
-    pub fn includes(&self, sensor: DataSource) -> bool {
-        self.0.get(&sensor).copied().unwrap_or(true)
-    }
-}
-
-/// Range of a radar, in metres: the configured one, else an assumed one.
-pub(super) fn reach_m(radar: &Radar) -> f64 {
-    radar.max_range_m.unwrap_or(REACH_M)
 }
 
 fn place(radar: &Radar) -> Geodetic {
@@ -71,7 +53,7 @@ impl Cells {
             Some(Territory::Polygons(cells)) => cells.keys().cloned().collect(),
             Some(grid) => {
                 let (latitude_deg, longitude_deg, _) = config.origin();
-                let origin = [(Geodetic::from_degrees(latitude_deg, longitude_deg, 0.0), REACH_M)];
+                let origin = [(Geodetic::from_degrees(latitude_deg, longitude_deg, 0.0), DEFAULT_REACH_M)];
                 let mut reached: Vec<_> =
                     radars(config).map(|radar| (place(radar), reach_m(radar))).collect();
                 if reached.is_empty() {
@@ -127,7 +109,7 @@ impl Cells {
             let source = DataSource { sac: first.sac, sic: first.sic };
             *audience.entry(source).or_default() |= line.sensors.iter().any(is_of_use);
         }
-        Audience(audience)
+        Audience::of(audience)
     }
 
     /// Cells that a sensor of the configuration can reach, for the output of `check`.

@@ -9,10 +9,8 @@ mod stamps;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use serde::{Deserialize, Serialize};
-
-use super::gateway::GatewayReport;
-use service::live::{ClockSource, ClockStanding, LineStatus};
+use super::gateway_report::{ClockState, GatewayClock, GatewayReport};
+use service::live::{ClockStanding, LineStatus};
 
 pub use clock_query::ClockQuery;
 pub use comparison::{ClockComparison, differences};
@@ -32,30 +30,6 @@ const GATEWAY_TIMEOUT: Duration = Duration::from_secs(3);
 const KEPT_WITHOUT_ANSWER: Duration = Duration::from_secs(10);
 /// Time after which another gateway does not carry a line, if this gateway has received a datagram on it and that one has not.
 const LINE_TIMEOUT: Duration = Duration::from_secs(3);
-
-/// State of a machine's clock, as stated by the service that disciplines it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ClockState {
-    /// Whether the clock is synchronised; `None` if unknown.
-    pub is_synchronised: Option<bool>,
-    /// Upper bound of the clock's error, in seconds; `None` if unknown.
-    pub bound_s: Option<f64>,
-    /// Program that stated this; `None` if none answered.
-    pub by: Option<ClockSource>,
-}
-
-/// Clock state in a gateway's report.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct GatewayClock {
-    /// State of the clock.
-    pub state: ClockState,
-    /// Rating of that state.
-    pub standing: ClockStanding,
-    /// Whether the clock has been unsynchronised for at least a minute.
-    pub is_unfit: bool,
-    /// Whether the gateway publishes nothing because its clock is unfit and other gateways carry all of its lines.
-    pub is_silent: bool,
-}
 
 /// Decides how a gateway reacts to its clock.
 #[derive(Debug, Default)]

@@ -11,19 +11,18 @@ use std::time::Duration;
 
 use asterix::DataSource;
 use futures_util::future::join_all;
-use serde::{Deserialize, Serialize};
 use tokio::runtime::Handle;
 use tokio::sync::Notify;
 use tracing::warn;
 
 use super::batches::InputBatcher;
 use super::cell_thread::clocks;
-use super::clocks::{ClockQuery, ClockRule, DatagramStamps, GatewayClock};
-use super::log::{Log, LogError};
+use super::clocks::{ClockQuery, ClockRule, DatagramStamps};
+use super::gateway_report::{GatewayClock, GatewayCounts, GatewayReport};
+use super::log::Log;
 use super::member_clock::{MemberClock, report_times};
 use super::message::{GatewayInput, InputOrigin};
 use fusion::slots::SlotGrid;
-use fusion::time::Time;
 use service::live::{ClockStanding, GatewayState, LineStatus, Listening, WallClock, listen, now};
 use service::net::listen::{self as udp, Arrival, ConfiguredLine, LineCounters};
 use site::config::{Cluster, Config};
@@ -41,91 +40,6 @@ const STOP_CHECK_INTERVAL: Duration = Duration::from_millis(100);
 const REPORT_INTERVAL: Duration = Duration::from_secs(1);
 /// Interval, in reports, at which the gateway registers as expected.
 const REGISTRATION_INTERVAL: u64 = 60;
-
-/// Counters of a gateway.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct GatewayCounts {
-    /// Messages written to the log.
-    pub written: u64,
-    /// Messages waiting for the log.
-    pub waiting: u64,
-    /// Datagrams dropped because the log was unavailable for too long.
-    pub dropped: u64,
-    /// Datagrams not published because the clock is unfit and other gateways carry them.
-    pub withheld: u64,
-    /// Number of times that the gateway has resumed publication.
-    pub resumed: u64,
-}
-
-/// A gateway's report, written each second.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct GatewayReport {
-    /// Name of the gateway.
-    pub node: String,
-    /// Its counters.
-    pub counts: GatewayCounts,
-    /// Its lines, each with the indices of its sensors in the configuration.
-    pub lines: Vec<(Vec<usize>, LineStatus)>,
-    /// Number of the report. A gateway whose number does not change is gone.
-    pub report_number: u64,
-    /// State of its clock.
-    pub clock: GatewayClock,
-    /// Some of the latest datagrams: hash and time of reception, in nanoseconds since 1970.
-    pub recent_datagrams: Vec<(u64, i64)>,
-    /// Hash of its shared configuration; 0 if not stated.
-    pub config: u64,
-    /// Time of the report by the gateway's own clock.
-    pub sent: Time,
-    /// Time by which its clock is ahead of reference time, in seconds; `None` if unknown.
-    pub ahead_s: Option<f64>,
-}
-
-impl GatewayReport {
-    /// Reads the reports of all gateways.
-    ///
-    /// # Errors
-    /// The log does not answer.
-    pub async fn all(log: &Log) -> Result<Vec<Self>, LogError> {
-        Ok(Self::all_stamped(log).await?.into_iter().map(|(_, report)| report).collect())
-    }
-
-    /// Reads the reports of all gateways, each with the log's timestamp.
-    ///
-    /// # Errors
-    /// The log does not answer.
-    pub async fn all_stamped(log: &Log) -> Result<Vec<(Time, Self)>, LogError> {
-        let read = |(name, stamp, said): (String, Time, Vec<u8>)| {
-            let report = postcard::from_bytes(&said).ok().filter(|report: &Self| report.node == name);
-            if report.is_none() {
-                log.skips.unreadable("gateway", &said);
-            }
-            report.map(|report| (stamp, report))
-        };
-        Ok(log.entries("gateway.").await?.into_iter().filter_map(read).collect())
-    }
-}
-
-impl GatewayReport {
-    /// The gateway's state as shown by the API and the status.
-    pub fn state(&self) -> GatewayState {
-        let Self { node, counts, lines, clock, ahead_s, .. } = self;
-        let GatewayCounts { written, waiting, dropped, withheld, .. } = *counts;
-        GatewayState {
-            node: node.clone(),
-            lines: lines.len() as u64,
-            written,
-            waiting,
-            dropped,
-            clock: clock.standing,
-            clock_bound_s: clock.state.bound_s,
-            clock_by: clock.state.by,
-            unfit: clock.is_unfit,
-            silent: clock.is_silent,
-            withheld,
-            clock_ahead_s: *ahead_s,
-        }
-    }
-}
 
 /// Messages waiting for the log.
 #[derive(Debug, Default)]
@@ -439,6 +353,7 @@ mod tests {
     use super::*;
     use crate::message::ReceivedDatagram;
     use fusion::slots::Slot;
+    use fusion::time::Time;
 
     #[test]
     fn newest_64_mib_wait_and_dropped_datagrams_are_counted() {

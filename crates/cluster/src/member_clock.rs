@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use fusion::time::Time;
 use jiff::SignedDuration;
 
-use super::gateway::GatewayReport;
+use super::gateway_report::GatewayReport;
 use super::log::{Log, LogError};
-use super::node::NodeReport;
+use super::node_report::NodeReport;
 use super::reference_clock::{BOUND, ClockReading, ReferenceClock};
 
 /// Time window of the compared reports. Members report each second.

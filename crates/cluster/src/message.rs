@@ -7,7 +7,8 @@ use fusion::slots::Slot;
 use fusion::time::Time;
 use sha2::{Digest, Sha256};
 
-use super::cells::Audience;
+use super::audience::Audience;
+use super::malformed_message::MalformedMessage;
 use super::overload::SheddingLevel;
 use super::region::CellMessage;
 use site::territory::CellName;
@@ -20,17 +21,6 @@ const OUTPUT: &[u8; 4] = b"UTO2";
 const OUTPUT_REFUSING: &[u8; 4] = b"UTO3";
 /// Size of an address with its port, in octets. IPv4 addresses are mapped into IPv6.
 const ADDRESS: usize = 18;
-
-/// Reason why octets are not a valid message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum MalformedMessage {
-    /// The first octets are not those of a message of this version.
-    #[error("not a message of this version")]
-    Beginning,
-    /// The message ends too early.
-    #[error("the message is not whole")]
-    Short,
-}
 
 /// A datagram received by a gateway.
 #[derive(Clone, Debug, PartialEq, Eq)]

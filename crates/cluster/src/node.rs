@@ -6,7 +6,6 @@
 
 mod balance;
 mod cell_member;
-mod counts;
 mod delivery;
 mod disk_copy;
 mod held_role;
@@ -27,6 +26,7 @@ use super::cell_thread::clocks;
 use super::cells::Cells;
 use super::log::{Holder, Log};
 use super::member_clock::{MemberClock, report_times};
+use super::node_report::{CellCounts, NodeReport, NodeRole};
 use super::overload::SheddingLevel;
 use balance::PeerNode;
 use cell_member::CellMember;
@@ -36,8 +36,6 @@ use service::live::now;
 use service::state::StateHealth;
 use site::areas::Areas;
 use site::config::{Cluster, Config};
-
-pub use counts::{CellCounts, NodeReport, NodeRole};
 
 /// Interval of the node's reports.
 const REPORT_INTERVAL: Duration = Duration::from_secs(1);

@@ -6,8 +6,9 @@ use std::path::Path;
 use jiff::SignedDuration;
 use tracing::{info, warn};
 
+use super::audience::Audience;
 use super::cell::{Cell, CellEngine, CellLoss};
-use super::cells::{Audience, WHOLE};
+use super::cells::WHOLE;
 use super::engine::{SiteEngine, pictures};
 use super::log::{Log, LogError};
 use super::message::{GatewayInput, LoggedMessage, ReceivedDatagram};

@@ -20,7 +20,7 @@ pub use border::{Border, BorderCounts, EngineView};
 pub use cell_message::{AircraftOffer, CellMessage, CellMessageContent};
 pub use merge::{CellPicture, PictureMerger};
 pub use numbers::{BLOCK, FIRST_BLOCK, LAST_BLOCK, number_table};
-pub(super) use value_sharing::ValueSharing;
+pub(super) use value_sharing::{DEFAULT_REACH_M, ValueSharing, reach_m};
 
 /// Number of slots from the offer of an aircraft to its first publication by the new owner (4 s). The answer arrives within this
 /// time, even if the owner of one of the two cells is lost just then.

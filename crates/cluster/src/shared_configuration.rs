@@ -5,9 +5,6 @@ use std::fmt::Write;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::gateway::GatewayReport;
-use super::log::{Log, LogError};
-use super::node::NodeReport;
 use site::areas::{AreaError, Areas, HeardAreas};
 use site::config::{Address, Config, Sensor};
 use tables::table::{Entry, Table};
@@ -22,15 +19,6 @@ const MAX_TOTAL_OCTETS: usize = 256 << 10;
 /// The parts of the configuration that all members need to share, by key, in order.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SharedConfiguration(Vec<(String, String)>);
-
-/// A member with another configuration.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ConfigurationDifference {
-    /// Role and name, such as `node n1`.
-    pub member: String,
-    /// Differing keys with both values.
-    pub text: String,
-}
 
 impl SharedConfiguration {
     /// The shared parts of a configuration: site, sensors and their inputs, engine settings, masks, cells.
@@ -117,30 +105,6 @@ impl SharedConfiguration {
             _ = write!(text, "; and {} more", all.len() - MAX_LISTED);
         }
         text
-    }
-
-    /// Members whose reports state another configuration.
-    ///
-    /// # Errors
-    /// The log does not answer.
-    pub async fn differing_members(
-        &self,
-        log: &Log,
-        nodes: &[NodeReport],
-        gateways: &[GatewayReport],
-    ) -> Result<Vec<ConfigurationDifference>, LogError> {
-        let own = self.hash();
-        let nodes = nodes.iter().map(|node| (format!("node {}", node.holder.node), node.holder.config));
-        let gateways = gateways.iter().map(|gateway| (format!("gateway {}", gateway.node), gateway.config));
-        let mut different = Vec::new();
-        for (member, stated) in nodes.chain(gateways).filter(|(_, stated)| !Self::accepts(own, *stated)) {
-            let text = match log.configuration(stated).await? {
-                Some(there) => self.differences(&there),
-                None => "in what cannot be read".to_owned(),
-            };
-            different.push(ConfigurationDifference { member, text });
-        }
-        Ok(different)
     }
 }
 

@@ -10,6 +10,7 @@ mod kinds;
 mod motion;
 pub mod remote_id_json;
 mod rfc3339;
+mod texts;
 mod track_json;
 mod uncooperative_detector;
 pub mod xml;
@@ -34,7 +35,8 @@ pub use integrity_json::{ReasonName, StateName};
 pub use kinds::TrackSource;
 pub use motion::{Ellipse, PublishedMotion};
 pub use rfc3339::Rfc3339;
-pub use track_json::{TrackJson, TransponderId, serial_text, text};
+pub use texts::{serial_text, text};
+pub use track_json::{TrackJson, TransponderId};
 pub use uncooperative_detector::{Resolved, UncooperativeDetector};
 
 /// Maximum standard deviation of an estimated height to be published, in metres. A height that was never measured has at least 60

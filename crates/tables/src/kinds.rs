@@ -265,3 +265,13 @@ impl<T: Toml> Toml for Vec<T> {
         })
     }
 }
+
+/// Displays values as their names.
+#[macro_export]
+macro_rules! written_by_name {
+    ($($name:ident),*) => { $(impl $crate::kinds::Toml for $name {
+        fn toml(&self) -> Option<String> {
+            Some($crate::tree::quoted(self.name()))
+        }
+    })* };
+}

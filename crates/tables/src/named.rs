@@ -75,13 +75,3 @@ macro_rules! names {
         }
     };
 }
-
-/// Displays values as their names.
-#[macro_export]
-macro_rules! written_by_name {
-    ($($name:ident),*) => { $(impl $crate::kinds::Toml for $name {
-        fn toml(&self) -> Option<String> {
-            Some($crate::tree::quoted(self.name()))
-        }
-    })* };
-}

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::scenario::{Attack, Span, Transponder};
-use crate::transponder::TransponderReport;
+use crate::transponder_report::TransponderReport;
 
 /// An attack on a transponder.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::ground::{Antenna, Ground};
-use crate::radar::{RadarDetection, RadarTarget, clock_s};
+use crate::radar_detection::{RadarDetection, RadarTarget, clock_s};
 use crate::scenario::{Radar, Span, VelocityModel};
 use crate::streams::{GaussMarkov, RandomStream};
 

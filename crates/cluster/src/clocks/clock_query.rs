@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use std::{io, thread};
 
-use super::ClockState;
+use crate::gateway_report::ClockState;
 use service::live::ClockSource;
 
 /// Interval of the queries.

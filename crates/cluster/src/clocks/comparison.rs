@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::gateway::GatewayReport;
+use crate::gateway_report::GatewayReport;
 use service::live::ClockDifference;
 
 /// Difference above which two clocks disagree, in seconds.

@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::{GatewayCounts, InputBatcher};
+use service::live::ClockSource;
 
 fn seconds(seconds: f64) -> Duration {
     Duration::from_secs_f64(seconds)

@@ -1,6 +1,6 @@
 //! Rules that distribute the cells of a region evenly over the nodes. Sans-IO.
 
-use super::counts::{NodeReport, NodeRole};
+use crate::node_report::{NodeReport, NodeRole};
 use crate::reference_clock::BOUND;
 
 /// A node by its report.

@@ -6,10 +6,10 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::cell_member::{CellMember, steady_now};
-use super::counts::NodeRole;
 use super::locked;
 use crate::cell_thread::{CellInput, send};
 use crate::log::{EntryState, HeldEntry, Holder, LogError, Renewal};
+use crate::node_report::NodeRole;
 
 /// Time within which a node named in the lease has to publish. After it the name counts as false.
 const CHALLENGE_TIMEOUT: Duration = Duration::from_millis(750);

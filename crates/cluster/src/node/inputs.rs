@@ -7,9 +7,9 @@ use tracing::warn;
 
 use super::cell_member::{CellMember, steady_now};
 use super::locked;
+use crate::audience::Audience;
 use crate::cell::{InputRecord, InputRefusals};
 use crate::cell_thread::{CellInput, clocks, send};
-use crate::cells::Audience;
 use crate::log::{Log, SubjectReader};
 use crate::message::{InputHeader, LoggedMessage};
 use fusion::time::Time;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use super::cell_member::steady_now;
-use super::counts::{NodeReport, NodeRole};
 use crate::log::Holder;
+use crate::node_report::{NodeReport, NodeRole};
 
 /// Time without a report after which a node is gone.
 const REPORT_TIMEOUT: Duration = Duration::from_secs(5);

@@ -6,10 +6,10 @@ use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
 use super::cell_member::{CellMember, steady_now};
-use super::counts::{NodeReport, NodeRole};
 use super::{balance, locked};
 use crate::cell_thread::{CellInput, send};
 use crate::log::{EntryState, Holder};
+use crate::node_report::{NodeReport, NodeRole};
 use crate::overload::SheddingLevel;
 
 /// Minimum interval of requested checkpoints.

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use crate::gateway::GatewayReport;
+use crate::gateway_report::GatewayReport;
 use crate::report::CellReport;
 use service::live::SensorStatus;
 use site::territory::CellName;
@@ -110,7 +110,7 @@ impl SensorSettling {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gateway::GatewayCounts;
+    use crate::gateway_report::GatewayCounts;
     use fusion::time::Time;
 
     fn report(node: &str, report_number: u64) -> GatewayReport {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::message::MalformedMessage;
+use crate::malformed_message::MalformedMessage;
 use fusion::frames::Geodetic;
 use fusion::integrity;
 use fusion::operational::{LabelledTrack, ManualAssociation, SensorValues, TrackHandover};

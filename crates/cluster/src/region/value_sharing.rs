@@ -6,18 +6,24 @@ use std::collections::BTreeMap;
 
 use super::Region;
 use super::cell_message::CellMessageContent;
-use crate::cells::reach_m;
 use fusion::frames::{Geodetic, TangentPlane};
 use fusion::operational::LabelledTrack;
 use fusion::slots::Slot;
 use fusion::{Engine, SensorIndex};
-use site::config::{Config, SensorKind};
+use site::config::{Config, Radar, SensorKind};
 use site::territory::CellName;
 
+/// Assumed range of a radar without a configured range, in metres.
+pub(crate) const DEFAULT_REACH_M: f64 = 20_000.0;
 /// Interval of the messages about a sensor, in slots (10 s). A radar track contributes once in it.
 const INTERVAL_SLOTS: i64 = 40;
 /// Delay until learned values are used in all cells, in slots.
 const DELAY_SLOTS: i64 = 16;
+
+/// Range of a radar, in metres: the configured one, else an assumed one.
+pub(crate) fn reach_m(radar: &Radar) -> f64 {
+    radar.max_range_m.unwrap_or(DEFAULT_REACH_M)
+}
 
 /// Sends learned sensor values to other cells.
 #[derive(Clone, Debug, Default)]
