@@ -15,7 +15,7 @@ fn unframed(reader: Box<dyn Read + Send>) -> Vec<(u64, usize)> {
 }
 
 #[test]
-fn what_is_between_frames_is_the_same_in_however_many_parts_it_is_read() {
+fn octets_between_frames_split_anywhere_are_the_same() {
     let frame = |stamp| [0x1a, b'1', 0, 0, 0, 0, 0, stamp, 0x80, 1, 2];
     let mut octets: Vec<u8> = (1..=4).flat_map(frame).collect();
     octets.extend([7; 5000]);

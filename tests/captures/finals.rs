@@ -38,7 +38,7 @@ fn each_record_is_a_datagram_with_a_time_of_day() {
 }
 
 #[test]
-fn the_first_record_is_received_on_the_given_day_and_midnight_begins_the_next() {
+fn first_record_is_of_the_given_day_midnight_begins_the_next() {
     let times = [8_639_950, 8_639_999, 0, 8_639_998, 100];
     let octets: Vec<u8> = times.into_iter().flat_map(|time| final_record(time, BLOCKS[2])).collect();
     let merged = MergedCaptures::new(vec![open(&octets).unwrap()], date(2026, 6, 20));
@@ -58,7 +58,7 @@ fn the_first_record_is_received_on_the_given_day_and_midnight_begins_the_next() 
 }
 
 #[test]
-fn a_record_whose_time_no_day_has_is_received_when_the_one_before_was() {
+fn record_of_impossible_time_has_that_of_the_one_before() {
     let block = &[48, 0, 7, 0x80, 25, 200, 0][..];
     let octets = [final_record(NOON, block), final_record(8_640_000, block)].concat();
     let (datagrams, _) = read(&octets, &mut open(&octets).unwrap());
@@ -79,7 +79,7 @@ fn a_record_without_data_and_the_longest_are_read() {
 }
 
 #[test]
-fn cut_at_every_length_it_gives_the_whole_records_and_says_where_it_was_cut() {
+fn recording_cut_anywhere_gives_whole_records_and_names_the_cut() {
     let octets = three_records();
     let ends = [20, 37, 61];
     for length in 20..=octets.len() {
@@ -151,7 +151,7 @@ fn behind_damage_the_next_record_is_read() {
 }
 
 #[test]
-fn a_recording_that_goes_on_with_something_longer_than_itself_is_cut() {
+fn recording_followed_by_a_longer_one_is_cut() {
     let octets = [three_records(), BLOCKS.concat()].concat();
     let (datagrams, error) = read(&octets, &mut open(&octets).unwrap());
     assert_eq!(datagrams.len(), 3);
@@ -196,7 +196,7 @@ fn recordings_are_told_from_raw_files_by_their_trailer() {
 
 proptest! {
     #[test]
-    fn mutations_never_panic_and_how_the_octets_arrive_changes_nothing(
+    fn mutations_split_anywhere_never_panic_and_change_nothing(
         step in 0_usize..80,
         noise in prop::collection::vec(any::<u8>(), 0..100),
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..3),

@@ -52,7 +52,7 @@ fn of(packets: &[(u32, Vec<u8>)]) -> (Vec<CapturedDatagram>, u64) {
 }
 
 #[test]
-fn fragments_in_any_order_and_of_several_datagrams_at_once_are_put_together() {
+fn fragments_in_any_order_of_several_datagrams_are_joined() {
     let (long, longer) = (block(3_000, 1), block(60_000, 2));
     for (version, seed) in [4, 6].into_iter().zip([1, 2]) {
         let mut packets = fragments(version, 7, &long, 1_480);
@@ -73,7 +73,7 @@ fn fragments_in_any_order_and_of_several_datagrams_at_once_are_put_together() {
 }
 
 #[test]
-fn it_is_received_when_its_last_fragment_is_and_what_came_between_is_before_it() {
+fn datagram_is_received_with_its_last_fragment() {
     let long = block(2_000, 1);
     let mut packets: Vec<_> = (10..).zip(fragments(4, 7, &long, 1_480)).collect();
     packets.insert(1, (10, ipv4(UDP, 0, &udp(BLOCKS[0]))));

@@ -146,7 +146,7 @@ fn an_error_of_the_system_stays_one() {
 
 proptest! {
     #[test]
-    fn mutations_never_panic_and_what_is_sound_does_not_depend_on_how_it_arrives(
+    fn mutations_never_panic_and_sound_records_stay_the_same(
         format in 0_usize..4,
         step in 0_usize..80,
         place in any::<prop::sample::Index>(),

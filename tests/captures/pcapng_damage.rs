@@ -26,7 +26,7 @@ fn three_datagrams(big_endian: bool) -> (Vec<u8>, Vec<usize>) {
 }
 
 #[test]
-fn cut_at_every_length_it_gives_the_whole_datagrams_and_says_where_it_was_cut() {
+fn file_cut_anywhere_gives_whole_datagrams_and_names_the_cut() {
     let (octets, ends) = three_datagrams(true);
     for length in 4..=octets.len() {
         let cut = &octets[..length];
@@ -123,7 +123,7 @@ fn any_octet_may_be_wrong() {
 
 proptest! {
     #[test]
-    fn mutations_never_panic_and_how_the_octets_arrive_changes_nothing(
+    fn mutations_split_anywhere_never_panic_and_change_nothing(
         big_endian in any::<bool>(),
         step in 0_usize..80,
         blocks in prop::collection::vec(

@@ -22,7 +22,7 @@ fn frame(block: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn both_byte_orders_with_every_link_type_and_ip_version_give_payload_time_and_origin() {
+fn both_byte_orders_of_each_link_and_ip_version_are_read() {
     for big_endian in [false, true] {
         let mut all = PcapngWriter::new(big_endian);
         let mut interfaces = 0;

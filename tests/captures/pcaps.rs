@@ -24,7 +24,7 @@ fn three_datagrams() -> (Vec<u8>, Vec<usize>) {
 }
 
 #[test]
-fn every_magic_with_every_link_type_and_ip_version_gives_payload_time_and_origin() {
+fn every_magic_of_each_link_and_ip_version_is_read() {
     let mut seen = 0;
     for (big_endian, nanoseconds) in MAGICS {
         for wrapping in WRAPPINGS {
@@ -136,7 +136,7 @@ fn an_unfragmented_ipv6_packet_behind_extension_headers_is_read() {
 }
 
 #[test]
-fn a_frame_cut_behind_its_datagram_and_an_empty_datagram_are_read() {
+fn frame_cut_behind_its_datagram_and_empty_datagram_are_read() {
     let mut file = PcapWriter::new(false, false, 1);
     let frame = WRAPPINGS[0].frame(6, BLOCKS[1]);
     file.record_of(1, 0, &frame[..frame.len() - 2], frame.len() + 40);
@@ -147,7 +147,7 @@ fn a_frame_cut_behind_its_datagram_and_an_empty_datagram_are_read() {
 }
 
 #[test]
-fn cut_at_every_length_it_gives_the_whole_datagrams_and_says_where_it_was_cut() {
+fn file_cut_anywhere_gives_whole_datagrams_and_names_the_cut() {
     let (octets, ends) = three_datagrams();
     for length in 0..=octets.len() {
         let cut = &octets[..length];
@@ -238,7 +238,7 @@ fn an_error_of_the_system_comes_after_what_was_read() {
 }
 
 #[test]
-fn a_frame_of_any_size_up_to_the_limit_passes_through_the_window() {
+fn frame_of_any_size_up_to_the_limit_passes_the_window() {
     let mut file = PcapWriter::new(false, true, 1);
     let mut expected = Vec::new();
     for (second, size) in (0_u32..).zip([65_507, 1, 262_144, 40_000, 65_000, 262_144, 30_000, 0, 65_507]) {

@@ -95,7 +95,7 @@ fn cut_at_every_length_after_the_first_block_nothing_is_lost() {
 }
 
 #[test]
-fn blocks_of_any_size_are_recognised_and_pass_through_the_window() {
+fn blocks_of_any_size_are_recognised_and_pass_the_window() {
     for length in [3_u16, 4, 255, 256, 2303, 2304, 2570, 3338, 8224, 25_187, 65_535] {
         let block: Vec<u8> = [48]
             .into_iter()

@@ -139,7 +139,7 @@ fn mistakes_are_named() {
 }
 
 #[test]
-fn a_record_that_does_not_fit_its_block_is_left_out_and_the_block_is_not() {
+fn record_too_large_for_its_block_is_left_out_alone() {
     let sp = format!("ff{}", "00".repeat(254));
     let line = format!(r#"{{"block":0,"cat":48,"items":{{"SP":"{sp}"}}}}"#);
     let (mut encoder, mut out) = (Encoder::default(), Vec::new());

@@ -141,7 +141,7 @@ proptest! {
 /// The example of the README: `decode | encode` of a capture with hostile datagrams gives a raw file from which each record can
 /// be read again.
 #[test]
-fn each_record_of_a_capture_is_read_again_from_the_raw_file_that_is_made_of_it() {
+fn records_of_a_capture_are_read_again_from_its_raw_file() {
     let capture = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo/capture.pcap");
     let records = |file: &Path| {
         let mut lines = Vec::new();

@@ -40,7 +40,7 @@ fn in_folder(folder: &Path, args: &[&str]) -> (Option<i32>, String) {
 }
 
 #[test]
-fn a_configuration_is_written_that_asks_for_what_no_capture_tells() {
+fn configuration_asks_for_what_no_capture_tells() {
     let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/demo");
     let folder = Temporary::folder("config-out");
     fs::copy(demo.join("capture.pcap"), folder.0.join("capture.pcap")).unwrap();
@@ -150,7 +150,7 @@ fn a_damaged_file_is_told_up_to_there_and_the_next_one_is_read() {
 }
 
 #[test]
-fn unknown_categories_are_counted_and_named_where_they_have_a_name() {
+fn unknown_categories_are_counted_and_named_if_known() {
     let file = [block(48, &[plot(7, 9.0, 1)]), block(205, &["01".to_owned()]), block(200, &[])].concat();
     let info = json("unknown", &file);
     let categories: Vec<_> = info["categories"].as_array().unwrap().iter().map(Value::to_string).collect();

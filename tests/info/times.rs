@@ -68,7 +68,7 @@ fn gaps_are_silences_of_five_usual_intervals() {
 }
 
 #[test]
-fn a_clock_of_reception_that_steps_back_and_a_radar_that_is_ahead() {
+fn reception_clock_stepping_back_and_radar_ahead_are_shown() {
     let at = |received: f64, time: f64| (received, 8048, block(48, &[plot(7, time, 1)]));
     let info = json("clock", &pcap(&[at(100.0, 130.0), at(101.0, 131.0), at(90.0, 132.0), at(91.0, 133.0)]));
     let source = &info["sources"][0];

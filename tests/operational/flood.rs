@@ -54,7 +54,7 @@ fn identities_heard_once_change_nothing_of_what_is_put_out() {
 }
 
 #[test]
-fn what_is_decided_of_identities_does_not_depend_on_the_order_between_two_deadlines() {
+fn identity_decisions_in_any_order_between_deadlines_agree() {
     let simulation = flight("crossing", 1);
     let mut config = site(&simulation, Profile::Operational);
     admit(&mut config, 3);

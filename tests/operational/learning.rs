@@ -60,7 +60,7 @@ fn a_radar_is_learnt_to_be_as_good_or_bad_as_it_is() {
 }
 
 #[test]
-fn what_is_learnt_does_not_depend_on_the_order_between_two_deadlines() {
+fn learning_in_any_order_between_deadlines_agrees() {
     let simulation = flight(0.5);
     let config = site(&simulation, Profile::Operational);
     const SLOT_NS: i64 = SECOND / 4;

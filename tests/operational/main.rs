@@ -144,7 +144,7 @@ fn the_singer_model_is_another_way_to_move() {
 }
 
 #[test]
-fn the_same_input_gives_the_same_points_in_whatever_order_it_comes_between_two_deadlines() {
+fn points_of_input_in_any_order_between_deadlines_agree() {
     let simulation = flight("crossing", 5);
     let config = site(&simulation, Profile::Operational);
     let receptions: Vec<Reception> = simulation.receptions().collect();
@@ -166,7 +166,7 @@ fn the_same_input_gives_the_same_points_in_whatever_order_it_comes_between_two_d
 }
 
 #[test]
-fn an_aircraft_has_one_number_at_a_time_and_no_two_have_the_same() {
+fn aircraft_has_one_number_at_a_time_and_alone() {
     let simulation = flight("crossing", 6);
     let points = points(simulation.receptions(), &site(&simulation, Profile::Operational));
     for slot in points.chunk_by(|a, b| a.time == b.time) {
@@ -182,7 +182,7 @@ fn an_aircraft_has_one_number_at_a_time_and_no_two_have_the_same() {
 }
 
 #[test]
-fn drones_keep_their_transponders_however_good_or_bad_the_radar_is() {
+fn drones_with_radars_of_any_quality_keep_transponders() {
     // Three equipped drones, and a radar with a multiple of its configured errors.
     let trio = |by: f64| {
         let mut scenario = scenario("single");

@@ -56,7 +56,7 @@ fn now_is_the_slot_that_opens_and_changes_nothing_else() {
 }
 
 #[test]
-fn a_point_of_now_has_its_number_says_that_it_is_predicted_and_is_known_well_enough() {
+fn point_of_now_is_predicted_numbered_and_accurate() {
     let simulation = flight("crossing", 6);
     // The latest published aircraft of each number.
     let mut published = BTreeMap::new();
@@ -102,7 +102,7 @@ fn at_a_latency_of_nothing_both_pictures_are_of_one_time() {
 }
 
 #[test]
-fn short_latencies_and_now_take_no_notice_of_the_order_between_two_deadlines() {
+fn short_latencies_and_now_in_any_order_agree() {
     let simulation = flight("crossing", 5);
     const BURST_NS: i64 = 2_000_000_000;
     let mut bursts: Vec<Reception> = simulation.receptions().collect();
