@@ -1,6 +1,6 @@
 //! Reads a datagram with radar plots and service messages, and with a fault that affects only its own block.
 //!
-//!     cargo run --example read
+//!     cargo run -p utm-asterix --example read
 
 use utm_asterix::cat034::MessageType;
 use utm_asterix::{Fault, Record, blocks, cat034, cat048};

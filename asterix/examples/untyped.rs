@@ -1,6 +1,6 @@
 //! Reads a category without types by its public definition: items with number, name and layout, fields with key and value.
 //!
-//!     cargo run --features all --example untyped
+//!     cargo run -p utm-asterix --features all --example untyped
 
 use utm_asterix::{Kind, Layout, all, blocks};
 

@@ -1,6 +1,6 @@
 //! Builds and writes a CAT129 record of a drone. A value out of an item's range is an error that names the item.
 //!
-//!     cargo run --example write
+//!     cargo run -p utm-asterix --example write
 
 use utm_asterix::cat129::{Altitude, GnssAccuracy, HorizontalVelocity, Position, Record, VerticalVelocity};
 use utm_asterix::{BuildError, DataSource, TimeOfDay, blocks, encode_block};

@@ -1,7 +1,7 @@
 //! The fused picture of three aircraft: one with plots and a transponder, one with only a transponder, and one with
 //! only plots. The last slot is printed as a table, and one point as JSON.
 //!
-//!     cargo run --example picture
+//!     cargo run -p utm-fusion-engine --example picture
 
 use jiff::SignedDuration;
 use utm_fusion_engine::settings::{Radar, Receiver};

@@ -41,7 +41,7 @@ pub struct Args {
 /// Interval of the log lines with counters.
 const STATISTICS: SignedDuration = SignedDuration::from_secs(10);
 /// Interval at which a stop request is checked.
-const LOOK_UP: Duration = Duration::from_millis(200);
+const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
 /// Maximum time for stopped inputs to pass on received data.
 const DRAINED: Duration = Duration::from_secs(2);
@@ -80,7 +80,7 @@ fn hand_on(listening: &Listening, mut queue: RecorderQueue, stop: &Stop, duratio
     let mut told = began;
     let is_over = |at: Time| duration.is_some_and(|duration| at - began >= duration);
     while !stop.comes_within(Duration::ZERO) && !is_over(now()) {
-        match listening.arrivals.recv_timeout(LOOK_UP) {
+        match listening.arrivals.recv_timeout(POLL_INTERVAL) {
             Ok(arrival) => queue.offer(recorded(arrival)),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use crate::pages::{parts, root};
+use crate::pages::{pages, parts, root};
 
 /// The tests named on a page as `file::name` in backticks.
 fn named(page: &str) -> Vec<(String, String)> {
@@ -55,6 +55,61 @@ fn every_test_that_is_named_exists() {
             && !has_test(here, "named")
             && !has_test(here, "every")
     );
+}
+
+/// The names of tests in commands of the documents: `cargo test … NAME`, and in SCALING.md TEST `NAME`.
+fn filters(page: &str) -> Vec<String> {
+    let (prose, _) = parts(page);
+    let mut found = Vec::new();
+    for line in prose {
+        let pieces: Vec<&str> = line.split('`').collect();
+        for (index, code) in pieces.iter().enumerate().filter(|(index, _)| index % 2 == 1) {
+            if pieces[index - 1].ends_with("TEST ") {
+                found.push((*code).to_owned());
+            }
+            let Some((_, arguments)) = code.split_once("cargo test ") else { continue };
+            let mut words = arguments.split(' ').peekable();
+            while let Some(word) = words.next() {
+                match word {
+                    "-p" | "--test" | "--features" | "--example" => _ = words.next(),
+                    option if option.starts_with('-') => {}
+                    filter => found.push(filter.rsplit("::").next().unwrap_or(filter).to_owned()),
+                }
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn commands_of_the_documents_select_tests() {
+    let mut code = Vec::new();
+    let mut folders = vec![root().to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap().flatten() {
+            let (path, name) = (entry.path(), entry.file_name());
+            if path.is_dir() && name != "target" && !name.to_string_lossy().starts_with('.') {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                code.push(fs::read_to_string(&path).unwrap());
+            }
+        }
+    }
+    let mut count = 0;
+    for page in pages(&root().join("docs")).into_iter().chain([root().join("CONTRIBUTING.md")]) {
+        for filter in filters(&fs::read_to_string(&page).unwrap()) {
+            // A name is selected by any part of it; a module by its own.
+            let selects = |line: &str| {
+                let line = line.trim_start().trim_start_matches("pub ").trim_start_matches("async ");
+                (line.starts_with("fn ") && line.contains(&*filter))
+                    || line.starts_with(&format!("mod {filter}"))
+            };
+            let is_there = code.iter().any(|text| text.lines().any(selects));
+            assert!(is_there, "{}: no test is selected by {filter}", page.display());
+            count += 1;
+        }
+    }
+    assert!(count > 10, "{count} names");
 }
 
 /// Each rule has a test, is stated to have none, or is stated to be departed from with the page that gives the reason.

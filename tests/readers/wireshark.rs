@@ -16,7 +16,7 @@ use serde_json::Value;
 
 use crate::program::{Scratch, utm_fusion};
 use crate::service::is_installed;
-use pdml::{Packet, Said, Shown, packets, tshark};
+use pdml::{Packet, RemoteIdOutcome, Shown, packets, tshark};
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -156,10 +156,10 @@ fn flatten(out: &mut BTreeMap<String, Meaning>, place: String, value: &Value) {
 }
 
 /// Display of Wireshark, in the terms of `decode`'s output for the same place.
-fn shown(said: &Said, decoded: Option<&Event>) -> Event {
+fn shown(said: &RemoteIdOutcome, decoded: Option<&Event>) -> Event {
     let fields = match said {
-        Said::Fault(name, at) => return Event::Fault(name.clone(), *at),
-        Said::Record(fields) => fields,
+        RemoteIdOutcome::Fault(name, at) => return Event::Fault(name.clone(), *at),
+        RemoteIdOutcome::Record(fields) => fields,
     };
     let of = |field: &Shown| {
         let printed = match decoded {
@@ -181,7 +181,7 @@ fn shown(said: &Said, decoded: Option<&Event>) -> Event {
 /// Compares both programs on a capture. Returns the events of `decode`, and the packets of Wireshark.
 fn compare(scratch: &Scratch, capture: &Path, arguments: &[&str]) -> (Vec<Event>, Vec<Packet>) {
     let (decoded, packets) = (decoded(capture), packets(scratch, capture, arguments));
-    let said: Vec<&Said> = packets.iter().flat_map(|packet| &packet.said).collect();
+    let said: Vec<&RemoteIdOutcome> = packets.iter().flat_map(|packet| &packet.said).collect();
     for (index, said) in said.iter().enumerate() {
         let event = decoded.get(index);
         assert_eq!(Some(&shown(said, event)), event, "{index}: {said:?}");
@@ -326,7 +326,7 @@ fn dissector_coexists_with_those_of_other_categories() {
         let shown: Vec<(bool, bool)> =
             of.iter().map(|packet| (has(packet, "cat129"), has(packet, "asterix"))).collect();
         assert_eq!(shown, [(true, true), (false, true), (true, false), (true, false)]);
-        assert!(matches!(&of[3].said[..], [Said::Fault(name, _)] if name == "block_past_end"));
+        assert!(matches!(&of[3].said[..], [RemoteIdOutcome::Fault(name, _)] if name == "block_past_end"));
     }
 }
 

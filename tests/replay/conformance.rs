@@ -120,7 +120,7 @@ fn assert_conforms(flight: &Flight) {
     let (name, inputs, expected) = (&flight.name, [&*flight.capture()], expected(flight));
     assert_table_conforms(flight, &expected);
 
-    let said = Said::by_sensors(flight);
+    let said = RemoteIdOutcome::by_sensors(flight);
     let octets = flight.output(&inputs, "ast");
     let mut got = Vec::new();
     for (block, expected) in blocks(&octets).zip(&expected) {
@@ -173,7 +173,7 @@ fn every_point_of_the_trials_is_as_expected() {
 }
 
 /// Sensor data that records must contain, from the capture and the decoder alone.
-struct Said {
+struct RemoteIdOutcome {
     service: DataSource,
     /// By radar track and slot: the plot that counts.
     plots: BTreeMap<(u16, i64), Plot>,
@@ -191,7 +191,7 @@ struct Plot {
     probability: Option<f64>,
 }
 
-impl Said {
+impl RemoteIdOutcome {
     fn by_sensors(flight: &Flight) -> Self {
         let config = flight.config();
         let mut said = Self {

@@ -35,7 +35,7 @@ use journal::Journal;
 pub use journal::Output;
 use names::Names;
 pub use remote_id::LineFault;
-use remote_id::{Said, Transmitters};
+use remote_id::{RemoteIdOutcome, Transmitters};
 pub use selection::Selection;
 use sender::Sender;
 pub use senders::{Contest, ContestReason, Takeover};
@@ -114,8 +114,8 @@ impl Pipeline {
     }
 
     /// This pipeline, with heights optional in ADS-B and Remote ID under any profile; a missing height is assumed.
-    pub fn with_heights_unsaid(self) -> Self {
-        Self { normaliser: self.normaliser.with_heights_unsaid(), ..self }
+    pub fn with_optional_heights(self) -> Self {
+        Self { normaliser: self.normaliser.with_optional_heights(), ..self }
     }
 
     /// Processes a reception. Outputs: the slots due before it, then the events in handling it.
@@ -291,7 +291,7 @@ impl Pipeline {
         let said = self.remote_id.as_mut().map(|known| known.transmitters.hear(heard, self.now));
         for said in said.into_iter().flatten() {
             let event = match said {
-                Said::Position(identity, location, declared) => {
+                RemoteIdOutcome::Position(identity, location, declared) => {
                     let drone = (identity, &location, declared);
                     let Self { normaliser, barometer, .. } = self;
                     let report = normaliser.remote_id(sensor, drone, received, heard.time, barometer);
@@ -299,11 +299,11 @@ impl Pipeline {
                     let taken = self.take(REMOTE_ID, report, &mut nobody);
                     taken.unwrap_or_else(|(sensor, refusal)| Event::Refused { sensor, refusal })
                 }
-                Said::Identity => {
+                RemoteIdOutcome::Identity => {
                     Event::Service { sensor, service: Service::default(), from: sender.address }
                 }
-                Said::Unused(refusal) => Event::Refused { sensor: Some(sensor), refusal },
-                Said::Faulty(fault) => Event::FaultyLine { fault },
+                RemoteIdOutcome::Unused(refusal) => Event::Refused { sensor: Some(sensor), refusal },
+                RemoteIdOutcome::Faulty(fault) => Event::FaultyLine { fault },
             };
             self.journal.note(event);
         }
@@ -378,7 +378,7 @@ impl Pipeline {
         } = self;
         let mut report = report.inspect_err(|(sensor, _)| {
             if let Some(sensor) = *sensor {
-                sender.still_speaks(Subject { sensor, category, identity: None }, senders, *now);
+                sender.keep_active(Subject { sensor, category, identity: None }, senders, *now);
             }
         })?;
         if let Report::Fix(fix) = &mut report {
@@ -396,7 +396,7 @@ impl Pipeline {
         };
         let subject = Subject { sensor, category, identity };
         let offer = engine.offer(report).map_err(|refused| {
-            sender.still_speaks(subject, senders, *now);
+            sender.keep_active(subject, senders, *now);
             (Some(sensor), refusal(refused))
         })?;
         sender.judge(subject, senders, *now, journal)?;

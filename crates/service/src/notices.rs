@@ -38,7 +38,7 @@ pub struct Notices(Arc<[Arc<NoticeQueue>]>);
 impl Notices {
     /// Counts so far, with the name of each receiver.
     pub fn counts(&self) -> impl Iterator<Item = (&str, NoticeCounts)> {
-        self.0.iter().map(|desk| (desk.name(), desk.counts()))
+        self.0.iter().map(|queue| (queue.name(), queue.counts()))
     }
 }
 
@@ -48,11 +48,11 @@ impl Messenger for Notices {
             return;
         }
         let (alert, at) = (Arc::new(alert.clone()), now());
-        self.0.iter().for_each(|desk| desk.note(change, &alert, at));
+        self.0.iter().for_each(|queue| queue.note(change, &alert, at));
     }
 
     fn troubles(&self) -> Vec<ServiceFault> {
         let now = now();
-        self.0.iter().filter_map(|desk| desk.trouble(now)).collect()
+        self.0.iter().filter_map(|queue| queue.trouble(now)).collect()
     }
 }

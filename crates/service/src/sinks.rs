@@ -1,7 +1,7 @@
 //! Sinks that receive the picture once a second, beside CAT129 and the API, each in its own format.
 //!
 //! ```text
-//! hub ──► follow ──► Desk (8 s at most, per sink) ──► sink's task ──► UDP
+//! hub ──► follow ──► SinkQueue (8 s at most, per sink) ──► sink's task ──► UDP
 //!         never waits                             ├─► sink's task ──► TCP, TLS: a Dialogue
 //!                                                 ├─► sink's task ──► HTTP
 //!                                                 └─► sink's task ──► a broker of MQTT 5
@@ -49,12 +49,12 @@ enum PictureSink {
 }
 
 impl PictureSink {
-    fn desk(&self) -> &Arc<SinkQueue> {
+    fn queue(&self) -> &Arc<SinkQueue> {
         match self {
-            Self::Datagrams(datagrams) => &datagrams.desk,
-            Self::Peer(peer) => &peer.desk,
-            Self::Posts(posts) => &posts.desk,
-            Self::Broker(broker) => &broker.desk,
+            Self::Datagrams(datagrams) => &datagrams.queue,
+            Self::Peer(peer) => &peer.queue,
+            Self::Posts(posts) => &posts.queue,
+            Self::Broker(broker) => &broker.queue,
         }
     }
 
@@ -135,14 +135,14 @@ impl PictureSinks {
     pub async fn reach(&self) -> Vec<(String, Result<(), String>)> {
         let mut reached = Vec::new();
         for sink in &self.sinks {
-            reached.push((sink.desk().name().to_owned(), sink.reach().await));
+            reached.push((sink.queue().name().to_owned(), sink.reach().await));
         }
         reached
     }
 
     /// Begins to deliver what the hub publishes from now on; called within a runtime.
     pub fn start(self, hub: Hub) -> (SinkMeter, Deliveries) {
-        let desks: Arc<[Arc<SinkQueue>]> = self.sinks.iter().map(|sink| sink.desk().clone()).collect();
+        let queues: Arc<[Arc<SinkQueue>]> = self.sinks.iter().map(|sink| sink.queue().clone()).collect();
         let closing = watch::Sender::new(false);
         // The sinks end when the follower has passed on the last slot.
         let seen = watch::Sender::new(false);
@@ -151,9 +151,9 @@ impl PictureSinks {
             tasks.push(tokio::spawn(sink.deliver(seen.subscribe())));
         }
         if !tasks.is_empty() {
-            tasks.insert(0, tokio::spawn(follow::follow(hub, desks.clone(), closing.subscribe(), seen)));
+            tasks.insert(0, tokio::spawn(follow::follow(hub, queues.clone(), closing.subscribe(), seen)));
         }
-        (SinkMeter(desks), Deliveries::new(closing, tasks))
+        (SinkMeter(queues), Deliveries::new(closing, tasks))
     }
 }
 
@@ -164,12 +164,12 @@ pub struct SinkMeter(Arc<[Arc<SinkQueue>]>);
 impl SinkMeter {
     /// Counts so far, with the name of each sink.
     pub fn counts(&self) -> impl Iterator<Item = (&str, SinkCounts)> {
-        self.0.iter().map(|desk| (desk.name(), desk.counts()))
+        self.0.iter().map(|queue| (queue.name(), queue.counts()))
     }
 }
 
 impl Outgoing for SinkMeter {
     fn troubles(&self) -> Vec<ServiceFault> {
-        self.0.iter().filter_map(|desk| desk.trouble()).collect()
+        self.0.iter().filter_map(|queue| queue.trouble()).collect()
     }
 }

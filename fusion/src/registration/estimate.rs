@@ -22,7 +22,7 @@ pub struct BiasValue {
 /// A radar's misalignment, as estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Misalignment {
-    /// Bias of the azimuth, radians clockwise: the negative of what `bearing_correction_deg` lacks.
+    /// Bias of the azimuth, measured minus true, radians clockwise. `bearing_correction_deg` has to be smaller by this.
     pub bearing: BiasValue,
     /// Tilt about the east axis, radians, right-handed: what lies north is seen too high. Zero where it is not observable.
     pub tilt_east: BiasValue,
@@ -37,8 +37,8 @@ pub struct Misalignment {
     pub time_s: BiasValue,
     /// Number of radar tracks it rests on, the older ones in part.
     pub samples: f64,
-    /// Wahba's loss of the azimuths, two times, a track: 1 where tracks lie about their mean as far as the deviations given for
-    /// the radar promise. `None` below eight tracks.
+    /// Scatter of the tracks' azimuth offsets about the estimate, as a ratio of variances (twice Wahba's loss per track): 1 if it
+    /// agrees with the radar's stated errors. `None` below eight tracks.
     pub residual: Option<f64>,
     /// Second moments of what is left once plots are corrected by what is observable.
     pub(super) left: Matrix6<f64>,

@@ -20,7 +20,7 @@ pub struct Shown {
 
 /// Content of a datagram.
 #[derive(Clone, Debug)]
-pub enum Said {
+pub enum RemoteIdOutcome {
     /// A record with its fields, the FSPEC and notes.
     Record(Vec<Shown>),
     /// Octets that cannot be read: name of the fault, and offset in the frame.
@@ -31,7 +31,7 @@ pub enum Said {
 #[derive(Debug, Default)]
 pub struct Packet {
     /// CAT129 content of the packet, in order.
-    pub said: Vec<Said>,
+    pub said: Vec<RemoteIdOutcome>,
     /// Names of its protocols.
     pub protocols: Vec<String>,
     /// Notes and warnings.
@@ -101,14 +101,14 @@ fn experts<'a>(node: Node<'a, '_>) -> Vec<(String, usize, &'a str)> {
     node.descendants().filter(|node| name(*node) == "_ws.expert").map(of).collect()
 }
 
-fn fault(node: Node<'_, '_>) -> Option<Said> {
+fn fault(node: Node<'_, '_>) -> Option<RemoteIdOutcome> {
     let mut all = experts(node).into_iter().filter(|(_, _, severity)| *severity == ERROR);
     let (name, at, _) = all.next()?;
     assert!(all.next().is_none(), "one fault ends a block");
-    Some(Said::Fault(name, at))
+    Some(RemoteIdOutcome::Fault(name, at))
 }
 
-fn said(record: Node<'_, '_>) -> Said {
+fn said(record: Node<'_, '_>) -> RemoteIdOutcome {
     let of = |node: Node<'_, '_>| {
         let name = name(node).strip_prefix("cat129.")?.to_owned();
         let attribute = |name| node.attribute(name).unwrap_or_default().to_owned();
@@ -117,7 +117,7 @@ fn said(record: Node<'_, '_>) -> Said {
         let says = !is_expert && node.attribute("value").is_some_and(|octets| !octets.is_empty());
         says.then(|| Shown { name, show: attribute("show"), octets: attribute("value") })
     };
-    Said::Record(
+    RemoteIdOutcome::Record(
         record.descendants().skip(1).filter(|node| node.has_tag_name("field")).filter_map(of).collect(),
     )
 }

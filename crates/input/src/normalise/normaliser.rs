@@ -208,7 +208,7 @@ impl Normaliser {
     }
 
     /// Also accepts ADS-B and Remote ID without a height under the rules of `reference`, at an assumed height.
-    pub fn with_heights_unsaid(self) -> Self {
+    pub fn with_optional_heights(self) -> Self {
         Self { needs_height: false, ..self }
     }
 

@@ -68,7 +68,7 @@ pub(super) fn heard(
 
 /// Content of a message of a broadcast.
 #[derive(Debug, PartialEq)]
-pub(super) enum Said {
+pub(super) enum RemoteIdOutcome {
     /// Position and identity of a drone, and the declaration from other messages.
     Position(Identity, Location, Declaration),
     /// Identity of the drone, or identity and position of its operator.
@@ -99,7 +99,7 @@ pub(super) struct Transmitters(Generations<String, Transmitter>);
 
 impl Transmitters {
     /// Processes the messages of a broadcast. An identity in a message pack applies to the whole pack.
-    pub(super) fn hear(&mut self, heard: &BroadcastLine, now: Time) -> Vec<Said> {
+    pub(super) fn hear(&mut self, heard: &BroadcastLine, now: Time) -> Vec<RemoteIdOutcome> {
         let all: Vec<_> = messages(&heard.octets).collect();
         let known = self.0.of(heard.transmitter.clone(), now, Transmitter::default);
         let mut nobody = Transmitter::default();
@@ -121,12 +121,12 @@ impl Transmitters {
             }
         }
         let said = |message: Result<Message, _>| match message {
-            Ok(Message::BasicId(id)) if identity(&id).is_some() => Said::Identity,
-            Ok(Message::BasicId(_)) => Said::Unused(Refusal::NoIdentity),
+            Ok(Message::BasicId(id)) if identity(&id).is_some() => RemoteIdOutcome::Identity,
+            Ok(Message::BasicId(_)) => RemoteIdOutcome::Unused(Refusal::NoIdentity),
             Ok(Message::Location(location)) => known.locate(location, now),
-            Ok(Message::System(_) | Message::OperatorId(_)) => Said::Identity,
-            Ok(_) => Said::Unused(Refusal::NotUsed),
-            Err(fault) => Said::Faulty(LineFault::Message(fault)),
+            Ok(Message::System(_) | Message::OperatorId(_)) => RemoteIdOutcome::Identity,
+            Ok(_) => RemoteIdOutcome::Unused(Refusal::NotUsed),
+            Err(fault) => RemoteIdOutcome::Faulty(LineFault::Message(fault)),
         };
         all.into_iter().map(said).collect()
     }
@@ -162,13 +162,13 @@ impl Transmitter {
         standing.map(|(declared, _)| declared).unwrap_or_default()
     }
 
-    fn locate(&mut self, location: Location, now: Time) -> Said {
+    fn locate(&mut self, location: Location, now: Time) -> RemoteIdOutcome {
         // Some beacons, the French ones among them, send no time with a position.
         let hovers = location.seconds_of_hour().is_none()
             && self.locations[0] == Some(location)
             && (now - self.located).abs() > AGAIN;
         if self.locations.contains(&Some(location)) && !hovers {
-            return Said::Unused(Refusal::Repeated);
+            return RemoteIdOutcome::Unused(Refusal::Repeated);
         }
         match self.identity.filter(|(_, since)| (now - *since).abs() <= BOUND) {
             Some((identity, _)) => {
@@ -177,9 +177,9 @@ impl Transmitter {
                     self.locations[0] = Some(location);
                 }
                 self.located = now;
-                Said::Position(identity, location, self.declaration(now))
+                RemoteIdOutcome::Position(identity, location, self.declaration(now))
             }
-            None => Said::Unused(Refusal::NoIdentity),
+            None => RemoteIdOutcome::Unused(Refusal::NoIdentity),
         }
     }
 }

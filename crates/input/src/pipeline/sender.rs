@@ -72,9 +72,9 @@ impl Sender {
     }
 
     /// Notes that the sender still speaks for a subject, whatever the outcome of the record.
-    pub(super) fn still_speaks(&self, subject: Subject, senders: &mut Senders, now: Time) {
+    pub(super) fn keep_active(&self, subject: Subject, senders: &mut Senders, now: Time) {
         if let Some(from) = self.address {
-            senders.still_speaks(subject, from, now);
+            senders.keep_active(subject, from, now);
         }
     }
 }

@@ -312,14 +312,14 @@ impl Senders {
         self.excuse(subject, from, earlier);
         if let Some(peer) = subject.peer() {
             // A radar that sees no target still sends service messages.
-            self.still_speaks(peer, from, now);
+            self.keep_active(peer, from, now);
             self.excuse(peer, from, earlier);
         }
         Judged::Counts(takeover)
     }
 
     /// Notes that the sender is active although a record was refused for another reason.
-    pub(super) fn still_speaks(&mut self, subject: Subject, from: SocketAddr, now: Time) {
+    pub(super) fn keep_active(&mut self, subject: Subject, from: SocketAddr, now: Time) {
         let Self { heard, ports, rules, .. } = self;
         let rule = &rules[usize::from(subject.sensor.0)];
         if let Some(heard) = heard.get_mut(&subject).filter(|heard| rule.are_one(ports, heard.owner, from)) {

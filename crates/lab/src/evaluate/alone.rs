@@ -86,7 +86,7 @@ impl InputsAlone {
         config.fusion.profile = Profile::Reference;
         config.fusion.latency_slots = config.fusion.latency_slots.max(1);
         let pipeline = Pipeline::new(&config, masks).without_plots();
-        let mut pipeline = if needs_height { pipeline } else { pipeline.with_heights_unsaid() };
+        let mut pipeline = if needs_height { pipeline } else { pipeline.with_optional_heights() };
         let maker = PictureMaker::new(&config, pipeline.normaliser());
         let (mut plots, mut fixes, mut emissions) = (Vec::new(), Vec::new(), Vec::<Emission>::new());
         for reception in receptions {

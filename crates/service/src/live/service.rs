@@ -47,7 +47,7 @@ pub use decisions::{OperatorDecision, decisions};
 pub use viewer::{Viewer, ViewerCounts, ViewerInput};
 
 /// Maximum time between two checks for a stop or a due status.
-const LOOK_UP: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// Maximum time to the next status; it is longer only after the clock stepped back.
 const STATUS_AHEAD: jiff::SignedDuration = jiff::SignedDuration::from_millis(1100);
 /// Waiting time in the engine's queue from which a datagram counts as delayed; typically it is below a millisecond.
@@ -282,15 +282,15 @@ impl EngineThread {
         self.publisher.publish_due(now, self.driver.lead());
     }
 
-    /// Time until the next slot is to be made or published, limited to [`LOOK_UP`].
+    /// Time until the next slot is to be made or published, limited to [`POLL_INTERVAL`].
     fn until_due(&self) -> Duration {
         let published = self.publisher.next_due();
         let next = self.driver.next_made().into_iter().chain(published).min();
         let wait = next.map(|due| Duration::try_from(due - self.publisher.clock.now()).unwrap_or_default());
-        wait.map_or(LOOK_UP, |wait| wait.min(LOOK_UP))
+        wait.map_or(POLL_INTERVAL, |wait| wait.min(POLL_INTERVAL))
     }
 
-    /// Handles waiting arrivals, which precede the slots due by now. If this takes longer than [`LOOK_UP`], some still
+    /// Handles waiting arrivals, which precede the slots due by now. If this takes longer than [`POLL_INTERVAL`], some still
     /// wait. No slot may then be published by the clock, because it would miss them.
     fn catch_up(&mut self, arrivals: &Receiver<Arrival>) -> EngineProgress {
         let began = self.publisher.clock.now();
@@ -299,7 +299,7 @@ impl EngineThread {
             let Ok(arrival) = arrivals.try_recv() else { return EngineProgress { until: now, is_all: true } };
             let until = arrival.received;
             self.receive(arrival);
-            if now.nanos().abs_diff(began.nanos()) > LOOK_UP.as_nanos() as u64 {
+            if now.nanos().abs_diff(began.nanos()) > POLL_INTERVAL.as_nanos() as u64 {
                 return EngineProgress { until, is_all: false };
             }
         }

@@ -27,7 +27,7 @@ const OFFLINE: &str = "offline";
 
 /// A broker as receiver.
 pub(super) struct Broker {
-    pub(super) desk: Arc<NoticeQueue>,
+    pub(super) queue: Arc<NoticeQueue>,
     pub(super) dial: Dialer,
     pub(super) client_id: String,
     pub(super) login: Option<Login>,
@@ -56,8 +56,8 @@ impl Broker {
             let Err(broken) = self.session(&mut closing, &mut unsent).await else { return };
             let why = broken.to_string();
             let wait = match unsent {
-                Some(batch) => self.desk.settle(batch, DeliveryResult::Later { why, after: None }),
-                None => self.desk.fails(why),
+                Some(batch) => self.queue.settle(batch, DeliveryResult::Later { why, after: None }),
+                None => self.queue.fails(why),
             };
             tokio::select! {
                 () = sleep(wait) => {}
@@ -94,17 +94,17 @@ impl Broker {
         let caller =
             ClientIdentity { client_id: &self.client_id, login: self.login.clone(), will: Some(will) };
         let mut connection = BrokerConnection::open(&self.dial, caller).await?;
-        self.desk.mirrored(Mirror::begin);
+        self.queue.mirrored(Mirror::begin);
         connection.publish(self.status(ONLINE), |_| {}).await?;
         let found = |message: ReceivedMessage| self.found(&message);
         connection.subscribe(self.retained()).await?;
         // A broker answers in order: its retained messages arrive before the answer.
         connection.ping(found).await?;
-        self.desk.works();
+        self.queue.works();
         loop {
             let ping_due = connection.ping_due();
             let owed = tokio::select! {
-                owed = self.desk.owed() => owed,
+                owed = self.queue.owed() => owed,
                 heard = connection.listen() => {
                     heard?.into_iter().for_each(found);
                     continue;
@@ -117,11 +117,11 @@ impl Broker {
             };
             self.pay(&mut connection, owed, unsent).await?;
         }
-        while let Some(owed) = self.desk.take_owed() {
+        while let Some(owed) = self.queue.take_owed() {
             self.pay(&mut connection, owed, unsent).await?;
         }
-        self.desk.mirrored(Mirror::end);
-        while let Some(owed) = self.desk.take_owed() {
+        self.queue.mirrored(Mirror::end);
+        while let Some(owed) = self.queue.take_owed() {
             self.pay(&mut connection, owed, unsent).await?;
         }
         connection.publish(self.status(OFFLINE), found).await?;
@@ -141,10 +141,10 @@ impl Broker {
                 let message = Publish { retain: true, ..self.json(&topic, message) };
                 match connection.publish(message, found).await? {
                     PublishResult::Taken if alert.is_none() => {
-                        self.desk.mirrored(|mirror| mirror.cleared(&topic));
+                        self.queue.mirrored(|mirror| mirror.cleared(&topic));
                     }
                     PublishResult::Taken => {}
-                    PublishResult::Refused(why) => _ = self.desk.fails(why),
+                    PublishResult::Refused(why) => _ = self.queue.fails(why),
                 }
             }
             PendingDelivery::Event(batch) => {
@@ -155,7 +155,7 @@ impl Broker {
                     PublishResult::Taken => DeliveryResult::Taken,
                     PublishResult::Refused(why) => DeliveryResult::Refused { why },
                 };
-                unsent.take().map(|batch| self.desk.settle(batch, answer));
+                unsent.take().map(|batch| self.queue.settle(batch, answer));
             }
         }
         Ok(())
@@ -168,7 +168,7 @@ impl Broker {
         }
         let Ok(topic) = str::from_utf8(&message.topic) else { return };
         let end = topic.strip_prefix(&*self.prefix).and_then(|topic| topic.strip_prefix('/'));
-        self.desk.mirrored(|mirror| end.into_iter().for_each(|topic| mirror.found(topic)));
+        self.queue.mirrored(|mirror| end.into_iter().for_each(|topic| mirror.found(topic)));
     }
 
     /// Subscription to all retained alerts.
@@ -222,7 +222,7 @@ mod tests {
         let pings = pings_while_flooded("north/alerts/area/area-1", |port| async move {
             let selection = NoticeSelection::new("mqtt".to_owned(), None, Severity::Warning);
             let broker = Broker {
-                desk: Arc::new(NoticeQueue::new(
+                queue: Arc::new(NoticeQueue::new(
                     "mqtt".to_owned(),
                     NoticeOutbox::new(selection, Some(Mirror::default())),
                 )),

@@ -70,10 +70,10 @@ impl NoticeReceivers {
     pub async fn test(&self) -> Vec<(String, Result<String, String>)> {
         let mut answers = Vec::new();
         for webhook in &self.webhooks {
-            answers.push((webhook.desk.name().to_owned(), webhook.test().await));
+            answers.push((webhook.queue.name().to_owned(), webhook.test().await));
         }
         if let Some(broker) = &self.broker {
-            answers.push((broker.desk.name().to_owned(), broker.test().await));
+            answers.push((broker.queue.name().to_owned(), broker.test().await));
         }
         answers
     }
@@ -81,9 +81,9 @@ impl NoticeReceivers {
     /// Begins to deliver; called within a runtime.
     pub fn start(self) -> (Notices, Deliveries) {
         let Self { webhooks, broker, .. } = self;
-        let desks =
-            webhooks.iter().map(|webhook| &webhook.desk).chain(broker.iter().map(|broker| &broker.desk));
-        let notices = Notices(desks.cloned().collect());
+        let queues =
+            webhooks.iter().map(|webhook| &webhook.queue).chain(broker.iter().map(|broker| &broker.queue));
+        let notices = Notices(queues.cloned().collect());
         let closing = watch::Sender::new(false);
         let mut tasks: Vec<JoinHandle<()>> = Vec::new();
         for webhook in webhooks {
@@ -125,7 +125,7 @@ impl Webhook {
         let name = format!("webhook:{id}");
         let selection = NoticeSelection::new(name.clone(), webhook.kinds.clone(), webhook.min_severity);
         Ok(Self {
-            desk: Arc::new(NoticeQueue::new(name, NoticeOutbox::new(selection, None))),
+            queue: Arc::new(NoticeQueue::new(name, NoticeOutbox::new(selection, None))),
             url: url.clone(),
             dial,
             secret: key,
@@ -149,7 +149,7 @@ impl Broker {
         let name = "mqtt".to_owned();
         let selection = NoticeSelection::new(name.clone(), mqtt.kinds.clone(), mqtt.min_severity);
         Ok(Self {
-            desk: Arc::new(NoticeQueue::new(name, NoticeOutbox::new(selection, Some(Mirror::default())))),
+            queue: Arc::new(NoticeQueue::new(name, NoticeOutbox::new(selection, Some(Mirror::default())))),
             dial,
             client_id: client_id(mqtt, site),
             login: username.as_ref().map(|username| Login::new(username, password)),

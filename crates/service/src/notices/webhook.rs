@@ -21,7 +21,7 @@ use fusion::time::SECOND;
 /// A webhook as receiver.
 #[derive(Debug)]
 pub(super) struct Webhook {
-    pub(super) desk: Arc<NoticeQueue>,
+    pub(super) queue: Arc<NoticeQueue>,
     pub(super) url: Uri,
     pub(super) dial: Dialer,
     pub(super) secret: Option<SigningSecret>,
@@ -37,8 +37,8 @@ impl Webhook {
     pub(super) async fn deliver(self, mut closing: Closing) {
         loop {
             let batch = tokio::select! {
-                batch = self.desk.next() => batch,
-                () = closed(&mut closing) => match self.desk.take() {
+                batch = self.queue.next() => batch,
+                () = closed(&mut closing) => match self.queue.take() {
                     Some(batch) => batch,
                     None => return,
                 },
@@ -48,7 +48,7 @@ impl Webhook {
                 Ok(parts) => answer(&parts, now()),
                 Err(why) => DeliveryResult::Later { why, after: None },
             };
-            let wait = self.desk.settle(batch, answer);
+            let wait = self.queue.settle(batch, answer);
             if wait.is_zero() {
                 continue;
             }

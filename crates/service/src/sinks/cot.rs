@@ -17,7 +17,7 @@ use site::config::{self, Carrier, PictureKind, Site};
 
 /// Opens a sink; no connection is made yet.
 pub(super) fn open(cot: &config::Cot, site: &Site) -> Result<PictureSink, String> {
-    let desk = Arc::new(SinkQueue::new(format!("cot:{}", cot.id), cot.picture));
+    let queue = Arc::new(SinkQueue::new(format!("cot:{}", cot.id), cot.picture));
     let writer = CotWriter { site: site.name.clone(), stale: cot.stale_s };
     let proofs = Certificates {
         ca: cot.ca.as_deref(),
@@ -31,8 +31,8 @@ pub(super) fn open(cot: &config::Cot, site: &Site) -> Result<PictureSink, String
             // By default multicast stays within the local network, while a host may be anywhere.
             let ttl = cot.ttl.unwrap_or(if is_group { 1 } else { 64 });
             return Ok(PictureSink::Datagrams(DatagramSink {
-                messages: Box::new(datagrams(CotEvents::new(writer), desk.clone())),
-                desk,
+                messages: Box::new(datagrams(CotEvents::new(writer), queue.clone())),
+                queue,
                 to: *to,
                 interface,
                 ttl,
@@ -42,7 +42,7 @@ pub(super) fn open(cot: &config::Cot, site: &Site) -> Result<PictureSink, String
         Carrier::Tls(host, port) => Dialer::tls(host, *port, &proofs)?,
     };
     Ok(PictureSink::Peer(StreamSink {
-        desk,
+        queue,
         dial,
         dialogue: Box::new(CotDialogue { events: CotEvents::new(writer) }),
     }))
@@ -77,11 +77,11 @@ impl Dialogue for CotDialogue {
     }
 }
 
-fn datagrams(mut events: CotEvents, desk: Arc<SinkQueue>) -> impl FnMut(&PictureSecond) -> Vec<Vec<u8>> {
+fn datagrams(mut events: CotEvents, queue: Arc<SinkQueue>) -> impl FnMut(&PictureSecond) -> Vec<Vec<u8>> {
     move |second| {
         let mut datagrams = Vec::new();
         let left_out = events.of(second, |event| datagrams.push(event.into_bytes()));
-        desk.left_out(left_out);
+        queue.left_out(left_out);
         datagrams
     }
 }

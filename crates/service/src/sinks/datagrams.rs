@@ -24,7 +24,7 @@ pub(super) type MessageEncoder = Box<dyn FnMut(&PictureSecond) -> Vec<Vec<u8>> +
 
 /// A sink over UDP.
 pub(super) struct DatagramSink {
-    pub(super) desk: Arc<SinkQueue>,
+    pub(super) queue: Arc<SinkQueue>,
     pub(super) to: SocketAddrV4,
     /// Interface for multicast.
     pub(super) interface: Option<Ipv4Addr>,
@@ -34,7 +34,7 @@ pub(super) struct DatagramSink {
 
 impl std::fmt::Debug for DatagramSink {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Datagrams").field("desk", &self.desk).field("to", &self.to).finish_non_exhaustive()
+        f.debug_struct("Datagrams").field("queue", &self.queue).field("to", &self.to).finish_non_exhaustive()
     }
 }
 
@@ -44,8 +44,8 @@ impl DatagramSink {
         let mut opened = None;
         loop {
             let second = tokio::select! {
-                second = self.desk.next() => second,
-                () = closed(&mut closing) => match self.desk.take() {
+                second = self.queue.next() => second,
+                () = closed(&mut closing) => match self.queue.take() {
                     Some(second) => second,
                     None => return,
                 },
@@ -54,7 +54,7 @@ impl DatagramSink {
                 // A socket identifies its interface by number: after the interface has gone and come back, a new socket is
                 // needed.
                 opened = None;
-                let wait = self.desk.fails(error.to_string(), Some(SinkLoss::Unreachable));
+                let wait = self.queue.fails(error.to_string(), Some(SinkLoss::Unreachable));
                 tokio::select! {
                     () = sleep(wait) => {}
                     () = closed(&mut closing) => {}
@@ -80,13 +80,13 @@ impl DatagramSink {
         for lot in (self.messages)(second).chunks(LOT) {
             for message in lot {
                 socket.send_to(message, self.to).await?;
-                self.desk.sent(1);
+                self.queue.sent(1);
             }
             if lot.len() == LOT {
                 sleep(PAUSE).await;
             }
         }
-        self.desk.works();
+        self.queue.works();
         Ok(())
     }
 }

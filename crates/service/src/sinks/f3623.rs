@@ -25,7 +25,7 @@ use site::config;
 
 /// A sink that posts over HTTP.
 pub(super) struct F3623Sink {
-    pub(super) desk: Arc<SinkQueue>,
+    pub(super) queue: Arc<SinkQueue>,
     url: Uri,
     dial: Dialer,
     /// File of the token, read at each post, so that a renewed token needs no restart.
@@ -35,7 +35,10 @@ pub(super) struct F3623Sink {
 
 impl fmt::Debug for F3623Sink {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Posts").field("desk", &self.desk).field("dial", &self.dial).finish_non_exhaustive()
+        f.debug_struct("F3623Sink")
+            .field("queue", &self.queue)
+            .field("dial", &self.dial)
+            .finish_non_exhaustive()
     }
 }
 
@@ -50,7 +53,7 @@ pub(super) fn open(f3623: &config::F3623) -> Result<PictureSink, String> {
         Dialer::plain(host, url.port_u16().unwrap_or(80))
     };
     let posts = F3623Sink {
-        desk: Arc::new(SinkQueue::new(format!("f3623:{id}"), *picture)),
+        queue: Arc::new(SinkQueue::new(format!("f3623:{id}"), *picture)),
         url: url.clone(),
         dial,
         token_file: token_file.clone(),
@@ -84,8 +87,8 @@ impl F3623Sink {
     pub(super) async fn deliver(self, mut closing: Closing) {
         loop {
             let second = tokio::select! {
-                second = self.desk.next() => second,
-                () = closed(&mut closing) => match self.desk.take() {
+                second = self.queue.next() => second,
+                () = closed(&mut closing) => match self.queue.take() {
                     Some(second) => second,
                     None => return,
                 },
@@ -109,7 +112,7 @@ impl F3623Sink {
     /// Posts a second; returns the pause after a failure.
     async fn send(&self, second: &PictureSecond) -> Option<Duration> {
         let (body, left_out) = observations(second.tracks(), &second.maker);
-        self.desk.left_out(left_out);
+        self.queue.left_out(left_out);
         let sent = async {
             let request = self.request(body)?;
             post(&self.dial, request, self.timeout).await
@@ -117,15 +120,15 @@ impl F3623Sink {
         let answered = sent.await.map(|parts| answer(&parts, now()));
         match answered.unwrap_or_else(|why| DeliveryResult::Later { why, after: None }) {
             DeliveryResult::Taken => {
-                self.desk.sent(1);
-                self.desk.works();
+                self.queue.sent(1);
+                self.queue.works();
                 None
             }
             DeliveryResult::Later { why, after } => {
-                let wait = self.desk.fails(why, Some(SinkLoss::Unreachable));
+                let wait = self.queue.fails(why, Some(SinkLoss::Unreachable));
                 Some(after.map_or(wait, |after| after.max(wait).min(LONGEST_ASKED)))
             }
-            DeliveryResult::Refused { why } => Some(self.desk.fails(why, Some(SinkLoss::Refused))),
+            DeliveryResult::Refused { why } => Some(self.queue.fails(why, Some(SinkLoss::Refused))),
         }
     }
 

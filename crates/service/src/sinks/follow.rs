@@ -15,7 +15,7 @@ use site::config::PictureKind;
 /// Follows the hub until the service ends and its last slot is passed on; then `seen` becomes `true`.
 pub(super) async fn follow(
     hub: Hub,
-    desks: Arc<[Arc<SinkQueue>]>,
+    queues: Arc<[Arc<SinkQueue>]>,
     mut closing: Closing,
     seen: watch::Sender<bool>,
 ) {
@@ -23,8 +23,8 @@ pub(super) async fn follow(
     loop {
         tokio::select! {
             frame = frames.recv() => match frame {
-                Ok(frame) => hand_on(&frame, &hub, &desks),
-                Err(RecvError::Lagged(slots)) => miss(slots, &hub, &desks),
+                Ok(frame) => hand_on(&frame, &hub, &queues),
+                Err(RecvError::Lagged(slots)) => miss(slots, &hub, &queues),
                 Err(RecvError::Closed) => break,
             },
             () = closed(&mut closing) => break,
@@ -32,27 +32,27 @@ pub(super) async fn follow(
     }
     loop {
         match frames.try_recv() {
-            Ok(frame) => hand_on(&frame, &hub, &desks),
-            Err(TryRecvError::Lagged(slots)) => miss(slots, &hub, &desks),
+            Ok(frame) => hand_on(&frame, &hub, &queues),
+            Err(TryRecvError::Lagged(slots)) => miss(slots, &hub, &queues),
             Err(TryRecvError::Empty | TryRecvError::Closed) => break,
         }
     }
     seen.send_replace(true);
 }
 
-fn hand_on(frame: &Arc<PublishedPicture>, hub: &Hub, desks: &[Arc<SinkQueue>]) {
+fn hand_on(frame: &Arc<PublishedPicture>, hub: &Hub, queues: &[Arc<SinkQueue>]) {
     for kind in [PictureKind::Lagged, PictureKind::Now] {
-        let mut those = desks.iter().filter(|desk| desk.picture == kind).peekable();
+        let mut those = queues.iter().filter(|queue| queue.picture == kind).peekable();
         if those.peek().is_some()
             && let Some(second) = PictureSecond::of(frame, kind, hub).map(Arc::new)
         {
-            those.for_each(|desk| desk.note(second.clone()));
+            those.for_each(|queue| queue.note(second.clone()));
         }
     }
 }
 
-fn miss(slots: u64, hub: &Hub, desks: &[Arc<SinkQueue>]) {
+fn miss(slots: u64, hub: &Hub, queues: &[Arc<SinkQueue>]) {
     warn!(slots, "sinks miss slots, which were published faster than read");
     let seconds = usize::try_from(hub.maker.seconds(slots)).unwrap_or(usize::MAX);
-    desks.iter().for_each(|desk| desk.missed(seconds));
+    queues.iter().for_each(|queue| queue.missed(seconds));
 }

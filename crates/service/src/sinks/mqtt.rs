@@ -26,7 +26,7 @@ const EXPIRY_S: u32 = 10;
 
 /// A broker as sink.
 pub(super) struct TrackBroker {
-    pub(super) desk: Arc<SinkQueue>,
+    pub(super) queue: Arc<SinkQueue>,
     dial: Dialer,
     client_id: String,
     login: Option<Login>,
@@ -40,7 +40,7 @@ pub(super) struct TrackBroker {
 impl fmt::Debug for TrackBroker {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("TrackBroker")
-            .field("desk", &self.desk)
+            .field("queue", &self.queue)
             .field("dial", &self.dial)
             .field("prefix", &self.prefix)
             .finish_non_exhaustive()
@@ -58,7 +58,7 @@ pub(super) fn open(mqtt: &config::MqttTracks, site: &Site) -> Result<PictureSink
     let password = secret(password_file.as_deref(), password_env.as_deref())?.unwrap_or_default();
     let usual_id = || format!("utm-fusion-{}-{}-{id}", site.sac, site.sic);
     Ok(PictureSink::Broker(TrackBroker {
-        desk: Arc::new(SinkQueue::new(format!("mqtt:{id}"), mqtt.picture)),
+        queue: Arc::new(SinkQueue::new(format!("mqtt:{id}"), mqtt.picture)),
         dial,
         client_id: mqtt.client_id.clone().unwrap_or_else(usual_id),
         login: username.as_ref().map(|username| Login::new(username, password)),
@@ -98,7 +98,7 @@ impl TrackBroker {
     pub(super) async fn deliver(self, mut closing: Closing) {
         loop {
             let Err(BrokerFailure { why, loss }) = self.session(&mut closing).await else { return };
-            let wait = self.desk.fails(why, loss);
+            let wait = self.queue.fails(why, loss);
             tokio::select! {
                 () = sleep(wait) => {}
                 () = closed(&mut closing) => return,
@@ -123,14 +123,14 @@ impl TrackBroker {
             connection = BrokerConnection::open(&self.dial, caller) => connection?,
             () = closed(closing) => return Ok(()),
         };
-        self.desk.begin();
+        self.queue.begin();
         connection.publish(self.status(ONLINE), |_| {}).await?;
-        self.desk.works();
+        self.queue.works();
         let mut shown = BTreeSet::new();
         loop {
             let ping_due = connection.ping_due();
             let second = tokio::select! {
-                second = self.desk.next() => second,
+                second = self.queue.next() => second,
                 heard = connection.listen() => {
                     heard?;
                     continue;
@@ -143,7 +143,7 @@ impl TrackBroker {
             };
             self.publish(&mut connection, &second, &mut shown).await?;
         }
-        while let Some(second) = self.desk.take() {
+        while let Some(second) = self.queue.take() {
             self.publish(&mut connection, &second, &mut shown).await?;
         }
         for id in &shown {
@@ -167,10 +167,10 @@ impl TrackBroker {
             let message = serde_json::to_vec(&TrackJson::new(track, &second.maker));
             let message = self.track(&id, message.map_err(|error| lose(error.to_string()))?);
             if connection.send(message).await.map_err(|broken| lose(broken.to_string()))? {
-                self.desk.sent(1);
+                self.queue.sent(1);
                 current.insert(id);
             } else {
-                self.desk.left_out(1);
+                self.queue.left_out(1);
             }
         }
         for id in shown.difference(&current) {

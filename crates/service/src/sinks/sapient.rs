@@ -26,7 +26,7 @@ const PATIENCE: SignedDuration = SignedDuration::from_secs(10);
 
 /// Opens a sink; no connection is made yet.
 pub(super) fn open(sapient: &config::Sapient, config: &Config) -> PictureSink {
-    let desk = Arc::new(SinkQueue::new(format!("sapient:{}", sapient.id), sapient.picture));
+    let queue = Arc::new(SinkQueue::new(format!("sapient:{}", sapient.id), sapient.picture));
     let writer = SapientWriter {
         node_id: sapient.node_id.clone(),
         site: config.site.name.clone(),
@@ -35,7 +35,7 @@ pub(super) fn open(sapient: &config::Sapient, config: &Config) -> PictureSink {
     };
     let dialogue = SapientDialogue::new(writer, sapient.status_interval);
     let dial = Dialer::plain(&sapient.url.host, sapient.url.port);
-    PictureSink::Peer(StreamSink { desk, dial, dialogue: Box::new(dialogue) })
+    PictureSink::Peer(StreamSink { queue, dial, dialogue: Box::new(dialogue) })
 }
 
 /// A description of the sink.

@@ -69,7 +69,7 @@ pub(crate) struct EncodedSecond {
 /// A sink over a connection.
 #[derive(Debug)]
 pub(super) struct StreamSink {
-    pub(super) desk: Arc<SinkQueue>,
+    pub(super) queue: Arc<SinkQueue>,
     pub(super) dial: Dialer,
     pub(super) dialogue: Box<dyn Dialogue>,
 }
@@ -92,7 +92,7 @@ impl StreamSink {
     pub(super) async fn deliver(mut self, mut closing: Closing) {
         loop {
             let Err(StreamFailure { why, loss }) = self.session(&mut closing).await else { return };
-            let wait = self.desk.fails(why, loss);
+            let wait = self.queue.fails(why, loss);
             tokio::select! {
                 () = sleep(wait) => {}
                 () = closed(&mut closing) => return,
@@ -108,12 +108,12 @@ impl StreamSink {
 
     /// Runs a connection from its beginning.
     async fn session(&mut self, closing: &mut Closing) -> Result<(), StreamFailure> {
-        let Self { desk, dial, dialogue } = self;
+        let Self { queue, dial, dialogue } = self;
         let stream = tokio::select! {
             stream = within(PATIENCE, "no connection", dial.dial()) => stream?,
             () = closed(closing) => return Ok(()),
         };
-        desk.begin();
+        queue.begin();
         let (mut reader, mut writer) = split(stream);
         let mut buffer = vec![0; READ];
         let mut octets = dialogue.begin(now());
@@ -128,14 +128,14 @@ impl StreamSink {
                 octets = answers;
             }
             let second = tokio::select! {
-                second = desk.next() => second,
+                second = queue.next() => second,
                 count = reader.read(&mut buffer) => {
                     octets = receive(count?, &buffer, dialogue.as_mut())?;
                     continue;
                 }
                 () = &mut sound, if !is_sound => {
                     is_sound = true;
-                    desk.works();
+                    queue.works();
                     continue;
                 }
                 () = closed(closing) => break,
@@ -144,20 +144,20 @@ impl StreamSink {
             let lose = |why: String| StreamFailure { why, loss: Some(SinkLoss::Unreachable) };
             let EncodedSecond { octets: encoded, messages, left_out, is_withheld } =
                 dialogue.encode(&second).map_err(lose)?;
-            desk.left_out(left_out);
+            queue.left_out(left_out);
             if is_withheld {
-                desk.withheld();
+                queue.withheld();
             }
             let written = write(&mut writer, &encoded);
             let answers = exchange(written, &mut reader, &mut buffer, dialogue.as_mut()).await;
             octets = answers.map_err(|broken| lose(broken.why))?;
-            desk.sent(messages);
+            queue.sent(messages);
         }
-        while let Some(second) = desk.take() {
+        while let Some(second) = queue.take() {
             let EncodedSecond { octets, messages, left_out, .. } = dialogue.encode(&second)?;
-            desk.left_out(left_out);
+            queue.left_out(left_out);
             write(&mut writer, &octets).await?;
-            desk.sent(messages);
+            queue.sent(messages);
         }
         write(&mut writer, &dialogue.end(now())).await?;
         writer.shutdown().await?;

@@ -45,19 +45,33 @@ fn position_has_the_last_identity_of_its_transmitter() {
         assert_eq!(said.len(), 1);
         said.remove(0)
     };
-    assert_eq!(hear("aa", &location(1), 0), Said::Unused(Refusal::NoIdentity));
-    assert_eq!(hear("aa", &basic(IdType::SerialNumber, b"ONE"), 1), Said::Identity);
+    assert_eq!(hear("aa", &location(1), 0), RemoteIdOutcome::Unused(Refusal::NoIdentity));
+    assert_eq!(hear("aa", &basic(IdType::SerialNumber, b"ONE"), 1), RemoteIdOutcome::Identity);
     let one = Identity::new(b"ONE", None).unwrap();
-    assert!(matches!(hear("aa", &location(2), 6), Said::Position(identity, ..) if identity == one));
-    assert_eq!(hear("aa", &location(2), 6), Said::Unused(Refusal::Repeated));
-    assert_eq!(hear("bb", &location(3), 6), Said::Unused(Refusal::NoIdentity), "another transmitter");
-    assert_eq!(hear("aa", &location(3), 7), Said::Unused(Refusal::NoIdentity), "6 s after it said who it is");
+    assert!(
+        matches!(hear("aa", &location(2), 6), RemoteIdOutcome::Position(identity, ..) if identity == one)
+    );
+    assert_eq!(hear("aa", &location(2), 6), RemoteIdOutcome::Unused(Refusal::Repeated));
+    assert_eq!(
+        hear("bb", &location(3), 6),
+        RemoteIdOutcome::Unused(Refusal::NoIdentity),
+        "another transmitter"
+    );
+    assert_eq!(
+        hear("aa", &location(3), 7),
+        RemoteIdOutcome::Unused(Refusal::NoIdentity),
+        "6 s after it said who it is"
+    );
     hear("aa", &basic(IdType::SpecificSession, b"\x01XYZ"), 8);
     let session = Identity::of_name(fusion::report::Space::Session, b"\x01XYZ").unwrap();
-    assert!(matches!(hear("aa", &location(4), 8), Said::Position(identity, ..) if identity == session));
+    assert!(
+        matches!(hear("aa", &location(4), 8), RemoteIdOutcome::Position(identity, ..) if identity == session)
+    );
     hear("aa", &basic(IdType::SerialNumber, b"ONE"), 9);
     hear("aa", &basic(IdType::SpecificSession, b"\x01XYZ"), 9);
-    assert!(matches!(hear("aa", &location(5), 9), Said::Position(identity, ..) if identity == one));
+    assert!(
+        matches!(hear("aa", &location(5), 9), RemoteIdOutcome::Position(identity, ..) if identity == one)
+    );
 }
 
 #[test]
@@ -70,9 +84,9 @@ fn position_without_time_is_repeated_for_half_a_second() {
     let unstamped = location(u16::MAX);
     let mut elsewhere = unstamped.clone();
     elsewhere[5] ^= 1;
-    let repeated = Said::Unused(Refusal::Repeated);
+    let repeated = RemoteIdOutcome::Unused(Refusal::Repeated);
     hear(&basic(IdType::Registration, b"FR1"), 0);
-    let is_position = |said: &Said| matches!(said, Said::Position(..));
+    let is_position = |said: &RemoteIdOutcome| matches!(said, RemoteIdOutcome::Position(..));
     assert!(is_position(&hear(&unstamped, 0)));
     assert_eq!(hear(&unstamped, 5), repeated);
     assert!(is_position(&hear(&unstamped, 10)), "it hovers");
@@ -92,11 +106,11 @@ fn pack_may_have_identity_before_or_after_position() {
     pack.extend(basic(IdType::SerialNumber, b"ONE"));
     let mut transmitters = Transmitters::default();
     let said = transmitters.hear(&from("aa", &pack), at(0));
-    assert!(matches!(said[..], [Said::Position(..), Said::Identity]), "{said:?}");
+    assert!(matches!(said[..], [RemoteIdOutcome::Position(..), RemoteIdOutcome::Identity]), "{said:?}");
     pack.truncate(3 + LENGTH + 4);
     pack[2 + LENGTH] ^= 1;
     let said = transmitters.hear(&from("aa", &pack), at(1));
-    assert!(matches!(said[..], [Said::Position(..), Said::Faulty(_)]), "{said:?}");
+    assert!(matches!(said[..], [RemoteIdOutcome::Position(..), RemoteIdOutcome::Faulty(_)]), "{said:?}");
 }
 
 #[test]
@@ -119,10 +133,10 @@ fn declarations_of_a_transmitter_go_with_its_positions() {
     registration[2..9].copy_from_slice(b"FIN87AB");
     let mut transmitters = Transmitters::default();
     let mut hear = |octets: &[u8], seconds| transmitters.hear(&from("aa", octets), at(seconds)).remove(0);
-    assert_eq!(hear(Message::System(System::new(&content)).octets(), 0), Said::Identity);
-    assert_eq!(hear(&registration, 0), Said::Identity);
+    assert_eq!(hear(Message::System(System::new(&content)).octets(), 0), RemoteIdOutcome::Identity);
+    assert_eq!(hear(&registration, 0), RemoteIdOutcome::Identity);
     hear(&basic(IdType::SerialNumber, b"ONE"), 1);
-    let Said::Position(_, _, declared) = hear(&location(1), 1) else { panic!() };
+    let RemoteIdOutcome::Position(_, _, declared) = hear(&location(1), 1) else { panic!() };
     let operator = declared.operator.unwrap();
     assert_eq!(
         (operator.place, operator.half_metres, operator.kind),
@@ -131,7 +145,7 @@ fn declarations_of_a_transmitter_go_with_its_positions() {
     assert_eq!((&declared.operator_id[..8], declared.ua_type), (&b"FIN87AB\0"[..], Some(2)));
     // A different aircraft has a different operator.
     hear(&basic(IdType::SerialNumber, b"TWO"), 2);
-    let Said::Position(_, _, declared) = hear(&location(2), 2) else { panic!() };
+    let RemoteIdOutcome::Position(_, _, declared) = hear(&location(2), 2) else { panic!() };
     assert_eq!((declared.operator, declared.operator_id, declared.ua_type), (None, [0; 20], Some(2)));
 }
 

@@ -327,8 +327,8 @@ fn sender_with_unused_reports_stays_active() {
     for step in 1..40 {
         let second = 0.25 * f64::from(step);
         senders.hear(from(A), at(second));
-        senders.still_speaks(PLOTS, from(A), at(second));
-        senders.still_speaks(PLOTS, from(B), at(second));
+        senders.keep_active(PLOTS, from(A), at(second));
+        senders.keep_active(PLOTS, from(B), at(second));
         assert!(!senders.counts(PLOTS, B, second));
     }
 }

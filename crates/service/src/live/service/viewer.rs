@@ -14,7 +14,7 @@ use tracing::warn;
 
 use super::decisions::{DecisionForwarder, OperatorDecision};
 use super::publication::Publisher;
-use super::{LOOK_UP, Outlets};
+use super::{Outlets, POLL_INTERVAL};
 use crate::clock::WallClock;
 use crate::live::alerts::{ServiceFault, Severity};
 use crate::live::driver::Driver;
@@ -179,7 +179,7 @@ impl ViewerState {
     fn until_due(&self) -> Duration {
         let wait = self.publisher.next_due();
         let wait = wait.map(|due| Duration::try_from(due - self.publisher.clock.now()).unwrap_or_default());
-        wait.map_or(LOOK_UP, |wait| wait.min(LOOK_UP))
+        wait.map_or(POLL_INTERVAL, |wait| wait.min(POLL_INTERVAL))
     }
 
     fn handle(&mut self, input: ViewerInput) {
