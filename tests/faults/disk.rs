@@ -72,7 +72,9 @@ fn full_disk_stops_no_slot_and_recording_resumes() {
     until("alerts", Duration::from_secs(10), || troubled(address) == ["history", "recorder"]);
     assert_eq!(metric(address, "utm_fusion_recorder_failing", ""), 1.0);
     assert_eq!(metric(address, "utm_fusion_history_failing", ""), 1.0);
-    assert_eq!(get(address, "/readyz").0, 200, "the picture does not need the disk");
+    // The picture does not need the disk. The sensors may have been silent for too long by now.
+    let (code, why) = get(address, "/readyz");
+    assert!(code == 200 || why.contains("[\"no sensor delivers data\"]"), "{why}");
     assert_eq!(get(address, &early).0, 200, "what was in the history can still be read");
 
     // No input arrives when there is space again: the recorder has to resume by itself.

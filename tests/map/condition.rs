@@ -27,6 +27,8 @@ fn service_without_input_shows_no_data() {
     let mut browser = Browser::start(&program, &folder.join("profile"));
     browser.open(&service.url());
     browser.wait(&format!("{BADGE}.startsWith('NO DATA') && {LEVEL} === 'critical'"), SOON + SOON);
+    let ready = browser.number("fetch('readyz').then(answer => answer.status)");
+    assert_eq!(ready, 503, "the page and the probe disagree");
     browser.wait(
         &format!("!{EMPTY}.hidden && /^No data: nothing received from gamekeeper/.test({EMPTY}.textContent)"),
         SOON,

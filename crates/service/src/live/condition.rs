@@ -219,6 +219,10 @@ impl Condition {
                 format!("sensor {}: {}: {}", sensor.id, sensor.state.name(), sensor.reasons.join("; "));
             condition.add(ServiceLevel::Degraded, text);
         }
+        // Without any data an empty picture is not a clear sky.
+        if sensors().next().is_some() && sensors().all(|sensor| sensor.state == SensorState::Outage) {
+            condition.add(ServiceLevel::NotReady, "no sensor delivers data".to_owned());
+        }
         for trouble in troubles() {
             let stops_picture = trouble.about == ServiceFault::CLOCK;
             let level = if stops_picture { ServiceLevel::NotReady } else { ServiceLevel::Degraded };
