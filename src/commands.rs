@@ -17,6 +17,7 @@ pub mod encode;
 pub mod evaluate;
 pub mod info;
 mod line_file;
+pub mod locate;
 pub mod moment;
 mod notify;
 pub mod pace;

@@ -14,8 +14,8 @@ use tracing_subscriber::util::SubscriberInitExt;
 #[cfg(feature = "completions")]
 use super::completions;
 use super::{
-    check, decode, demo, encode, evaluate, exit_code, info, is_closed_pipe, record, replay, run, simulate,
-    tip::with_tip,
+    check, decode, demo, encode, evaluate, exit_code, info, is_closed_pipe, locate, record, replay, run,
+    simulate, tip::with_tip,
 };
 use service::live::now;
 
@@ -38,6 +38,7 @@ enum Command {
     Decode(decode::Args),
     Encode(encode::Args),
     Info(info::Args),
+    Locate(locate::Args),
     Simulate(simulate::Args),
     Evaluate(evaluate::Args),
     Check(check::Args),
@@ -106,6 +107,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Decode(args) => decode::run(args, &mut io::stdout().lock()),
         Command::Encode(args) => encode::run(args),
         Command::Info(args) => info::run(args, &mut io::stdout().lock()),
+        Command::Locate(args) => locate::run(args, &mut io::stdout().lock()),
         Command::Simulate(args) => simulate::run(args),
         Command::Evaluate(args) => evaluate::run(args, &mut io::stdout().lock()),
         Command::Check(args) => check::run(args),

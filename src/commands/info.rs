@@ -1,8 +1,9 @@
 //! `info`: summary of a capture on one screen.
 
-mod site;
+pub(super) mod site;
 mod text;
 
+use std::collections::BTreeMap;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::PathBuf;
 
@@ -87,7 +88,7 @@ fn by_reason<S: Serializer>(skipped: &SkippedFrames, serializer: S) -> Result<S:
 /// that file cannot be written; a closed pipe is returned as its [`io::Error`]. Damage is reported and logged, and the next input
 /// is read.
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
-    args.config_out.as_deref().map_or(Ok(()), site::check)?;
+    args.config_out.as_deref().map_or(Ok(()), |file| site::check(file, "--config-out"))?;
     let captures = args
         .inputs
         .iter()
@@ -118,7 +119,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     }
     if let Some(file) = &args.config_out {
         let inputs: Vec<String> = args.inputs.iter().map(|input| input.display().to_string()).collect();
-        site::write(file, &inputs, sensors)?;
+        site::write(file, "--config-out", &inputs, sensors, &BTreeMap::new())?;
         tracing::info!("{0}: written; `utm-fusion check {0}` names what is to be filled in", file.display());
     }
     Ok(outcome)

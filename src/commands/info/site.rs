@@ -12,15 +12,25 @@ use crate::commands::Usage;
 use input::survey::SensorHint;
 use site::config::FILL_IN;
 
-/// Refuses an existing file, because it may have been filled in.
-pub(super) fn check(file: &Path) -> Result<(), Usage> {
+/// A radar's place, if it is known.
+#[derive(Clone, Debug)]
+pub(in crate::commands) struct RadarPlace {
+    /// Keys with their values, one per line.
+    pub(in crate::commands) keys: String,
+}
+
+/// Places of radars, by SAC and SIC.
+pub(in crate::commands) type RadarPlaces = BTreeMap<(u8, u8), RadarPlace>;
+
+/// Refuses an existing file, because it may have been filled in. `option` names the file on the command line.
+pub(in crate::commands) fn check(file: &Path, option: &str) -> Result<(), Usage> {
     if file.as_os_str() == "-" {
-        return Err(Usage("--config-out takes a file: standard output holds the report".to_owned()));
+        return Err(Usage(format!("{option} takes a file: standard output holds the report")));
     }
     if file.exists() {
         let file = file.display();
         return Err(Usage(format!(
-            "--config-out {file}: the file exists and is not overwritten; name another one"
+            "{option} {file}: the file exists and is not overwritten; name another one"
         )));
     }
     Ok(())
@@ -30,25 +40,27 @@ pub(super) fn check(file: &Path) -> Result<(), Usage> {
 ///
 /// # Errors
 /// There is no sensor, or the file cannot be written.
-pub(super) fn write(
+pub(in crate::commands) fn write(
     file: &Path,
+    option: &str,
     inputs: &[String],
     sensors: Vec<SensorHint>,
+    places: &RadarPlaces,
 ) -> Result<(), Box<dyn Error + Send + Sync>> {
     let sensors = merged(sensors);
     if sensors.is_empty() {
         let file = file.display();
         return Err(format!(
-            "--config-out {file}: not written: the input has no sensor that a site can have: no radar (CAT048) and no receiver of transponders \
+            "{option} {file}: not written: the input has no sensor that a site can have: no radar (CAT048) and no receiver of transponders \
              (CAT129), ADS-B (CAT021, Beast) or Remote ID"
         )
         .into());
     }
-    let text = site(file, inputs, &sensors);
+    let text = site(file, inputs, &sensors, places);
     let written = OpenOptions::new().write(true).create_new(true).open(file);
     written.and_then(|mut file| file.write_all(text.as_bytes())).map_err(|error| {
         let file = file.display();
-        io::Error::new(error.kind(), format!("--config-out {file}: cannot be written: {error}")).into()
+        io::Error::new(error.kind(), format!("{option} {file}: cannot be written: {error}")).into()
     })
 }
 
@@ -68,14 +80,25 @@ fn merged(sensors: Vec<SensorHint>) -> Vec<SensorHint> {
 }
 
 /// Text of the file. Unknown values are [`FILL_IN`], which the configuration refuses with their lines.
-fn site(file: &Path, seen_in: &[String], sensors: &[SensorHint]) -> String {
+fn site(file: &Path, seen_in: &[String], sensors: &[SensorHint], places: &RadarPlaces) -> String {
     let name = file.file_stem().map_or_else(|| "site".to_owned(), |stem| stem.to_string_lossy().into_owned());
     // A SIC of the same system area that no sensor uses.
     let sac = sensors[0].sac;
     let sic = (1..=u8::MAX).find(|&sic| !sensors.iter().any(|sensor| (sensor.sac, sensor.sic) == (sac, sic)));
+    let is_known = |sensor: &SensorHint| places.contains_key(&(sensor.sac, sensor.sic));
+    let radars = || sensors.iter().filter(|sensor| sensor.kind == "radar");
+    let command = if places.is_empty() { "info" } else { "locate" };
+    let advice = if radars().count() > 0 && radars().all(is_known) {
+        "# The radars were located from the transponders in it; ± is a standard deviation. Check the result:\n".to_owned()
+    } else {
+        format!(
+            "# Where a radar stands is not in its data: `utm-fusion locate` finds it from drones with transponders; or replace each\n\
+             # \"{FILL_IN}\", then\n"
+        )
+    };
     let mut text = format!(
-        "# Made by `utm-fusion info` of what is in {}.\n\
-         # Where a radar stands is not in its data: replace each \"{FILL_IN}\", then\n\
+        "# Made by `utm-fusion {command}` of what is in {}.\n\
+         {advice}\
          #   utm-fusion check {}\n\
          # Left off, with their defaults in force: [fusion], [output] (nothing is sent), [http], [state], [alerts], [integrity],\n\
          # [[areas]], and sensors that are neither radars (CAT048) nor transponder receivers (CAT129).\n\
@@ -104,7 +127,10 @@ fn site(file: &Path, seen_in: &[String], sensors: &[SensorHint]) -> String {
             sac = sensor.sac,
             sic = sensor.sic,
         );
-        if sensor.kind == "radar" {
+        let known = places.get(&(sensor.sac, sensor.sic)).filter(|_| sensor.kind == "radar");
+        if let Some(known) = known {
+            text += &known.keys;
+        } else if sensor.kind == "radar" {
             text += &place();
         }
         if let Some(period_s) = sensor.period_s {
@@ -113,6 +139,7 @@ fn site(file: &Path, seen_in: &[String], sensors: &[SensorHint]) -> String {
         let keys = classification(sensor).into_iter().chain(edition(sensor)).chain(inputs(sensor));
         keys.for_each(|key| _ = writeln!(text, "{key}"));
         text += match sensor.kind {
+            "radar" if known.is_some() => "",
             "radar" => {
                 "# Standard deviations, from the data sheet; usual ones are taken where they are not given:\n\
                  # accuracy = { range_m = …, azimuth_deg = …, height_m = … }\n"

@@ -335,6 +335,10 @@ fn sensors(text: &mut String, sensors: &[SensorHint]) -> fmt::Result {
         keys.extend(inputs(sensor));
         wrapped(text, &format!("{:<11}  ", sensor.kind), &keys)?;
     }
+    let has = |kind| sensors.iter().any(|sensor| sensor.kind == kind);
+    if has("radar") && has("transponder") {
+        writeln!(text, "`utm-fusion locate` finds the radars' places from the transponders")?;
+    }
     Ok(())
 }
 
