@@ -141,7 +141,7 @@ impl LocatedRadar {
     }
 }
 
-/// What a result rests on.
+/// Evidence for a result.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Evidence {
     /// Number of transponders.
@@ -165,7 +165,7 @@ pub struct PlotResidual {
     pub reported: Geodetic,
     /// Measured minus reported azimuth, degrees, and slant range, metres: with the first guess, or else as the search found it.
     pub before: (f64, f64),
-    /// The same with the located radar.
+    /// Residuals with the located radar, in the same units.
     pub after: (f64, f64),
 }
 

@@ -1,4 +1,4 @@
-//! Gauss–Newton on the pose, with association and noise made anew in each round.
+//! Gauss–Newton on the pose. Each round associates again and estimates the noise again.
 
 use std::f64::consts::{PI, TAU};
 
@@ -214,7 +214,7 @@ fn information(both: &Both, noise: &PolarNoise) -> SMatrix<f64, COLUMNS, COLUMNS
     sum
 }
 
-/// Eliminates the transponder's own delay, whose column is that of the time.
+/// Eliminates the transponder's own delay. Its column equals the column of the time.
 fn without_delay(one: &SMatrix<f64, COLUMNS, COLUMNS>) -> SMatrix<f64, COLUMNS, COLUMNS> {
     let column = one.column(PARAMETERS - 1).into_owned();
     one - column * column.transpose() / (column[PARAMETERS - 1] + DELAY_S.powi(-2))
@@ -256,7 +256,7 @@ fn solved(bordered: &SMatrix<f64, COLUMNS, COLUMNS>) -> Option<(SVector<f64, PAR
     Some((covariance * gradient, covariance))
 }
 
-/// Deviations of the pose at the start of a round of association, metres; the last is that of later rounds.
+/// Deviation of the pose in each round of association, metres. Later rounds use the last value.
 const ROUNDS_M: [f64; 7] = [30.0, 20.0, 15.0, 10.0, 7.0, 5.0, 2.0];
 /// Maximum number of rounds.
 const ROUNDS: usize = 16;

@@ -83,7 +83,7 @@ pub enum NotLocated {
         position_m: f64,
         /// Standard deviation of the bearing, degrees.
         bearing_deg: f64,
-        /// What would help.
+        /// Flights that would help.
         remedy: Remedy,
     },
 }
@@ -126,7 +126,7 @@ impl Remedy {
 pub struct Unobservable {
     /// Name of the value.
     pub value: &'static str,
-    /// What would show it.
+    /// Flights that would show the value.
     pub remedy: Remedy,
 }
 
@@ -441,7 +441,7 @@ fn scatter(recording: &Recording<'_>, fit: &Fit, both: &super::fit::Both) -> Res
         let part = nalgebra::Matrix3::from_fn(|row, column| covariance[(chosen[row], chosen[column])]);
         let away = Vector3::from_fn(|row, _| difference[chosen[row]]);
         let square = part.cholesky().map_or(0.0, |factor| away.dot(&factor.solve(&away)));
-        // Three values: the square of so many deviations is as improbable as that of one value's.
+        // Root mean square over the three values.
         let deviations = (square / 3.0).sqrt();
         if deviations > CONTRADICTORY {
             return Err(NotLocated::Contradictory { deviations });
@@ -464,7 +464,7 @@ fn half(
     Some((covariance * of.fixed_view::<PARAMETERS, 1>(0, PARAMETERS), covariance))
 }
 
-/// What would improve the position: the spread of the drones as the radar sees them.
+/// Advice from the spread of the drones as the radar sees them.
 fn remedy(recording: &Recording<'_>, fit: &Fit) -> Remedy {
     let mut bearings: Vec<f64> = Vec::new();
     let (mut moved_m, mut pieces) = (0.0, 0.0);

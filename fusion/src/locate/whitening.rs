@@ -1,7 +1,7 @@
 //! A Kalman filter along one aircraft that turns correlated residuals into independent ones.
 //!
 //! residual = row · change of the parameters + error of the radar track + error of the transponder + white noise. Both errors are
-//! first-order Gauss–Markov processes; that of the radar begins anew with each track. The filter runs over the residual and the
+//! first-order Gauss–Markov processes; the radar's error restarts with each track. The filter runs over the residual and the
 //! columns of its Jacobian at once: generalised least squares with the dense covariance, as in `registration/along.rs`.
 
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
