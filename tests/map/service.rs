@@ -106,7 +106,7 @@ impl Service {
         let site = lines.collect::<String>();
 
         fs::write(&file, site.replace("127.0.0.1:8080", "127.0.0.1:0")).unwrap();
-        Self::run(utm_fusion().arg("run").arg(&file))
+        Self::run(utm_fusion().arg("run").arg("silent.toml").current_dir(folder))
     }
 
     fn start(command: &mut Command, port: u16) -> Self {
