@@ -43,6 +43,9 @@ pub struct Args {
     pub plot: Option<PathBuf>,
 }
 
+/// A radar with less than one part in this of the busiest radar's plots is a stray, as in `info`.
+const STRAY: usize = 20;
+
 /// A radar with its result.
 type Found = (DataSource, Result<LocatedRadar, NotLocated>);
 
@@ -73,8 +76,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     if data.radars.is_empty() {
         return Err("the input has no radar (CAT048)".into());
     }
+    let busiest = data.radars.values().map(|radar| radar.plots.len()).max().unwrap_or(0);
     let found: Vec<Found> = (data.radars.iter())
-        .filter(|(_, radar)| !radar.plots.is_empty())
+        .filter(|(_, radar)| radar.plots.len().saturating_mul(STRAY) > busiest)
         .map(|(&source, radar)| {
             let configured = config.as_ref().and_then(|config| guess(config, source, data.undulation_m));
             let stated = radar.stated.map(|antenna| FirstGuess { antenna, bearing: 0.0 });
