@@ -92,8 +92,7 @@ fn site(file: &Path, seen_in: &[String], sensors: &[SensorHint], places: &RadarP
         "# The radars were located from the transponders in it; ± is a standard deviation. Check the result:\n".to_owned()
     } else {
         format!(
-            "# Where a radar stands is not in its data: `utm-fusion locate` finds it from drones with transponders; or replace each\n\
-             # \"{FILL_IN}\", then\n"
+            "# Where a radar stands is not in its data: `utm-fusion locate` finds it; or replace each \"{FILL_IN}\", then\n"
         )
     };
     let mut text = format!(
