@@ -119,10 +119,11 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
     sum / count
 }
 
-fn simulated(
-    seed: u64,
-    minutes: f64,
-) -> Result<(Result<LocatedRadar, NotLocated>, String, [f64; 3], Geodetic), Box<dyn Error>> {
+/// A simulated site: what `locate` makes of it, its name, its bearing (degrees), clock (seconds) and range offset (metres), and
+/// its antenna.
+type Site = (Result<LocatedRadar, NotLocated>, String, [f64; 3], Geodetic);
+
+fn simulated(seed: u64, minutes: f64) -> Result<Site, Box<dyn Error>> {
     let (scenario, bias_deg) = scenario(seed, minutes)?;
     let simulation = simulate(&scenario, seed, None)?;
     let mut data = AlignmentData::default().with_undulation(Some(scenario.place.geoid_undulation_m));

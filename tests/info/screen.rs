@@ -88,15 +88,17 @@ fn its_sensors_make_a_configuration() {
         let mut sensors = String::new();
         for (number, line) in hint.lines().skip(1).enumerate() {
             let place = "latitude_deg = 53.0, longitude_deg = 10.0, height_amsl_m = 70.0, ";
-            sensors += &match line.split_once("  ") {
+            let entry = match line.split_once("  ") {
                 Some(("radar", keys)) => {
                     format!("}},\n{{ id = \"s{number}\", kind = \"radar\", {place}{keys}")
                 }
                 Some(("transponder", keys)) => {
                     format!("}},\n{{ id = \"s{number}\", kind = \"transponder\", {keys}")
                 }
+                _ if line.starts_with("`utm-fusion locate`") => continue,
                 _ => line.to_owned(),
             };
+            sensors += &entry;
         }
         let sensors = sensors.trim_start_matches("},\n");
         let site = format!(

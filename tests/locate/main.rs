@@ -1,15 +1,16 @@
 //! The command `locate`: simulated sites, the demonstration's recording, and the drone trial's radar.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![expect(clippy::disallowed_methods, reason = "the program writes files, and the test reads them")]
 
-#[path = "../shared/mod.rs"]
+#[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
-mod shared;
+mod program;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use shared::program::{Scratch, utm_fusion};
+use program::{Scratch, utm_fusion};
 
 /// A flight over an unknown site: eight drones, six of them with a transponder, and birds.
 const FLIGHT: &str = "name = \"unknown\"\nduration_s = 180\n[drones]\nmultirotors = 6\nfixed_wings = 2\nequipped = 6\n\
@@ -60,7 +61,7 @@ fn unknown_site_is_located_and_its_file_is_valid() {
     assert!((key(&found, "bearing_correction_deg") + 137.0).abs() < 2.0, "{found}");
     let checked = utm_fusion("check").arg(&site).output().unwrap();
     assert!(checked.status.success(), "{}", text(&checked));
-    let figure = fs::read_to_string(plot).unwrap();
+    let figure = fs::read_to_string(&plot).unwrap();
     assert!(figure.starts_with("<svg") && figure.trim_end().ends_with("</svg>"));
     let again = located(&[&inputs[0], &inputs[1]], &more[..2]);
     assert_eq!(again.status.code(), Some(2), "an existing file is not overwritten: {}", text(&again));

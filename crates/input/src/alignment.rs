@@ -98,7 +98,7 @@ impl AlignmentData {
                 time,
                 slant_range_m: polar.range_m(),
                 azimuth: polar.azimuth_deg().to_radians(),
-                height_m: record.height_3d.map(|height| height.height_m()),
+                height_m: record.height_3d.map(cat048::Height3D::height_m),
             });
         }
     }
