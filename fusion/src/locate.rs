@@ -70,7 +70,7 @@ pub struct PositionReport {
     pub place: Geodetic,
 }
 
-/// What is believed of the radar's position before the recording is read.
+/// Assumed pose of the radar before the recording is read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirstGuess {
     /// Antenna.
@@ -128,7 +128,7 @@ pub struct LocatedRadar {
     pub height_sigma_m: Option<f64>,
     /// Values that the recording does not show, with what would show them.
     pub unobservable: Vec<Unobservable>,
-    /// What the result rests on.
+    /// Data that the result rests on.
     pub evidence: Evidence,
     /// Plots that are used, in order of time.
     pub residuals: Vec<PlotResidual>,

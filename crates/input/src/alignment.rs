@@ -1,4 +1,4 @@
-//! What locating radars needs of a capture: plots by radar, and positions of transponders. No I/O, no clock.
+//! Plots by radar, and positions of transponders, of a capture: the input of `locate`. No I/O, no clock.
 
 use std::collections::BTreeMap;
 
