@@ -305,7 +305,11 @@ export type Conflict = {
   d_now_h_m: number;
   /** Present vertical distance, metres; absent if the height of one aircraft is unknown. */
   d_now_v_m?: number;
-  /** Probability of being within the volume at the closest point of approach. */
+  /** Time to the expected entry of the volume, seconds; 0 if it is violated now. If the expected paths miss the volume: time to the point where they come nearest to it. */
+  t_entry_s: number;
+  /** Time to the expected exit from the volume, seconds, at most the horizon; absent if the expected paths miss the volume. */
+  t_exit_s?: number;
+  /** Probability of being inside the volume at any time within the horizon. */
   probability: number;
   /** Whether the heights of both aircraft are known; if not, they are assumed to be equal. */
   vertical_known: boolean;
@@ -328,7 +332,7 @@ export type Conflicts = {
   aircraft: number;
   /** Number of aircraft that were left out because too little is known about them. */
   left_out: number;
-  /** Conflicts, highest level first, then by time to the conflict. */
+  /** Conflicts, highest level first, then by time to the entry of the volume. */
   conflicts: Array<Conflict>;
 };
 

@@ -85,7 +85,7 @@ pub fn table(measured: &[(&'static str, ConflictScore)]) -> String {
         let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
         text += &format!(
             "{name:<9} {} violations, warned {}, foreseeable {}, ratio {}; {} warnings, false {} /h of {:.1} h; off {}; \
-             t_cpa {} s, within 2 sigma {} of {}; {} changes\n",
+             t_cpa {} s, t_entry {} s, within 2 sigma {} of {}; {} changes\n",
             score.violations,
             percent(score.warned_share()),
             percent(score.foreseeable_share()),
@@ -95,6 +95,7 @@ pub fn table(measured: &[(&'static str, ConflictScore)]) -> String {
             score.drone_h,
             number(score.unreliability(STATED)),
             number(score.t_cpa_rms_s()),
+            number(score.t_entry_rms_s()),
             percent(score.within_share()),
             score.judged,
             number(score.changes_each()),

@@ -1,15 +1,18 @@
 //! Conflict prediction: extrapolates every pair of aircraft in a straight line and computes the probability that one
 //! enters the volume of the other.
 //!
-//! Sans-IO: the caller passes the pictures and their times. The geometry follows G. Fasano et al.,
-//! *Radar/electro-optical data fusion for non-cooperative UAS sense and avoid*, eq. 4. Probabilities are those of a
+//! Sans-IO: the caller passes the pictures and their times. The closest approach follows G. Fasano et al.,
+//! *Radar/electro-optical data fusion for non-cooperative UAS sense and avoid*, eq. 4; the volumes in space and time follow
+//! DO-365. Probabilities are those of a
 //! mixture of two normal errors: of a pair that flies straight on, whose real errors are smaller than stated, and of one
 //! that turns, whose errors grow by random acceleration (docs/CONFLICTS.md).
 
 mod encounter;
+mod interval;
 mod level;
 mod normal;
 mod pairs;
+mod passage;
 mod volume;
 
 use std::collections::BTreeMap;
@@ -22,7 +25,9 @@ use level::{LevelVote, Levels};
 use pairs::SortedAircraft;
 
 pub use encounter::{Approach, Relative, Vertical};
+pub use interval::{Interval, interval_in_height, interval_over_ground};
 pub use level::Level;
+pub use passage::Passage;
 pub use volume::{AcceptedKinds, Preset, TrafficKind, Volume};
 
 /// Share of a level's probability down to which the level is kept.
@@ -96,7 +101,7 @@ impl ConflictAircraft {
 pub struct LevelThreshold {
     /// Minimum probability.
     pub probability: f64,
-    /// Maximum time to the closest point of approach, seconds.
+    /// Maximum time to the entry of the volume, seconds.
     pub time_s: f64,
 }
 
@@ -154,18 +159,12 @@ pub struct ConflictRules {
 
 impl ConflictRules {
     /// Result for each level.
-    fn level_votes(
-        &self,
-        volume: &Volume,
-        relative: &Relative,
-        approach: &Approach,
-        probability: f64,
-    ) -> [LevelVote; 3] {
-        let is_entered = volume.is_entered(relative, approach, 1.0);
-        let is_kept = volume.is_entered(relative, approach, KEPT_VOLUME);
+    fn level_votes(&self, volume: &Volume, relative: &Relative, passage: &Passage) -> [LevelVote; 3] {
+        let is_entered = volume.is_entered(relative, 1.0);
+        let is_kept = is_entered || volume.is_entered(relative, KEPT_VOLUME);
+        let Passage { probability, entry_s, .. } = *passage;
         let by = |threshold: LevelThreshold| LevelVote {
-            reached: is_entered
-                || (probability >= threshold.probability && approach.t_cpa_s <= threshold.time_s),
+            reached: is_entered || (probability >= threshold.probability && entry_s <= threshold.time_s),
             kept: is_kept || probability >= KEPT_PROBABILITY * threshold.probability,
         };
         [by(self.advisory), by(self.warning), LevelVote { reached: is_entered, kept: is_kept }]
@@ -187,8 +186,12 @@ pub struct PredictedConflict {
     pub relative: Relative,
     /// The closest point of approach.
     pub approach: Approach,
-    /// Probability of being within the volume at the closest point; 0 if it is less than 0.01.
+    /// Probability of being inside the volume at any time within the horizon; 0 if it is less than 0.01.
     pub probability: f64,
+    /// Time to the expected entry, seconds ([`Passage::entry_s`]).
+    pub entry_s: f64,
+    /// Time to the expected exit, seconds ([`Passage::exit_s`]).
+    pub exit_s: Option<f64>,
 }
 
 /// Result of an evaluation.
@@ -301,7 +304,6 @@ impl Conflicts {
             return;
         }
         let relative = Relative::of(one, other);
-        let approach = relative.approach(&self.rules.ahead);
         let key = (one.key, other.key);
         let mut known = is_known.then(|| self.known.remove(&key)).flatten();
         let first = conflicts.len();
@@ -310,11 +312,11 @@ impl Conflicts {
             if !volume.is_between(one.kind, other.kind) {
                 continue;
             }
-            let probability = approach.probability(volume.horizontal_m, volume.vertical_m, WORTH_A_LINE);
+            let passage = relative.passage(volume, &self.rules.ahead, WORTH_A_LINE);
             // Levels of pairs with uncertain positions would come and go.
             let is_certain = is_crewed || relative.sigma_m() < KNOWN_SHARE * volume.horizontal_m;
             let said = match is_certain {
-                true => self.rules.level_votes(volume, &relative, &approach, probability),
+                true => self.rules.level_votes(volume, &relative, &passage),
                 false => Default::default(),
             };
             // Most pairs have nothing to remember.
@@ -325,9 +327,10 @@ impl Conflicts {
                 known.levels[index].update(time, said);
                 known.levels[index].worst()
             });
-            if level.is_some() || probability > 0.0 {
-                let pair = [a, b];
-                let new = PredictedConflict {
+            if level.is_some() || passage.probability > 0.0 {
+                let approach = relative.approach(&self.rules.ahead);
+                let (pair, Passage { probability, entry_s, exit_s }) = ([a, b], passage);
+                conflicts.push(PredictedConflict {
                     id: None,
                     pair,
                     volume: index,
@@ -335,8 +338,9 @@ impl Conflicts {
                     relative,
                     approach,
                     probability,
-                };
-                conflicts.push(new);
+                    entry_s,
+                    exit_s,
+                });
             }
         }
         let Some(mut known) = known else { return };

@@ -254,6 +254,8 @@ Conflict = TypedDict(
         "d_cpa_v_m": NotRequired[float],
         "d_now_h_m": float,
         "d_now_v_m": NotRequired[float],
+        "t_entry_s": float,
+        "t_exit_s": NotRequired[float],
         "probability": float,
         "vertical_known": bool,
         "miss": "MissJson",

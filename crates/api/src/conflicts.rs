@@ -34,7 +34,7 @@ pub struct ConflictList {
     aircraft: usize,
     /// Number of aircraft that were left out because too little is known about them.
     left_out: usize,
-    /// Conflicts, highest level first, then by time to the conflict.
+    /// Conflicts, highest level first, then by time to the entry of the volume.
     conflicts: Vec<ConflictJson>,
 }
 
@@ -71,8 +71,8 @@ pub fn conflicts(request: &ApiRequest) -> Result<ConflictList, Problem> {
         .filter(|conflict| track.as_ref().is_none_or(|id| conflict.tracks.contains(id)))
         .collect();
     wanted.sort_by(|one, other| {
-        let t_cpa_s = one.found.approach.t_cpa_s.total_cmp(&other.found.approach.t_cpa_s);
-        other.level().cmp(&one.level()).then(t_cpa_s)
+        let entry_s = one.found.entry_s.total_cmp(&other.found.entry_s);
+        other.level().cmp(&one.level()).then(entry_s)
     });
     Ok(ConflictList {
         time: outlook.time.into(),

@@ -1,15 +1,8 @@
-//! Two aircraft that fly straight on: time and distance of their closest approach, and the probability of entering a
-//! volume.
+//! Two aircraft that fly straight on: time and distance of their closest approach over ground.
 
 use nalgebra::{Matrix2, Matrix4, Vector2};
 
-use super::normal::{at_most_in_disc, at_most_within, in_disc, within};
 use super::{ConflictAircraft, Extrapolation, SteadyFlightRatios};
-
-/// Relative speed below which two aircraft count as at rest relative to each other, metres a second.
-pub(super) const RESTING: f64 = 0.1;
-/// Part of a probability that is neglected.
-const NEGLIGIBLE: f64 = 1e-5;
 
 /// Relative state of two aircraft at one instant: b minus a.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +28,8 @@ pub struct Vertical {
     pub covariance: [f64; 3],
 }
 
-/// The closest point of approach over ground within the horizon, and the covariance of the miss there.
+/// The closest point of approach over ground within the horizon, and the covariance of the miss there. It is independent
+/// of volumes: the time in which a volume is entered, and the probability of that, are in [`Passage`](super::Passage).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approach {
     /// Time to the closest point, seconds: 0 if they fly apart, the horizon if they are still approaching then.
@@ -52,9 +46,6 @@ pub struct Approach {
     pub vertical: Option<(f64, f64)>,
     /// Unit vector in the direction of the miss; [`Self::across_m2`] is the variance of the miss along it.
     pub across: Vector2<f64>,
-    /// Whether the miss lies across the relative velocity: the closest point is limited neither by now nor by the
-    /// horizon.
-    is_inside: bool,
 }
 
 impl Relative {
@@ -81,10 +72,10 @@ impl Relative {
     /// The closest point of approach within the horizon.
     pub fn approach(&self, ahead: &Extrapolation) -> Approach {
         let Self { position, velocity, covariance, vertical } = self;
-        let speed = velocity.norm();
-        let unbounded_s = if speed < RESTING { 0.0 } else { -position.dot(velocity) / (speed * speed) };
+        let square = velocity.norm_squared();
+        let unbounded_s = if square > 0.0 { -position.dot(velocity) / square } else { 0.0 };
         let t = unbounded_s.clamp(0.0, ahead.horizon_s);
-        let is_inside = speed >= RESTING && unbounded_s > 0.0 && unbounded_s < ahead.horizon_s;
+        let is_inside = unbounded_s > 0.0 && unbounded_s < ahead.horizon_s;
         let miss = position + velocity * t;
         // Terms of the position, of position and velocity, and of the velocity.
         let at = |row: usize, column: usize| covariance[(row, column)];
@@ -113,7 +104,6 @@ impl Relative {
             }),
             // The sign of the normal is arbitrary; it is chosen so that b passes on the positive side.
             across: if across.dot(&miss) < 0.0 { -across } else { across },
-            is_inside,
         }
     }
 }
@@ -128,48 +118,6 @@ impl Approach {
     pub fn across_m2(&self) -> f64 {
         let [straight, turning] = [&self.straight, &self.turning].map(|part| self.variance_across_m2(part));
         self.share * straight + (1.0 - self.share) * turning
-    }
-
-    /// Probability that the miss is within `horizontal_m` over ground and, if heights are known, within `vertical_m` in
-    /// height; 0 if it is less than `least`.
-    pub fn probability(&self, horizontal_m: f64, vertical_m: f64, least: f64) -> f64 {
-        let parts = [(self.share, &self.straight), (1.0 - self.share, &self.turning)];
-        let most = parts.map(|(weight, covariance)| weight * self.at_most(horizontal_m, covariance));
-        let (height, most_over_ground) = (self.vertical, most[0] + most[1]);
-        // Negligible parts are not computed.
-        let most_above = height.map_or(1.0, |(height_m, m2)| at_most_within(vertical_m, height_m, m2));
-        if most_above * most_over_ground < least {
-            return 0.0;
-        }
-        let above = height.map_or(1.0, |(height_m, m2)| within(vertical_m, height_m, m2));
-        if above * most_over_ground < least {
-            return 0.0;
-        }
-        let weighed = [0, 1].map(|part| {
-            let (weight, covariance) = parts[part];
-            if above * most[part] < NEGLIGIBLE {
-                0.0
-            } else {
-                weight * self.over_ground(horizontal_m, covariance)
-            }
-        });
-        let probability = above * (weighed[0] + weighed[1]);
-        if probability < least { 0.0 } else { probability }
-    }
-
-    fn over_ground(&self, radius_m: f64, covariance: &Matrix2<f64>) -> f64 {
-        if self.is_inside {
-            within(radius_m, self.across.dot(&self.miss), self.variance_across_m2(covariance))
-        } else {
-            in_disc(radius_m, &self.miss, covariance)
-        }
-    }
-
-    /// Upper bound of [`Self::over_ground`]: the disc lies between two parallel lines.
-    fn at_most(&self, radius_m: f64, covariance: &Matrix2<f64>) -> f64 {
-        let between =
-            at_most_within(radius_m, self.across.dot(&self.miss), self.variance_across_m2(covariance));
-        if self.is_inside { between } else { between.min(at_most_in_disc(radius_m, &self.miss, covariance)) }
     }
 
     fn variance_across_m2(&self, covariance: &Matrix2<f64>) -> f64 {

@@ -1,13 +1,14 @@
-//! Normal errors: probabilities of an interval and of a disc, and upper bounds that cost less.
+//! Normal errors: probabilities of an interval and of two variables, and an upper bound that costs less.
 
 use std::f64::consts::{FRAC_2_PI, SQRT_2, TAU};
 
-use nalgebra::{Matrix2, Vector2};
+/// Correlation from which on two variables count as one.
+const ONE: f64 = 0.999_99;
 
-/// Standard deviations beyond which a disc's density is not summed: less than one in ten million lies there.
-const TAIL: f64 = 5.5;
+/// Standard deviations beyond which a density is not summed: less than one in ten million lies there.
+pub(super) const TAIL: f64 = 5.5;
 /// Upper half of the Gauss-Legendre rule with 24 points on -1 to 1: points and weights.
-const RULE: [(f64, f64); 12] = [
+pub(super) const HALF_RULE: [(f64, f64); 12] = [
     (0.064_056_892_862_605_63, 0.127_938_195_346_752_16),
     (0.191_118_867_473_616_3, 0.125_837_456_346_828_3),
     (0.315_042_679_696_163_4, 0.121_670_472_927_803_39),
@@ -48,47 +49,33 @@ pub(super) fn at_most_within(half: f64, mean: f64, variance: f64) -> f64 {
     }
 }
 
-/// Probability that a normally distributed position lies in the disc of this radius around the origin. It is exact
-/// across the axis with the smaller variance. Along that axis it is integrated over the angle at which the disc's edge
-/// is seen, in which the chord is smooth.
-pub(super) fn in_disc(radius: f64, mean: &Vector2<f64>, covariance: &Matrix2<f64>) -> f64 {
-    let eigen = covariance.symmetric_eigen();
-    let (narrow, wide) = if eigen.eigenvalues.x <= eigen.eigenvalues.y { (0, 1) } else { (1, 0) };
-    let along = |axis: usize| eigen.eigenvectors.column(axis).dot(mean);
-    let (x, y) = (along(narrow), along(wide));
-    let sigma = eigen.eigenvalues[narrow].max(0.0).sqrt();
-    let chord = |half: f64| within(half, y, eigen.eigenvalues[wide]);
-    let (from, to) = ((x - TAIL * sigma).max(-radius), (x + TAIL * sigma).min(radius));
-    if from > to {
-        return 0.0;
-    }
+/// Probability that a normal variable is at most `limit`.
+pub(super) fn below(limit: f64, mean: f64, sigma: f64) -> f64 {
     if sigma <= 0.0 {
-        return chord((radius * radius - x * x).sqrt());
+        return f64::from(mean <= limit);
     }
-    let (from, to) = (libm::asin(from / radius), libm::asin(to / radius));
-    let (middle, half) = ((from + to) / 2.0, (to - from) / 2.0);
-    let slice = |angle: f64| {
-        let (sin, cos) = libm::sincos(angle);
-        let away = (radius * sin - x) / sigma;
-        cos * libm::exp(-away * away / 2.0) * chord(radius * cos)
-    };
-    let sum: f64 = RULE
-        .iter()
-        .map(|&(at, weight)| weight * (slice(middle - half * at) + slice(middle + half * at)))
-        .sum();
-    half * radius * sum / (sigma * TAU.sqrt())
+    0.5 * libm::erfc((mean - limit) / (sigma * SQRT_2))
 }
 
-/// Upper bound of [`in_disc`]: the highest density in the disc times its area.
-pub(super) fn at_most_in_disc(radius: f64, mean: &Vector2<f64>, covariance: &Matrix2<f64>) -> f64 {
-    let determinant = covariance.determinant();
-    if determinant <= 0.0 {
-        return 1.0;
+/// Probability that two standard normal variables exceed `h` and `k`.
+///
+/// Z. Drezner and G. O. Wesolowsky, *On the computation of the bivariate normal integral*, 1990, equation 2, integrated over
+/// the arc sine of the correlation (A. Genz, 2004).
+pub(super) fn above_both(h: f64, k: f64, correlation: f64) -> f64 {
+    let upper = |x: f64| 0.5 * libm::erfc(x / SQRT_2);
+    if correlation >= ONE {
+        return upper(h.max(k));
     }
-    let beyond = (mean.norm() - radius).max(0.0);
-    // The variance along any axis is at most the trace.
-    let least = at_most_exp(beyond * beyond / (2.0 * covariance.trace()));
-    (radius * radius / (2.0 * determinant.sqrt()) * least).min(1.0)
+    let half = libm::asin(correlation.max(-1.0)) / 2.0;
+    let density = |angle: f64| {
+        let (sin, cos) = libm::sincos(angle);
+        libm::exp((h * k * sin - (h * h + k * k) / 2.0) / (cos * cos).max(f64::MIN_POSITIVE))
+    };
+    let sum: f64 = HALF_RULE
+        .iter()
+        .map(|&(at, weight)| weight * (density(half * (1.0 - at)) + density(half * (1.0 + at))))
+        .sum();
+    (upper(h) * upper(k) + half * sum / TAU).clamp(0.0, 1.0)
 }
 
 /// Upper bound of exp(-x) for x of 0 or more: the reciprocal of the first terms of the series of exp(x).

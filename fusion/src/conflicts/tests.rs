@@ -1,6 +1,7 @@
 //! Straight flights of two aircraft, and of many.
 
 mod chance;
+mod interval;
 mod levels;
 mod normal;
 mod searched;
@@ -33,6 +34,11 @@ fn drones() -> Volume {
         tau_s: 0.0,
         between: [AcceptedKinds::Only(TrafficKind::Drone); 2],
     }
+}
+
+/// A cylinder for any two aircraft.
+fn cylinder(horizontal_m: f64, vertical_m: f64) -> Volume {
+    Volume { horizontal_m, vertical_m, between: [AcceptedKinds::Any; 2], ..drones() }
 }
 
 fn rules(volumes: Vec<Volume>) -> ConflictRules {

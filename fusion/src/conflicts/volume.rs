@@ -1,6 +1,7 @@
 //! Protected volumes around aircraft.
 
-use super::{Approach, Relative};
+use super::interval::{CrossSection, Interval, interval_in_height, interval_over_ground};
+use super::{Relative, Vertical};
 
 /// A foot, metres.
 const FOOT_M: f64 = 0.3048;
@@ -57,22 +58,30 @@ impl Volume {
         (one.is(a) && other.is(b)) || (one.is(b) && other.is(a))
     }
 
-    /// Whether the volume, enlarged by a factor, is entered now: by position or by modified tau.
-    pub(super) fn is_entered(&self, now: &Relative, approach: &Approach, factor: f64) -> bool {
-        let (horizontal_m, vertical_m) = (factor * self.horizontal_m, factor * self.vertical_m);
-        let apart_in_height = now.vertical.is_some_and(|vertical| vertical.height_m.abs() > vertical_m);
-        let is_near = now.position.norm() <= horizontal_m;
-        !apart_in_height && (is_near || self.is_entered_by_tau(now, approach, horizontal_m, factor))
+    /// Time within `horizon_s` seconds for which straight flight from `now` stays inside the volume; `None`: it does not
+    /// enter it. A volume that is violated now has an entry of 0. A touch at one instant is no entry. If a height is not
+    /// known, the heights count as equal.
+    pub fn interval(&self, now: &Relative, horizon_s: f64) -> Option<Interval> {
+        self.interval_of(now, horizon_s, 1.0)
     }
 
-    /// Modified tau, (R² - |p|²) / (p·v): time until the range is R at the present closing rate.
-    fn is_entered_by_tau(&self, now: &Relative, approach: &Approach, horizontal_m: f64, factor: f64) -> bool {
-        let closing = now.position.dot(&now.velocity);
-        if self.tau_s <= 0.0 || closing >= 0.0 || approach.horizontal_m() > horizontal_m {
-            return false;
-        }
-        let tau_s = (horizontal_m * horizontal_m - now.position.norm_squared()) / closing;
-        (0.0..=factor * self.tau_s).contains(&tau_s)
+    /// [`Self::interval`] of the volume enlarged by a factor.
+    pub(super) fn interval_of(&self, now: &Relative, horizon_s: f64, factor: f64) -> Option<Interval> {
+        let (radius_m, tau_s) = (factor * self.horizontal_m, factor * self.tau_s);
+        let ahead = Interval { entry_s: 0.0, exit_s: horizon_s };
+        let ground = interval_over_ground(&now.position, &now.velocity, radius_m, tau_s)?.and(ahead)?;
+        let Some(Vertical { height_m, climb, .. }) = now.vertical else { return Some(ground) };
+        interval_in_height(height_m, climb, factor * self.vertical_m)?.and(ground)
+    }
+
+    /// Whether the volume, enlarged by a factor, is violated now.
+    pub(super) fn is_entered(&self, now: &Relative, factor: f64) -> bool {
+        self.interval_of(now, 1.0, factor).is_some_and(|inside| inside.entry_s <= 0.0)
+    }
+
+    /// Horizontal extent.
+    pub(super) fn section(&self) -> CrossSection {
+        CrossSection { radius_m: self.horizontal_m, tau_s: self.tau_s }
     }
 }
 

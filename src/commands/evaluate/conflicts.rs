@@ -77,6 +77,7 @@ pub(super) fn text(scored: &[VolumeScore]) -> Result<String, fmt::Error> {
         row("false warnings (/drone-hour)", decimals(score.false_per_h()));
         row("largest difference of stated and happened", decimals(score.unreliability(STATED)));
         row("time of the closest point, 10 to 30 s ahead, rms (s)", decimals(score.t_cpa_rms_s()));
+        row("time of the entry, 10 to 30 s ahead, rms (s)", decimals(score.t_entry_rms_s()));
         row("true miss within 2 sigma then (%)", percent(score.within_share()));
         row("changes of level in a conflict", decimals(score.changes_each()));
         write!(text, "{table}")?;

@@ -50,6 +50,8 @@ pub struct ConflictPrediction {
     pub level: Option<Level>,
     /// Time to the closest point of approach, seconds.
     pub t_cpa_s: f64,
+    /// Time to the entry of the volume, seconds.
+    pub t_entry_s: f64,
     /// Probability of entering the volume.
     pub probability: f64,
     /// Miss distance across the relative velocity, metres, and its variance, m².
@@ -69,6 +71,7 @@ impl From<&Conflict> for ConflictPrediction {
             numbers: conflict.numbers,
             level: conflict.level(),
             t_cpa_s: approach.t_cpa_s,
+            t_entry_s: found.entry_s,
             probability: found.probability,
             across: (approach.across.dot(&approach.miss), approach.across_m2()),
             relative: [found.relative.position.into(), found.relative.velocity.into()],
@@ -119,6 +122,10 @@ pub struct ConflictScore {
     pub squares_s2: f64,
     /// Number of these closest points whose true miss distance was within 2 sigma.
     pub within: u64,
+    /// Number of entries scored, 10 to 30 s before.
+    pub entries: u64,
+    /// Sum of the squared errors of the predicted times of these entries, s².
+    pub entry_squares_s2: f64,
     /// Number of conflicts.
     pub encounters: u64,
     /// Number of changes of level in these conflicts.
@@ -179,16 +186,21 @@ impl ConflictScore {
         paths: &TruePaths<'_>,
         volume: (f64, f64),
     ) {
-        let Some(closest) = paths.closest(pair, one.time, HORIZON_S) else { return };
-        ReliabilityBin::note(&mut self.bins, one.probability, closest.is_within(volume));
+        let Some(closest) = paths.approach(pair, one.time, HORIZON_S, volume) else { return };
+        ReliabilityBin::note(&mut self.bins, one.probability, closest.entry_s.is_some());
+        let entry_s = closest.entry_s.filter(|after_s| JUDGED_S.contains(after_s));
+        if let Some(entry_s) = entry_s.filter(|_| one.probability >= JUDGED_PROBABILITY) {
+            self.entries += 1;
+            self.entry_squares_s2 += (one.t_entry_s - entry_s).powi(2);
+        }
         if one.probability < JUDGED_PROBABILITY || !JUDGED_S.contains(&closest.after_s) {
             return;
         }
+        let [position, velocity] = one.relative.map(nalgebra::Vector2::from);
+        let Some(across) = nalgebra::Vector2::new(-velocity.y, velocity.x).try_normalize(0.0) else { return };
+        let across = if across.dot(&position) < 0.0 { -across } else { across };
         self.judged += 1;
         self.squares_s2 += (one.t_cpa_s - closest.after_s).powi(2);
-        let [position, velocity] = one.relative.map(nalgebra::Vector2::from);
-        let across = nalgebra::Vector2::new(-velocity.y, velocity.x).normalize();
-        let across = if across.dot(&position) < 0.0 { -across } else { across };
         let (stated_m, variance_m2) = one.across;
         let error_m = across.dot(&closest.miss) - stated_m;
         self.within += u64::from(error_m.abs() <= SIGMAS * variance_m2.sqrt());
@@ -203,7 +215,7 @@ impl ConflictScore {
         let mut before = false;
         for (one, pair) in predictions {
             if is_warning(one) && !before {
-                let closest = pair.map(|pair| paths.closest(pair, one.time, HORIZON_S));
+                let closest = pair.map(|pair| paths.approach(pair, one.time, HORIZON_S, (NEAR_M, NEAR_M)));
                 // Skip warnings for which the truth ends too early.
                 if closest.as_ref().is_none_or(Option::is_some) {
                     let came_near = closest.flatten().is_some_and(|closest| closest.miss.norm() < NEAR_M);
@@ -229,6 +241,8 @@ impl ConflictScore {
             judged: self.judged + other.judged,
             squares_s2: self.squares_s2 + other.squares_s2,
             within: self.within + other.within,
+            entries: self.entries + other.entries,
+            entry_squares_s2: self.entry_squares_s2 + other.entry_squares_s2,
             encounters: self.encounters + other.encounters,
             changes: self.changes + other.changes,
         }
@@ -262,6 +276,11 @@ impl ConflictScore {
     /// Root mean square error of the predicted times of the closest point of approach, seconds.
     pub fn t_cpa_rms_s(&self) -> Option<f64> {
         (self.judged > 0).then(|| (self.squares_s2 / self.judged as f64).sqrt())
+    }
+
+    /// Root mean square error of the predicted times of entries, seconds.
+    pub fn t_entry_rms_s(&self) -> Option<f64> {
+        (self.entries > 0).then(|| (self.entry_squares_s2 / self.entries as f64).sqrt())
     }
 
     /// Share of scored closest points whose true miss distance was within 2 sigma.

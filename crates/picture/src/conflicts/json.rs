@@ -57,7 +57,15 @@ pub struct ConflictJson {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0))]
     d_now_v_m: Option<f64>,
-    /// Probability of being within the volume at the closest point of approach.
+    /// Time to the expected entry of the volume, seconds; 0 if it is violated now. If the expected paths miss the volume: time
+    /// to the point where they come nearest to it.
+    #[schemars(range(min = 0))]
+    t_entry_s: f64,
+    /// Time to the expected exit from the volume, seconds, at most the horizon; absent if the expected paths miss the volume.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
+    t_exit_s: Option<f64>,
+    /// Probability of being inside the volume at any time within the horizon.
     #[schemars(range(min = 0, max = 1))]
     probability: f64,
     /// Whether the heights of both aircraft are known; if not, they are assumed to be equal.
@@ -109,6 +117,8 @@ impl From<&Conflict> for ConflictJson {
             d_cpa_v_m: vertical_m.map(|height_m| rounded(height_m.abs(), 2)),
             d_now_h_m: rounded(found.relative.position.norm(), 2),
             d_now_v_m: found.relative.vertical.map(|vertical| rounded(vertical.height_m.abs(), 2)),
+            t_entry_s: rounded(found.entry_s, 2),
+            t_exit_s: found.exit_s.map(|exit_s| rounded(exit_s, 2)),
             probability: rounded(found.probability, 4),
             vertical_known: vertical_m.is_some(),
             miss: MissJson {

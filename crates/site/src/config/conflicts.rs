@@ -41,7 +41,7 @@ section! {
         acceleration: f64 = 1.0, density();
         /// Mean time for which both aircraft of a pair fly straight, in seconds.
         straight_s: f64 = 30.0, ahead_s();
-        /// Thresholds of an advisory: minimum probability and maximum time to the closest point of approach.
+        /// Thresholds of an advisory: minimum probability and maximum time to the entry of the volume.
         advisory: Advisory = Advisory::default(), inline::<Advisory>();
         /// Thresholds of a warning, as for an advisory. The level above, a violation, means that a volume is entered.
         warning: Warning = Warning::default(), inline::<Warning>();
@@ -60,7 +60,7 @@ section! {
     Advisory {
         /// Minimum probability of a conflict.
         probability: f64 = 0.1, share();
-        /// Maximum time to the closest point of approach, in seconds.
+        /// Maximum time to the entry of the volume, in seconds.
         time_s: f64 = 60.0, ahead_s();
     }
 }
@@ -71,7 +71,7 @@ section! {
     Warning {
         /// Minimum probability of a conflict.
         probability: f64 = 0.2, share();
-        /// Maximum time to the closest point of approach, in seconds.
+        /// Maximum time to the entry of the volume, in seconds.
         time_s: f64 = 20.0, ahead_s();
     }
 }

@@ -133,8 +133,7 @@ fn a_volume_with_tau_is_entered_before_its_radius_is() {
     let entered = |range_m: f64, closing: f64, aside_m: f64, above_m: f64| {
         let pair =
             [aircraft(1, [0.0; 3], [0.0; 3]), aircraft(2, [aside_m, range_m, above_m], [0.0, -closing, 0.0])];
-        let relative = Relative::of(&pair[0], &pair[1]);
-        enroute.is_entered(&relative, &relative.approach(&ahead(300.0, 1.0)), 1.0)
+        enroute.is_entered(&Relative::of(&pair[0], &pair[1]), 1.0)
     };
     // R = 1222.32 m. From 4000 m at 100 m/s: (4000² - 1222.32²) / (4000 · 100) = 36.26 s; from 3850 m: 34.62 s.
     assert!(!entered(4000.0, 100.0, 0.0, 0.0));

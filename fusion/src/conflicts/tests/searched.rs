@@ -9,12 +9,16 @@ fn traffic() -> impl Strategy<Value = Vec<ConflictAircraft>> {
         prop::array::uniform2(-6000.0..6000.0_f64),
         0.0..120.0_f64,
         prop::array::uniform2(-25.0..25.0_f64),
-        prop_oneof![9 => Just(1.0), 1 => Just(8.0)],
+        prop_oneof![1 => Just(0.0), 8 => Just(1.0), 1 => Just(8.0)],
+        prop_oneof![1 => Just(0.0), 1 => -4.0..4.0_f64],
         1.0..40.0_f64,
+        prop_oneof![3 => Just(TrafficKind::Drone), 1 => Just(TrafficKind::Crewed)],
     );
-    let one = one.prop_map(|(place, up, velocity, fast, worse)| {
-        let mut one = aircraft(0, [place[0], place[1], up], [fast * velocity[0], fast * velocity[1], 0.0]);
+    let one = one.prop_map(|(place, up, velocity, fast, climb, worse, kind)| {
+        let [east, north] = velocity.map(|rate| fast * rate);
+        let mut one = aircraft(0, [place[0], place[1], up], [east, north, climb]);
         one.covariance *= worse;
+        one.kind = kind;
         one
     });
     prop::collection::vec(one, 2..60).prop_map(|mut all| {
@@ -25,7 +29,7 @@ fn traffic() -> impl Strategy<Value = Vec<ConflictAircraft>> {
 
 /// Over ground they are at rest, so their closest approach is now, however far one climbs later.
 #[test]
-fn climb_towards_a_hovering_drone_is_found() {
+fn climb_away_from_a_hovering_drone_is_found() {
     let pair = vec![
         aircraft(1, [0.0, 0.0, 100.0], [0.05, 0.0, 0.0]),
         aircraft(2, [3.0, 0.0, 117.0], [0.0, 0.0, 4.0]),
@@ -34,22 +38,37 @@ fn climb_towards_a_hovering_drone_is_found() {
     assert!(evaluation.conflicts.iter().any(|conflict| conflict.probability > 0.1));
 }
 
+/// The closest approach over ground is now; the heights meet after 20 s.
+#[test]
+fn descent_onto_a_hovering_drone_is_found() {
+    let pair = vec![
+        aircraft(1, [0.0, 0.0, 100.0], [0.0, 0.0, 0.0]),
+        aircraft(2, [3.0, 0.0, 175.0], [0.0, 0.0, -3.0]),
+    ];
+    let found = Conflicts::new(rules(vec![drones()])).evaluate(at(0), pair).conflicts;
+    assert!(found[0].probability > 0.95 && found[0].approach.t_cpa_s == 0.0, "{found:?}");
+    assert!((found[0].entry_s - 20.0).abs() < 1e-9, "{found:?}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     /// Pairs that the search excludes have a probability below the listing threshold.
     #[test]
     fn no_pair_that_may_meet_is_left_out(aircraft in traffic()) {
-        let rules = rules(vec![drones(), Preset::Nmac.volume()]);
+        let crewed = Volume {
+            between: [AcceptedKinds::Only(TrafficKind::Crewed), AcceptedKinds::Any],
+            ..Preset::Do365Enroute.volume()
+        };
+        let rules = rules(vec![drones(), crewed]);
         let evaluation = Conflicts::new(rules.clone()).evaluate(at(0), aircraft.clone());
         let mut expected = Vec::new();
         for (a, one) in aircraft.iter().enumerate() {
             for (b, other) in aircraft.iter().enumerate().skip(a + 1) {
                 let relative = Relative::of(one, other);
-                let approach = relative.approach(&rules.ahead);
                 for (index, volume) in rules.volumes.iter().enumerate() {
-                    let probability = approach.probability(volume.horizontal_m, volume.vertical_m, 0.0);
-                    if probability >= 0.01 {
+                    let probability = relative.passage(volume, &rules.ahead, 0.0).probability;
+                    if probability >= 0.01 && volume.is_between(one.kind, other.kind) {
                         expected.push(([a, b], index, probability));
                     }
                 }

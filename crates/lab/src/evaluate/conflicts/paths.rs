@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use nalgebra::Vector2;
 
 use crate::evaluate::truth::{TrueTrack, Truth};
+use fusion::conflicts::{Interval, interval_in_height, interval_over_ground};
 use fusion::time::{SECOND, Time};
 
 /// Time step along the true paths, nanoseconds.
@@ -31,18 +32,14 @@ pub(super) struct Nearest {
     pub(super) ground_m: f64,
 }
 
-/// The closest point of approach.
-pub(super) struct ClosestPoint {
+/// The true paths within the horizon.
+pub(super) struct TrueApproach {
+    /// Time to the closest point of approach over ground, seconds.
     pub(super) after_s: f64,
-    /// Miss vector from the first to the second, east and north, metres.
+    /// Miss vector from the first to the second at that time, east and north, metres.
     pub(super) miss: Vector2<f64>,
-    vertical_m: Option<f64>,
-}
-
-impl ClosestPoint {
-    pub(super) fn is_within(&self, (horizontal_m, vertical_m): (f64, f64)) -> bool {
-        self.miss.norm() < horizontal_m && self.vertical_m.is_none_or(|apart_m| apart_m.abs() < vertical_m)
-    }
+    /// Time at which the volume is first violated, seconds; `None`: it is not.
+    pub(super) entry_s: Option<f64>,
 }
 
 /// Position and velocity of one drone relative to another.
@@ -65,8 +62,10 @@ impl RelativeMotion {
 
     /// Whether straight flight leads into the volume.
     pub(super) fn leads_into(&self, volume: (f64, f64), horizon_s: f64) -> bool {
-        let (t, miss_m) = self.closest(horizon_s);
-        miss_m < volume.0 && (self.height_m + self.climb * t).abs() < volume.1
+        let ahead = Interval { entry_s: 0.0, exit_s: horizon_s };
+        let ground = interval_over_ground(&self.position, &self.velocity, volume.0, 0.0);
+        let above = interval_in_height(self.height_m, self.climb, volume.1);
+        ground.zip(above).and_then(|(ground, above)| ground.and(above)?.and(ahead)).is_some()
     }
 }
 
@@ -100,18 +99,28 @@ impl<'a> TruePaths<'a> {
         })
     }
 
-    /// Closest point over ground from `from` on; `None` if the truth does not cover the horizon.
-    pub(super) fn closest(&self, pair: [usize; 2], from: Time, horizon_s: f64) -> Option<ClosestPoint> {
+    /// The approach from `from` on; `None` if the truth does not cover the horizon.
+    pub(super) fn approach(
+        &self,
+        pair: [usize; 2],
+        from: Time,
+        horizon_s: f64,
+        (horizontal_m, vertical_m): (f64, f64),
+    ) -> Option<TrueApproach> {
         let steps = (horizon_s * SECOND as f64) as i64 / STEP_NS;
-        let mut closest: Option<ClosestPoint> = None;
+        let (mut closest, mut entry_s): (Option<(f64, Vector2<f64>)>, Option<f64>) = (None, None);
         for step in 0..=steps {
             let at = Time::from_nanos(from.nanos() + step * STEP_NS);
-            let (miss, vertical_m) = self.apart(pair, at)?;
-            if closest.as_ref().is_none_or(|closest| miss.norm() < closest.miss.norm()) {
-                closest = Some(ClosestPoint { after_s: at.seconds_since(from), miss, vertical_m });
+            let (apart, height_m) = self.apart(pair, at)?;
+            let after_s = at.seconds_since(from);
+            if closest.is_none_or(|(_, miss)| apart.norm() < miss.norm()) {
+                closest = Some((after_s, apart));
+            }
+            if apart.norm() < horizontal_m && height_m.is_none_or(|up_m| up_m.abs() < vertical_m) {
+                entry_s = entry_s.or(Some(after_s));
             }
         }
-        closest
+        closest.map(|(after_s, miss)| TrueApproach { after_s, miss, entry_s })
     }
 
     /// Violations among these drones, pair by pair.

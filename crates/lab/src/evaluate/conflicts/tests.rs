@@ -69,6 +69,7 @@ fn foreseen(warned_s: f64, numbers: [u32; 2]) -> Vec<ConflictPrediction> {
             numbers,
             level: Some(if time_s >= warned_s { Level::Warning } else { Level::Advisory }),
             t_cpa_s: MEET_S - time_s,
+            t_entry_s: (MEET_S - time_s - 2.5).max(0.0),
             probability: 0.95,
             across: (0.0, 100.0),
             relative: [[20.0 * (MEET_S - time_s), 0.0], [-20.0, 0.0]],

@@ -113,6 +113,8 @@ struct ConflictRow {
     volume: String,
     level: String,
     t_cpa_s: f64,
+    /// Absent in lines of older versions.
+    t_entry_s: Option<f64>,
     probability: f64,
     miss: MissRow,
     relative: RelativeRow,
@@ -160,6 +162,7 @@ pub(super) fn conflicts(name: &str, text: &str) -> Result<Vec<(String, ConflictP
             numbers: [track(&row.a)?, track(&row.b)?],
             level,
             t_cpa_s: row.t_cpa_s,
+            t_entry_s: row.t_entry_s.unwrap_or(row.t_cpa_s),
             probability: row.probability,
             across: (row.miss.across_m, row.miss.covariance_m2[0][0]),
             relative: [row.relative.position_m, row.relative.velocity_ms].map(over_ground),
