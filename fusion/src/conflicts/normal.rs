@@ -78,6 +78,12 @@ pub(super) fn above_both(h: f64, k: f64, correlation: f64) -> f64 {
     (upper(h) * upper(k) + half * sum / TAU).clamp(0.0, 1.0)
 }
 
+/// Upper bound of the probability that a normal variable differs from its mean, on one side, by at least `beyond`, for any
+/// variance up to this one.
+pub(super) fn at_most_beyond(beyond: f64, variance: f64) -> f64 {
+    if beyond <= 0.0 { 1.0 } else { 0.5 * at_most_exp(beyond * beyond / (2.0 * variance)) }
+}
+
 /// Upper bound of exp(-x) for x of 0 or more: the reciprocal of the first terms of the series of exp(x).
 fn at_most_exp(x: f64) -> f64 {
     (1.0 + x * (1.0 + x / 2.0 * (1.0 + x / 3.0 * (1.0 + x / 4.0)))).recip()

@@ -212,7 +212,9 @@ impl PairSearch {
         let (from_m, until_m) = (above(from_s), above(until_s));
         let away_m = if from_m * until_m <= 0.0 { 0.0 } else { from_m.abs().min(until_m.abs()) };
         let height = a.above.and(b.above);
-        let height_m2 = height.at(from_s).max(height.at(until_s));
+        let (climb, early_s) = (b.climb - a.climb, (ground_m2 / square).sqrt().min(t / 2.0));
+        let early_m2 = if climb == 0.0 { 0.0 } else { climb * climb * early_s * early_s };
+        let height_m2 = height.at(from_s).max(height.at(until_s)) + early_m2;
         away_m <= limits.half_height_m + FURTHEST_HEIGHT * height_m2.sqrt()
     }
 }

@@ -7,7 +7,7 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::interval::{Course, CrossSection};
-use super::normal::{HALF_RULE, TAIL, above_both, at_most_within, below, within};
+use super::normal::{HALF_RULE, TAIL, above_both, at_most_beyond, at_most_within, below, within};
 use super::{Extrapolation, Relative, SteadyFlightRatios, Vertical, Volume};
 
 /// Part of a probability that is neglected.
@@ -22,7 +22,13 @@ const SHORT: f64 = 0.3;
 /// Ratio of the error along the velocity to the radius from which on the chord at the middle stands for all.
 const SOFT: f64 = 0.7;
 /// Ratio of the relative speed to the standard deviation of each axis below which its direction is uncertain.
-const SLOW: f64 = 2.0;
+const SLOW: f64 = 4.0;
+
+/// Rings on which velocities of uncertain direction are sampled: radii in standard deviations, and weights.
+const RINGS: [(f64, f64); 2] =
+    [(1.082_392_200_292_394, 0.853_553_390_593_273_8), (2.613_125_929_752_753, 0.146_446_609_406_726_24)];
+/// Number of velocities on each ring.
+const STEPS: u32 = 6;
 
 /// Whether a relative speed of this square, m²/s², has an uncertain direction. `rate_m2s2` is the sum of the stated
 /// variances of both axes.
@@ -100,7 +106,7 @@ impl Chances<'_> {
         // Upper bounds, so that negligible probabilities are not computed.
         let above = heights.as_ref().map_or(1.0, |heights| {
             let [from_s, until_s] = self.longest_s();
-            heights.at_most(volume.vertical_m, from_s, until_s)
+            heights.at_most(volume.vertical_m, from_s, until_s, self.most_early_s2())
         });
         if above < least {
             return 0.0;
@@ -134,6 +140,16 @@ impl Chances<'_> {
         };
         let probability: f64 = parts.iter().map(of_part).sum();
         if probability < least { 0.0 } else { probability.min(1.0) }
+    }
+
+    /// Upper bound of the variance of the time of the passage, s².
+    fn most_early_s2(&self) -> f64 {
+        let Self { relative, ahead, course, near_s, .. } = self;
+        let closest_s = course.time_at(0.0).clamp(0.0, ahead.horizon_s);
+        let at = |row: usize, column: usize| relative.covariance[(row, column)];
+        let (place, both, rate) = (at(0, 0) + at(1, 1), 2.0 * (at(0, 2) + at(1, 3)), at(2, 2) + at(3, 3));
+        let most_m2 = place + closest_s * (both.max(0.0) + closest_s * rate) + 2.0 * ahead.grown_m2(*near_s);
+        (most_m2 / (course.speed * course.speed)).min(closest_s * closest_s / 4.0)
     }
 
     /// Begin and end of the longest passage over ground, through the centre of the volume, seconds.
@@ -172,8 +188,8 @@ impl Errors {
         a.dot(&(self.place * b)) + t * (both + t * a.dot(&(self.rate * b)))
     }
 
-    /// Probability of being inside for a velocity of uncertain direction: the mean over four velocities with the same
-    /// covariance, each with the errors of the position given that velocity.
+    /// Probability of being inside for a velocity of uncertain direction: the mean over twelve velocities, six on each of
+    /// two rings (the Gauss-Laguerre rule with two points), each with the errors of the position given that velocity.
     fn slow(
         &self,
         relative: &Relative,
@@ -192,11 +208,18 @@ impl Errors {
             grown_m2: 0.0,
         };
         let of = |away: Vector2<f64>| {
-            let away = root * away * std::f64::consts::SQRT_2;
+            let away = root * away;
             let course = Course::of(&(relative.position + gain * away), &(relative.velocity + away));
             Flight::of(&course, &given, horizon_s).inside(section, heights)
         };
-        [Vector2::x(), -Vector2::x(), Vector2::y(), -Vector2::y()].map(of).iter().sum::<f64>() / 4.0
+        let ring = |&(radius, weight): &(f64, f64)| {
+            let on_ring = |step: u32| {
+                let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(step) / f64::from(STEPS));
+                of(Vector2::new(cos, sin) * radius)
+            };
+            weight / f64::from(STEPS) * (0..STEPS).map(on_ring).sum::<f64>()
+        };
+        RINGS.iter().map(ring).sum()
     }
 }
 
@@ -328,10 +351,13 @@ impl Flight {
     fn in_height(&self, section: &CrossSection, heights: Option<(&Heights, f64)>, across_m: f64) -> f64 {
         heights.map_or(1.0, |(heights, half_m)| {
             let [from_s, until_s] = self.passage_s(section, across_m);
-            // An early or late passage finds the aircraft at another height, but not at the limits of the horizon.
-            let is_free = from_s > 0.0 && until_s < self.horizon_s;
-            let early_s2 =
-                if is_free { self.timing_m2 / (self.course.speed * self.course.speed) } else { 0.0 };
+            // An early or late passage finds the aircraft at another height, but not beyond the limits of the horizon.
+            let limit_s = from_s.min(self.horizon_s - until_s) / 2.0;
+            let early_s2 = if limit_s > 0.0 {
+                (self.timing_m2 / (self.course.speed * self.course.speed)).min(limit_s * limit_s)
+            } else {
+                0.0
+            };
             heights.within(half_m, from_s, until_s, early_s2)
         })
     }
@@ -378,13 +404,15 @@ impl Heights {
             && half_s * self.climb.abs() <= SHORT * self.between_m2(middle_s, middle_s).max(0.0).sqrt()
     }
 
-    /// Upper bound of [`Self::within`], also for errors in time.
-    fn at_most(&self, half_m: f64, from_s: f64, until_s: f64) -> f64 {
+    /// Upper bound of [`Self::within`].
+    fn at_most(&self, half_m: f64, from_s: f64, until_s: f64, early_s2: f64) -> f64 {
         let (from_m, until_m) = (self.at(from_s), self.at(until_s));
         let away_m = if from_m * until_m <= 0.0 { 0.0 } else { from_m.abs().min(until_m.abs()) };
         // Between two times, the variance is at most that at one of them.
         let most_m2 = self.between_m2(from_s, from_s).max(self.between_m2(until_s, until_s));
-        if away_m <= half_m { 1.0 } else { (2.0 * at_most_within(half_m, away_m, most_m2)).min(1.0) }
+        let most_m2 = if self.climb == 0.0 { most_m2 } else { most_m2 + self.climb * self.climb * early_s2 };
+        // The heights can come near at the begin and at the end.
+        (2.0 * at_most_beyond(away_m - half_m, most_m2)).min(1.0)
     }
 
     /// Probability that the heights differ by at most `half_m` at any time from `from_s` to `until_s`, with an error of

@@ -152,7 +152,8 @@ fn compared(seed: u64, climbs: f64, speeds: std::ops::Range<f64>, volume: &Volum
             covariance: [height * height, span(-0.8, 0.8) * height * climb, climb * climb],
         };
         let relative = Relative { position, velocity, covariance, vertical: Some(vertical) };
-        let stated = relative.passage(volume, &ahead(60.0, 0.0), 0.0).probability;
+        let straight = Extrapolation { straight_s: 1e9, ..ahead(60.0, 0.0) };
+        let stated = relative.passage(volume, &straight, 0.0).probability;
         let root = covariance.cholesky().unwrap().l();
         let [hh, hc, cc] = vertical.covariance;
         let upright = Matrix2::new(hh, hc, hc, cc).cholesky().unwrap().l();
@@ -198,6 +199,6 @@ fn probability_is_the_share_of_draws_inside_at_any_time() {
         let (most, largest) = (errors[errors.len() * 95 / 100], errors[errors.len() - 1]);
         let summary = format!("{name}, of {}: mean {mean}, 95 % {most}, largest {largest}", errors.len());
         println!("{summary}");
-        assert!(errors.len() > 40 && mean < largest_mean && most < largest_most, "{summary}");
+        assert!(errors.len() > 25 && mean < largest_mean && most < largest_most, "{summary}");
     }
 }

@@ -51,7 +51,7 @@ fn descent_onto_a_hovering_drone_is_found() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(ProptestConfig::with_cases(400))]
 
     /// Pairs that the search excludes have a probability below the listing threshold.
     #[test]
