@@ -25,7 +25,7 @@ const STEP_S: f64 = 1.0;
 /// Time from the first state of a pair until two evaluations can have raised a level, seconds.
 const BEGUN_S: f64 = 5.0;
 
-/// An encounter with an intruder at 309 m/s, faster than any transponder of a drone may be: its reports are not admitted.
+/// An encounter with an intruder at 309 m/s, faster than the 100 m/s up to which CAT129 reports are admitted.
 const TOO_FAST: &str = "H1";
 
 /// A second of a pair: time since the start, level (0 none, 1 advisory, 2 warning, 3 violation), time to the closest approach.
@@ -52,11 +52,7 @@ fn report(row: &Row, index: usize) -> Vec<u8> {
         registration_country: Some(*b"XX"),
         serial_number: Some(serial(index).as_bytes().try_into().unwrap()),
         time_of_day: TimeOfDay::from_seconds(at(t_s).since_midnight() as f64 / SECOND as f64),
-        position: Position::default()
-            .with_latitude_deg(latitude)
-            .unwrap()
-            .with_longitude_deg(longitude)
-            .unwrap(),
+        position: Position::new(latitude, longitude),
         altitude_amsl: Altitude::from_metres(altitude_m),
         horizontal_velocity: HorizontalVelocity::new(east, north),
         vertical_velocity: VerticalVelocity::new(up),
