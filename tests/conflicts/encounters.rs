@@ -120,7 +120,7 @@ fn flown(states: &[&Row], volume: &str, warning_s: f64, advisory_s: f64) -> BTre
     let ran = replay.output().unwrap();
     assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
     let lines = |path| -> Vec<Value> {
-        let text = fs::read_to_string(path).unwrap();
+        let text = String::from_utf8(fs::read(path).unwrap()).unwrap();
         text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     };
     let mut serials = BTreeMap::<String, String>::new();

@@ -1,7 +1,7 @@
 //! Tables of comma-separated values with a header, plain or compressed.
 
 use std::collections::HashMap;
-use std::fs::File;
+use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -21,8 +21,9 @@ pub(crate) fn folder() -> Option<PathBuf> {
 
 pub(crate) fn rows(path: &Path) -> Vec<Row> {
     let is_packed = path.extension().is_some_and(|end| end == "gz");
-    let file = File::open(path).unwrap();
-    let text: Box<dyn Read> = if is_packed { Box::new(GzDecoder::new(file)) } else { Box::new(file) };
+    let octets = fs::read(path).unwrap();
+    let text: Box<dyn Read + '_> =
+        if is_packed { Box::new(GzDecoder::new(&*octets)) } else { Box::new(&*octets) };
     csv::Reader::from_reader(text).deserialize().map(Result::unwrap).collect()
 }
 
