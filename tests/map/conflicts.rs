@@ -1,5 +1,6 @@
 //! A conflict of two drones, as the operator sees it.
 
+use std::collections::BTreeSet;
 use std::fs;
 
 use serde_json::Value;
@@ -24,9 +25,22 @@ fn conflict_is_listed_drawn_and_removed() {
     let conflicts: Vec<Value> =
         service::conflicts(&folder).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let warned = conflicts.iter().find(|conflict| conflict["level"] == "warning").unwrap();
-    let time: jiff::Timestamp = warned["time"].as_str().unwrap().parse().unwrap();
-    let shown = time - jiff::SignedDuration::from_millis(AHEAD_MS - 1000);
-    let shown = shown.strftime("%H:%M:%S").to_string();
+    let time = |conflict: &Value| conflict["time"].as_str().unwrap().parse::<jiff::Timestamp>().unwrap();
+    let shown_at = |time: jiff::Timestamp| {
+        let shown = time - jiff::SignedDuration::from_millis(AHEAD_MS - 1000);
+        shown.strftime("%H:%M:%S").to_string()
+    };
+    let shown = shown_at(time(warned));
+    // A time without conflicts for some seconds, at which the map shows several tracks.
+    let is_level = |conflict: &&Value| {
+        ["advisory", "warning", "violation"].iter().any(|level| conflict["level"] == *level)
+    };
+    let seconds: BTreeSet<i64> =
+        conflicts.iter().filter(is_level).map(|conflict| time(conflict).as_second()).collect();
+    let is_calm = |second: &i64| (-3..=3).all(|beside| !seconds.contains(&(second + beside)));
+    let (first, last) = (*seconds.first().unwrap(), *seconds.last().unwrap());
+    let calm = (first..last).find(is_calm).expect("a calm time between conflicts");
+    let calm = jiff::Timestamp::from_second(calm).unwrap();
 
     let service = Service::replay_with("operational", &folder, &[]);
     service.order("pause");
@@ -52,8 +66,7 @@ fn conflict_is_listed_drawn_and_removed() {
     browser.run("document.querySelector('#conflict-rows button').click()");
     browser.wait("!document.getElementById('detail').hidden", SOON);
 
-    // In the first seconds no track is accurate enough for a conflict.
-    service.seek("09:00:01");
+    service.seek(&shown_at(calm));
     browser.wait(IS_HIDDEN, SOON);
 }
 

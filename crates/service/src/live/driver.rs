@@ -87,6 +87,11 @@ impl Driver {
         }
     }
 
+    /// States the present time of a recording whose first data had none.
+    pub(super) fn begin(&mut self, now: Time) {
+        self.health.begin(now);
+    }
+
     /// Resumes from the state of an earlier run. Slots that the earlier run did not publish, and that were not due by
     /// `now`, are published by this one.
     ///

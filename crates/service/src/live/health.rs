@@ -180,6 +180,7 @@ pub struct SensorMonitor {
     sensors: Vec<MonitoredSensor>,
     unknown: BTreeMap<(u8, DataSource), (u64, Time)>,
     own: DataSource,
+    /// Start; `Time::default()` until a recording's first time of reception is known.
     started: Time,
     /// Maximum age of reports that are useful for the picture, in seconds.
     late_s: f64,
@@ -237,6 +238,13 @@ impl SensorMonitor {
             own: DataSource { sac: config.site.sac, sic: config.site.sic },
             started,
             late_s: config.fusion.latency().as_secs_f64().max(CLOCK_LATE_S),
+        }
+    }
+
+    /// States the present time. It is the start if that was not known.
+    pub fn begin(&mut self, now: Time) {
+        if self.started == Time::default() {
+            self.started = now;
         }
     }
 

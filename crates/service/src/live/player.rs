@@ -211,6 +211,7 @@ impl Playback {
                     state.first.get_or_insert(received);
                     is_first
                 });
+                driver.begin(received);
                 if received >= next_status {
                     next_status = Time::from_nanos(received.nanos() + SECOND);
                     self.publish_status(&mut driver, received);

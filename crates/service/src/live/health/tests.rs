@@ -43,6 +43,17 @@ fn sensor_silent_since_the_start_is_in_outage_at_its_limit() {
     }
 }
 
+/// The first data of a raw file may have no time of reception.
+#[test]
+fn recording_without_first_time_begins_at_its_first_known_one() {
+    let site = include_str!("../../../../../testdata/demo/site.toml");
+    let config = Config::parse(site, "site.toml", std::iter::empty()).unwrap();
+    let mut monitor = SensorMonitor::new(&config, Time::default());
+    [at(0.0), at(4.0)].into_iter().for_each(|now| monitor.begin(now));
+    assert!(monitor.sensors(at(4.9), |_| Vec::new()).iter().all(SensorStatus::is_awaited));
+    assert_eq!(alerts_of(&monitor.sensors(at(6.1), |_| Vec::new()), at(6.1)), [Severity::Critical; 2]);
+}
+
 #[test]
 fn closed_line_at_the_start_is_an_outage_at_once() {
     let closed = |_| vec![LineStatus { name: "239.192.48.1:8048".to_owned(), ..LineStatus::default() }];
