@@ -48,7 +48,7 @@ pub enum NotLocated {
     /// Two positions explain the recording about equally well.
     #[error(
         "two positions of the radar explain the recording ({:.0} % as well): record longer, and fly different paths",
-        runner_up * 100.0
+        runner_up.min(1.0) * 100.0
     )]
     Ambiguous {
         /// Score of the second position, as a share of the best one's.
