@@ -41,7 +41,7 @@ export class Conflicts {
   take(answer) {
     this.known = list(answer, "conflicts")
       .filter(({ level }) => level in RANK)
-      .sort((a, b) => RANK[a.level] - RANK[b.level] || a.t_cpa_s - b.t_cpa_s);
+      .sort((a, b) => RANK[a.level] - RANK[b.level] || ahead(a) - ahead(b));
     this.takenAt = performance.now();
     this.isComputed = answer.computed === true;
     this.wereComputed ||= this.isComputed;
@@ -69,10 +69,10 @@ export class Conflicts {
   }
 
   row(conflict) {
-    const { a, b, level, volume, t_cpa_s, probability } = conflict;
+    const { a, b, level, volume, probability } = conflict;
     const select = element("button", { type: "button", title: `Select ${nameOf(a)}` }, `${nameOf(a)} – ${nameOf(b)}`);
     select.addEventListener("click", () => change({ selected: a }));
-    const cells = [level, volume, t_cpa_s > 0 ? `${Math.round(t_cpa_s)} s` : "now", apart(conflict), `${Math.round(100 * probability)} %`];
+    const cells = [level, volume, ahead(conflict) > 0 ? `${Math.round(ahead(conflict))} s` : "now", apart(conflict), `${Math.round(100 * probability)} %`];
     return element("tr", { "data-level": level }, element("td", {}, select), ...cells.map((text) => element("td", {}, text)));
   }
 
@@ -107,12 +107,15 @@ export class Conflicts {
       }
       context.stroke();
       const [[, [ax, ay]], [, [bx, by]]] = ends;
-      const when = conflict.t_cpa_s > 0 ? `in ${Math.round(conflict.t_cpa_s)} s: ` : "";
+      const when = ahead(conflict) > 0 ? `in ${Math.round(ahead(conflict))} s: ` : "";
       writeFree(context, view, when + apart(conflict), (ax + bx) / 2, (ay + by) / 2 - 12, colour);
     }
     context.restore();
   }
 }
+
+/** Seconds to the closest approach; to the entry of the volume if they are nearest over ground now, as in a descent. */
+const ahead = ({ t_cpa_s, t_entry_s }) => (t_cpa_s > 0 ? t_cpa_s : (t_entry_s ?? 0));
 
 /** Distances as text: "34 m, 7 m in height". */
 function apart({ t_cpa_s, d_cpa_h_m, d_cpa_v_m, d_now_h_m, d_now_v_m }) {

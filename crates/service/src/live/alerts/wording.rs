@@ -174,9 +174,11 @@ pub(super) fn approaching(conflict: &Conflict) -> String {
     }
     let approach = &found.approach;
     let apart = metres(approach.horizontal_m(), approach.vertical.map(|(height_m, _)| height_m));
+    // Aircraft that are nearest over ground now may still come to the same height.
+    let (when_s, then) =
+        if approach.t_cpa_s > 0.0 { (approach.t_cpa_s, "then") } else { (found.entry_s, "now") };
     format!(
-        "{a} and {b} come close in {:.0} s ({}): then {apart}, probability {:.0} %",
-        approach.t_cpa_s,
+        "{a} and {b} come close in {when_s:.0} s ({}): {then} {apart}, probability {:.0} %",
         conflict.volume,
         100.0 * found.probability
     )
