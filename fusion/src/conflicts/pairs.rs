@@ -13,7 +13,7 @@ use crate::cells::GroundCells;
 const SIDE_M: f64 = 1000.0;
 /// Standard deviations beyond which less than half a hundredth of the errors lies, on one side.
 const FURTHEST: f64 = 2.58;
-/// That for a quarter of a hundredth: a height can come near from above and from below.
+/// Standard deviations beyond which less than a quarter of a hundredth lies: a height can come near from above and from below.
 const FURTHEST_HEIGHT: f64 = 2.81;
 
 /// Position and reach of an aircraft, by which most others of the same squares are excluded.
