@@ -11,10 +11,10 @@ use std::path::Path;
 
 use clap::Parser;
 use fusion::frames::{AtRadar, Geodetic, TangentPlane};
-use fusion::locate::{LocatedRadar, NotLocated, locate};
-use input::alignment::AlignmentData;
 use input::capture::{Capture, CapturedDatagram};
 use lab::simulate::{Scenario, random, simulate};
+use locate::AlignmentData;
+use locate::{LocatedRadar, NotLocated, locate};
 
 #[derive(Parser)]
 struct Args {

@@ -39,7 +39,6 @@ pub mod frames;
 pub mod integrity;
 pub mod interpolation;
 pub mod learning;
-pub mod locate;
 pub mod measurement;
 mod names;
 pub mod numbering;

@@ -15,10 +15,10 @@ use tracing::{error, info};
 use super::info::site::{self as site_file, RadarPlace};
 use super::{CommandResult, Outcome};
 use fusion::frames::Geodetic;
-use fusion::locate::{FirstGuess, LocatedRadar, NotLocated, locate};
-use input::alignment::AlignmentData;
 use input::capture::Capture;
 use input::survey::Survey;
+use locate::AlignmentData;
+use locate::{FirstGuess, LocatedRadar, NotLocated, locate};
 use site::config::{Config, SensorKind};
 
 /// Finds position, bearing and clock of each radar from drones with transponders, and writes a site file

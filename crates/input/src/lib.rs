@@ -1,7 +1,6 @@
 //! From octets to slots: captures and gateways give datagrams, [`normalise`] makes reports of them, and [`pipeline`] passes reports
 //! to the engine in the order and at the times that the configuration states.
 
-pub mod alignment;
 pub mod capture;
 pub mod gateways;
 pub mod hex;

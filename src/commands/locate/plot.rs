@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use fusion::frames::{Geodetic, TangentPlane};
-use input::alignment::AlignmentData;
+use locate::AlignmentData;
 
 use super::Found;
 
@@ -28,7 +28,7 @@ pub(super) fn svg(found: &[Found], data: &AlignmentData) -> String {
                 map(&mut text, located, data);
                 let of = |pick: &dyn Fn(&(f64, f64)) -> f64| -> Vec<(f64, f64, f64)> {
                     let first = located.residuals.first().map(|residual| residual.time).unwrap_or_default();
-                    let point = |residual: &fusion::locate::PlotResidual| {
+                    let point = |residual: &locate::PlotResidual| {
                         (residual.time.seconds_since(first), pick(&residual.before), pick(&residual.after))
                     };
                     located.residuals.iter().map(point).collect()
@@ -50,7 +50,7 @@ fn title(text: &mut String, left: f64, title: &str) {
 }
 
 /// Drones' reports at the plots, and the radar with three deviations.
-fn map(text: &mut String, located: &fusion::locate::LocatedRadar, data: &AlignmentData) {
+fn map(text: &mut String, located: &locate::LocatedRadar, data: &AlignmentData) {
     let plane = TangentPlane::at_site(located.antenna);
     let at = |place: Geodetic| plane.from_geodetic(place).0.xy();
     let mut points: Vec<(f64, f64)> =

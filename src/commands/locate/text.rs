@@ -5,7 +5,7 @@ use std::io::{self, Write};
 
 use asterix::DataSource;
 
-use fusion::locate::{Estimate, LocatedRadar, NotLocated};
+use locate::{Estimate, LocatedRadar, NotLocated};
 
 /// Writes the result for one radar. Heights are above mean sea level, which is `undulation_m` above the ellipsoid.
 pub(super) fn write(

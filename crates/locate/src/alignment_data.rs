@@ -6,12 +6,11 @@ use asterix::cat048::DetectionType;
 use asterix::{Block, DataSource, TimeOfDay, blocks, cat034, cat048, cat129};
 use egm96::egm96_compute_altitude_offset;
 
-use crate::capture::CapturedDatagram;
-use crate::normalise::{nearest_day, on_day};
 use fusion::Identity;
 use fusion::frames::Geodetic;
-use fusion::locate::{PolarPlot, PositionReport};
 use fusion::time::Time;
+use input::capture::CapturedDatagram;
+use input::normalise::{nearest_day, on_day};
 
 /// Plots and positions of a capture.
 #[derive(Clone, Debug, Default)]

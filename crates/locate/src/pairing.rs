@@ -1,28 +1,28 @@
 //! Which piece of a radar track belongs to which path, at a given pose.
 
-use super::fit::{Pose, residual};
-use super::path::Path;
-use super::pieces::Piece;
+use crate::path::Path;
+use crate::pieces::Piece;
+use crate::pose::{Pose, residual};
 
 /// Limits of an association.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Gate {
+pub(crate) struct Gate {
     /// Standard deviations of a plot: azimuth, radians, and slant range, metres.
-    pub(super) azimuth: f64,
-    pub(super) range_m: f64,
+    pub(crate) azimuth: f64,
+    pub(crate) range_m: f64,
     /// Standard deviation of the pose over ground, metres; of both axes.
-    pub(super) ground_m: f64,
+    pub(crate) ground_m: f64,
     /// Root mean square of the normalised distances up to which a piece belongs to a path.
-    pub(super) deviations: f64,
+    pub(crate) deviations: f64,
 }
 
 /// A piece that belongs to a path.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Match {
-    pub(super) piece: usize,
-    pub(super) path: usize,
+pub(crate) struct Match {
+    pub(crate) piece: usize,
+    pub(crate) path: usize,
     /// Mean square of the normalised distances, over that of the gate: 0 to 1.
-    pub(super) distance: f64,
+    pub(crate) distance: f64,
 }
 
 /// Normalised distance above which a plot counts no further for its piece.
@@ -31,7 +31,7 @@ const CAPPED: f64 = 5.0;
 const OVERLAP_S: f64 = 2.0;
 
 /// Each piece with at most one path, and at one time each path with one piece; the nearest first.
-pub(super) fn matches(pieces: &[Piece], paths: &[Path], pose: &Pose, gate: &Gate) -> Vec<Match> {
+pub(crate) fn matches(pieces: &[Piece], paths: &[Path], pose: &Pose, gate: &Gate) -> Vec<Match> {
     let mut found: Vec<Match> = Vec::new();
     for (index, piece) in pieces.iter().enumerate() {
         let near = paths.iter().enumerate().filter_map(|(path, of)| {

@@ -1,140 +1,23 @@
 //! From plots and reports to a located radar, or to the reason why there is none.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
+use fusion::frames::{Enu, Geodetic, TangentPlane};
+use fusion::time::{SECOND, Time};
 use nalgebra::{Complex, Matrix2, Vector3};
 
-use super::fit::{
-    Fit, PARAMETERS, Pose, Recording, coarse, gate, partial, prior_sigmas, refined, residual, rows, wrapped,
-};
-use super::path::Path;
-use super::pieces::{TimedPlot, pieces};
-use super::search::{Candidate, search};
-use super::vertical::vertical;
-use super::{Estimate, Evidence, FirstGuess, LocatedRadar, PlotResidual, PolarPlot, PositionReport};
-use crate::frames::{Enu, Geodetic, TangentPlane};
-use crate::time::{SECOND, Time};
-
-/// Why a radar is not located.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum NotLocated {
-    /// There are no plots with time, range, azimuth and track number.
-    #[error("no plot has a time, a position and a track number")]
-    NoPlots,
-    /// There are no reports of transponders.
-    #[error("no transponder reports a position: let a drone with a transponder fly where the radar sees it")]
-    NoReports,
-    /// The radar and transponders reported at different times.
-    #[error(
-        "radar tracks and transponders do not overlap in time: check both clocks, and record both together"
-    )]
-    NoOverlap,
-    /// No position makes enough radar tracks agree with transponders.
-    #[error(
-        "no position of the radar makes its tracks agree with the transponders: does it see these drones?"
-    )]
-    NoConsensus,
-    /// Too little time in common.
-    #[error(
-        "radar and transponders have only {common_s:.0} s in common; at least {needed_s:.0} s are needed: record longer"
-    )]
-    TooShort {
-        /// Time in common, seconds.
-        common_s: f64,
-        /// Minimum, seconds.
-        needed_s: f64,
-    },
-    /// Two positions explain the recording about equally well.
-    #[error(
-        "two positions of the radar explain the recording ({:.0} % as well): record longer, and fly different paths",
-        runner_up.min(1.0) * 100.0
-    )]
-    Ambiguous {
-        /// Score of the second position, as a share of the best one's.
-        runner_up: f64,
-    },
-    /// Plots and reports scatter more than a radar of drones does: some pairs are wrong.
-    #[error(
-        "radar tracks and transponders agree only to {range_m:.0} m in range and {azimuth_deg:.1} degrees: pairs may be wrong; record \
-         longer, with fewer or steadier drones"
-    )]
-    Scattered {
-        /// Standard deviation of slant ranges, metres.
-        range_m: f64,
-        /// Standard deviation of azimuths, degrees.
-        azimuth_deg: f64,
-    },
-    /// The halves of the recording contradict each other.
-    #[error(
-        "the halves of the recording show different positions or bearings ({deviations:.1} deviations apart): did the radar move?"
-    )]
-    Contradictory {
-        /// Distance in deviations.
-        deviations: f64,
-    },
-    /// The result is too uncertain to be useful.
-    #[error(
-        "position and bearing remain uncertain (standard deviations {position_m:.0} m and {bearing_deg:.1} degrees): {}",
-        remedy.text()
-    )]
-    Uncertain {
-        /// Standard deviation of the position over ground, metres.
-        position_m: f64,
-        /// Standard deviation of the bearing, degrees.
-        bearing_deg: f64,
-        /// Flights that would help.
-        remedy: Remedy,
-    },
-}
-
-/// Flights that would show what a recording does not.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Remedy {
-    /// The drones were seen in a narrow sector, degrees.
-    FlyAcross(f64),
-    /// The drones hardly moved.
-    Move,
-    /// More time.
-    Longer,
-    /// Drones at several distances.
-    Distances,
-    /// Drones at a steep elevation.
-    Higher,
-    /// Heights in I048/110.
-    Heights,
-}
-
-impl Remedy {
-    /// Advice for the operator.
-    pub fn text(&self) -> String {
-        match self {
-            Self::FlyAcross(degrees) => {
-                format!("all drones lie within {degrees:.0} degrees of bearing: fly across")
-            }
-            Self::Move => "the drones hardly moved: fly to and fro".to_owned(),
-            Self::Longer => "record longer".to_owned(),
-            Self::Distances => "fly at several distances: near, and twice as far".to_owned(),
-            Self::Higher => "fly high and near the radar, more than 20 degrees above its horizon".to_owned(),
-            Self::Heights => "the radar reports no heights (I048/110)".to_owned(),
-        }
-    }
-}
-
-/// A value that the recording does not show.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unobservable {
-    /// Name of the value.
-    pub value: &'static str,
-    /// Flights that would show the value.
-    pub remedy: Remedy,
-}
-
-impl fmt::Display for Unobservable {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} not observable: {}", self.value, self.remedy.text())
-    }
-}
+use crate::advice::{remedy, unobservable};
+use crate::consistency::scatter;
+use crate::fit::{Fit, Recording, USUAL_SPREAD, coarse, gate, prior_sigmas, refined, rows};
+use crate::located_radar::{Estimate, Evidence, LocatedRadar, PlotResidual};
+use crate::measurements::{FirstGuess, PolarPlot, PositionReport};
+use crate::not_located::NotLocated;
+use crate::pairing::matches;
+use crate::path::Path;
+use crate::pieces::{TimedPlot, pieces};
+use crate::pose::{Pose, residual, wrapped};
+use crate::search::{Candidate, Neighbourhood, search};
+use crate::vertical::vertical;
 
 const DELAY_S: (f64, f64) = (0.1, 0.2);
 /// Height of the antenna against the lowest reported height, metres, and the deviation; with a guess, that of the guess.
@@ -156,8 +39,6 @@ const COMMON_S: f64 = 60.0;
 const USEFUL: (f64, f64) = (100.0, 2.0);
 /// Largest deviations of plots of a radar that sees drones: metres, degrees.
 const SCATTER: (f64, f64) = (14.0, 4.0);
-/// Distance between the halves of a recording, in deviations, from which they contradict each other.
-const CONTRADICTORY: f64 = 5.0;
 
 struct Prepared {
     site: TangentPlane,
@@ -206,8 +87,13 @@ fn prepared(plots: &[PolarPlot], reports: &[PositionReport]) -> Result<Prepared,
     Ok(Prepared { site, epoch, plots: timed.collect(), paths, lowest_m })
 }
 
-/// See [`super::locate`].
-pub(super) fn locate(
+/// Locates the radar of these plots.
+///
+/// Plots and reports may be in any order. With a `guess`, the neighbourhood of it is searched first.
+///
+/// # Errors
+/// [`NotLocated`]: the recording does not determine where the radar is; the reason names what is missing.
+pub fn locate(
     plots: &[PolarPlot],
     reports: &[PositionReport],
     guess: Option<FirstGuess>,
@@ -254,7 +140,7 @@ fn plots_span(plots: &[TimedPlot]) -> (f64, f64) {
 fn best_fit(
     recording: &Recording<'_>,
     prepared: &Prepared,
-    near: Option<super::search::Neighbourhood>,
+    near: Option<Neighbourhood>,
 ) -> Result<(Fit, Pose, f64), NotLocated> {
     let up_m = recording.up_m.0;
     let mean_up_m = {
@@ -314,8 +200,8 @@ fn is_within(pose: &Pose, other: &Pose, (distance_m, turn_deg): (f64, f64)) -> b
 
 /// Time in which pieces agree with paths, weighted by how well, seconds; by the usual noise, so that poses compare.
 fn score(recording: &Recording<'_>, fit: &Fit) -> f64 {
-    let gate = gate(super::fit::USUAL_SPREAD, 10.0);
-    let found = super::pairing::matches(recording.pieces, recording.paths, &fit.pose, &gate);
+    let gate = gate(USUAL_SPREAD, 10.0);
+    let found = matches(recording.pieces, recording.paths, &fit.pose, &gate);
     found.iter().map(|one| recording.pieces[one.piece].duration_s() * (1.0 - one.distance)).sum()
 }
 
@@ -391,128 +277,6 @@ fn evidence(recording: &Recording<'_>, fit: &Fit, common_s: f64, runner_up: f64)
         common_s,
         runner_up,
     }
-}
-
-/// Duration of a block whose scatter is compared with the covariance, seconds.
-const BLOCK_S: f64 = 60.0;
-/// Weight of the model, in blocks: the scatter of few blocks says little.
-const MODEL_BLOCKS: f64 = 8.0;
-
-/// Factor of the covariance: how much more the blocks scatter than the noise explains (a sandwich estimate); at least 1.
-///
-/// # Errors
-/// The halves of the recording contradict each other.
-fn scatter(recording: &Recording<'_>, fit: &Fit, both: &super::fit::Both) -> Result<f64, NotLocated> {
-    let (first_s, last_s) = recording.pieces.iter().fold((f64::INFINITY, 0.0_f64), |(first, last), piece| {
-        (first.min(piece.span_s().0), last.max(piece.span_s().1))
-    });
-    let blocks = ((last_s - first_s) / BLOCK_S).ceil().max(1.0) as usize;
-    let (mut measured, mut expected, mut count) = (0.0, 0.0, 0.0);
-    for path in 0..recording.paths.len() {
-        for block in 0..blocks {
-            let from_s = first_s + block as f64 * BLOCK_S;
-            let of = partial(both, &fit.noise, |of, time_s| {
-                of == path && (from_s..from_s + BLOCK_S).contains(&time_s)
-            });
-            let gradient = of.fixed_view::<PARAMETERS, 1>(0, PARAMETERS).into_owned();
-            let information = of.fixed_view::<PARAMETERS, PARAMETERS>(0, 0).into_owned();
-            let share = (fit.covariance * information).trace();
-            if share > 0.0 {
-                measured += (gradient.transpose() * fit.covariance * gradient)[0];
-                expected += share;
-                count += 1.0;
-            }
-        }
-    }
-    let ratio = if expected > 0.0 { measured / expected } else { 1.0 };
-    // The fit itself makes the gradients smaller.
-    let freed = count / (count - 4.0_f64).max(1.0);
-    let factor = ((ratio * freed * count + MODEL_BLOCKS) / (count + MODEL_BLOCKS)).max(1.0);
-    let middle_s = f64::midpoint(first_s, last_s);
-    let halves = [true, false].map(|is_first| {
-        let of = partial(both, &fit.noise, |_, time_s| (time_s < middle_s) == is_first);
-        half(&of, recording.up_m.1)
-    });
-    if let [Some((first, first_covariance)), Some((second, second_covariance))] = halves {
-        let difference = first - second;
-        let covariance = (first_covariance + second_covariance) * factor;
-        // East, north and bearing.
-        let chosen = [0, 1, 3];
-        let part = nalgebra::Matrix3::from_fn(|row, column| covariance[(chosen[row], chosen[column])]);
-        let away = Vector3::from_fn(|row, _| difference[chosen[row]]);
-        let square = part.cholesky().map_or(0.0, |factor| away.dot(&factor.solve(&away)));
-        // Root mean square over the three values.
-        let deviations = (square / 3.0).sqrt();
-        if deviations > CONTRADICTORY {
-            return Err(NotLocated::Contradictory { deviations });
-        }
-    }
-    Ok(factor)
-}
-
-type Half = (nalgebra::SVector<f64, PARAMETERS>, nalgebra::SMatrix<f64, PARAMETERS, PARAMETERS>);
-
-fn half(
-    of: &nalgebra::SMatrix<f64, { PARAMETERS + 1 }, { PARAMETERS + 1 }>,
-    up_sigma_m: f64,
-) -> Option<Half> {
-    let mut information = of.fixed_view::<PARAMETERS, PARAMETERS>(0, 0).into_owned();
-    for (index, sigma) in prior_sigmas(up_sigma_m).iter().enumerate() {
-        information[(index, index)] += sigma.powi(-2);
-    }
-    let covariance = information.cholesky()?.inverse();
-    Some((covariance * of.fixed_view::<PARAMETERS, 1>(0, PARAMETERS), covariance))
-}
-
-/// Advice from the spread of the drones as the radar sees them.
-fn remedy(recording: &Recording<'_>, fit: &Fit) -> Remedy {
-    let mut bearings: Vec<f64> = Vec::new();
-    let (mut moved_m, mut pieces) = (0.0, 0.0);
-    for one in &fit.matches {
-        let points: Vec<Vector3<f64>> = recording.pieces[one.piece]
-            .plots
-            .iter()
-            .filter_map(|plot| Some(recording.paths[one.path].at(plot.time_s)?.position))
-            .collect();
-        if let (Some(first), Some(last)) = (points.first(), points.last()) {
-            moved_m += (last - first).norm();
-            pieces += 1.0;
-        }
-        bearings.extend(points.iter().map(|&point| {
-            let local = fit.pose.local(point);
-            local.x.atan2(local.y)
-        }));
-    }
-    if moved_m < 15.0 * pieces {
-        return Remedy::Move;
-    }
-    let (sin, cos) = bearings.iter().fold((0.0, 0.0), |(sin, cos), b| (sin + b.sin(), cos + b.cos()));
-    let mean = f64::atan2(sin, cos);
-    let mut away: Vec<f64> = bearings.iter().map(|bearing| wrapped(bearing - mean)).collect();
-    away.sort_by(f64::total_cmp);
-    let at = |share: f64| away.get((away.len() as f64 * share) as usize).copied().unwrap_or(0.0);
-    let sector_deg = (at(0.98) - at(0.02)).to_degrees();
-    if sector_deg < 40.0 { Remedy::FlyAcross(sector_deg.max(1.0)) } else { Remedy::Longer }
-}
-
-fn unobservable(located: &LocatedRadar, remedy: Remedy) -> Vec<Unobservable> {
-    let across = match remedy {
-        Remedy::FlyAcross(_) => remedy,
-        _ => Remedy::Distances,
-    };
-    let mut found = Vec::new();
-    let mut check = |estimate: Option<Estimate>, value: &'static str, remedy: Remedy| {
-        if estimate.is_none_or(|estimate| !estimate.is_observable()) {
-            let remedy = if estimate.is_none() { Remedy::Heights } else { remedy };
-            found.push(Unobservable { value, remedy });
-        }
-    };
-    check(Some(located.height_m), "height of the antenna", Remedy::Higher);
-    check(Some(located.range_offset_m), "range offset", across);
-    check(Some(located.range_scale), "range scale", Remedy::Distances);
-    check(located.tilt_east_deg, "tilt about east", across);
-    check(located.tilt_north_deg, "tilt about north", across);
-    found
 }
 
 fn residuals(recording: &Recording<'_>, prepared: &Prepared, fit: &Fit, before: &Pose) -> Vec<PlotResidual> {

@@ -14,7 +14,7 @@ const COARSEST_M: f64 = 12.0;
 
 /// A transponder's path in the site's frame.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Path {
+pub(crate) struct Path {
     times_s: Vec<f64>,
     positions: Vec<Vector3<f64>>,
     slopes: Vec<Vector3<f64>>,
@@ -23,16 +23,16 @@ pub(super) struct Path {
 
 /// A point of a path.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PathPoint {
-    pub(super) position: Vector3<f64>,
-    pub(super) velocity: Vector3<f64>,
+pub(crate) struct PathPoint {
+    pub(crate) position: Vector3<f64>,
+    pub(crate) velocity: Vector3<f64>,
     /// Standard deviation of the interpolation per axis, metres.
-    pub(super) sigma_m: f64,
+    pub(crate) sigma_m: f64,
 }
 
 impl Path {
     /// The path through reports in order of time; of reports with the same time the last one counts.
-    pub(super) fn new(reports: &[(f64, Vector3<f64>)]) -> Self {
+    pub(crate) fn new(reports: &[(f64, Vector3<f64>)]) -> Self {
         let mut path = Self::default();
         for &(time_s, position) in reports {
             if path.times_s.last().is_some_and(|&last_s| time_s <= last_s) {
@@ -72,7 +72,7 @@ impl Path {
     }
 
     /// The point at a time, unless the reports around it are too far apart.
-    pub(super) fn at(&self, time_s: f64) -> Option<PathPoint> {
+    pub(crate) fn at(&self, time_s: f64) -> Option<PathPoint> {
         let after = self.times_s.partition_point(|&knot_s| knot_s <= time_s);
         let before = after.checked_sub(1)?;
         let (from_s, to_s) = (self.times_s[before], *self.times_s.get(after)?);
@@ -99,17 +99,17 @@ impl Path {
     }
 
     /// Number of reports.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.times_s.len()
     }
 
     /// First and last time.
-    pub(super) fn span_s(&self) -> Option<(f64, f64)> {
+    pub(crate) fn span_s(&self) -> Option<(f64, f64)> {
         self.times_s.first().copied().zip(self.times_s.last().copied())
     }
 
     /// Reported positions.
-    pub(super) fn positions(&self) -> &[Vector3<f64>] {
+    pub(crate) fn positions(&self) -> &[Vector3<f64>] {
         &self.positions
     }
 }

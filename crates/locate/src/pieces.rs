@@ -4,29 +4,29 @@ use std::collections::BTreeMap;
 
 /// A plot with its time in seconds since the recording's beginning.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TimedPlot {
-    pub(super) track: u16,
-    pub(super) time_s: f64,
-    pub(super) range_m: f64,
-    pub(super) azimuth: f64,
+pub(crate) struct TimedPlot {
+    pub(crate) track: u16,
+    pub(crate) time_s: f64,
+    pub(crate) range_m: f64,
+    pub(crate) azimuth: f64,
     /// Measured height above the ellipsoid, metres.
-    pub(super) height_m: Option<f64>,
+    pub(crate) height_m: Option<f64>,
 }
 
 /// Consecutive plots of one track.
 #[derive(Clone, Debug)]
-pub(super) struct Piece {
-    pub(super) plots: Vec<TimedPlot>,
+pub(crate) struct Piece {
+    pub(crate) plots: Vec<TimedPlot>,
     /// Number of the uninterrupted track.
-    pub(super) run: usize,
+    pub(crate) run: usize,
 }
 
 impl Piece {
-    pub(super) fn span_s(&self) -> (f64, f64) {
+    pub(crate) fn span_s(&self) -> (f64, f64) {
         (self.plots[0].time_s, self.plots[self.plots.len() - 1].time_s)
     }
 
-    pub(super) fn duration_s(&self) -> f64 {
+    pub(crate) fn duration_s(&self) -> f64 {
         let (from_s, to_s) = self.span_s();
         to_s - from_s
     }
@@ -43,7 +43,7 @@ const SHORTEST_S: f64 = 3.0;
 const FEWEST: usize = 3;
 
 /// Pieces of all tracks, by time of their first plot.
-pub(super) fn pieces(mut plots: Vec<TimedPlot>) -> Vec<Piece> {
+pub(crate) fn pieces(mut plots: Vec<TimedPlot>) -> Vec<Piece> {
     plots.sort_by(|a, b| a.time_s.total_cmp(&b.time_s).then(a.track.cmp(&b.track)));
     let mut tracks: BTreeMap<u16, Vec<TimedPlot>> = BTreeMap::new();
     for plot in plots {

@@ -7,19 +7,19 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Complex, Vector2};
 
-use super::path::Path;
-use super::pieces::Piece;
+use crate::path::Path;
+use crate::pieces::Piece;
 
 /// A pose found by the search.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Candidate {
+pub(crate) struct Candidate {
     /// Antenna, east and north, metres.
-    pub(super) antenna: Vector2<f64>,
+    pub(crate) antenna: Vector2<f64>,
     /// Bearing, radians.
-    pub(super) bearing: f64,
+    pub(crate) bearing: f64,
     /// Paths are compared this much later than plots, seconds.
-    pub(super) later_s: f64,
-    pub(super) votes: f64,
+    pub(crate) later_s: f64,
+    pub(crate) votes: f64,
 }
 
 /// Steps and limits of the search.
@@ -56,10 +56,10 @@ struct Pair {
 }
 
 /// Limits the search to poses near a guess: antenna, and radius in metres.
-pub(super) type Neighbourhood = (Vector2<f64>, f64);
+pub(crate) type Neighbourhood = (Vector2<f64>, f64);
 
 /// The best candidates, best first. `ground` converts a plot to east + i north about the radar, with its north mark as north.
-pub(super) fn search(
+pub(crate) fn search(
     pieces: &[Piece],
     paths: &[Path],
     ground: impl Fn(f64, f64, Option<f64>) -> Complex<f64>,
@@ -212,7 +212,7 @@ fn best(mut found: Vec<Candidate>, cell_m: f64) -> Vec<Candidate> {
     let mut kept: Vec<Candidate> = Vec::new();
     for candidate in found {
         let is_beside = |other: &Candidate| {
-            let turned = super::fit::wrapped(candidate.bearing - other.bearing).abs().to_degrees();
+            let turned = crate::pose::wrapped(candidate.bearing - other.bearing).abs().to_degrees();
             turned < APART.0
                 && (candidate.later_s - other.later_s).abs() < APART.1
                 && (candidate.antenna - other.antenna).norm() < APART.2 * cell_m

@@ -8,43 +8,43 @@ use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
 /// One residual with its row: `N - 1` derivatives, then the residual.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Row<const N: usize> {
-    pub(super) time_s: f64,
+pub(crate) struct Row<const N: usize> {
+    pub(crate) time_s: f64,
     /// Number of the uninterrupted radar track.
-    pub(super) run: usize,
-    pub(super) columns: SVector<f64, N>,
+    pub(crate) run: usize,
+    pub(crate) columns: SVector<f64, N>,
     /// Units of this axis per metre of the transponder's error.
-    pub(super) per_metre: f64,
+    pub(crate) per_metre: f64,
     /// Standard deviation of the path's interpolation, metres.
-    pub(super) sigma_m: f64,
+    pub(crate) sigma_m: f64,
 }
 
 /// Errors of one axis of a radar, in units of the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct AxisNoise {
+pub(crate) struct AxisNoise {
     /// Standard deviation of the error that a track keeps.
-    pub(super) slow: f64,
+    pub(crate) slow: f64,
     /// Its time constant, seconds.
-    pub(super) time_s: f64,
+    pub(crate) time_s: f64,
     /// Standard deviation of the white noise.
-    pub(super) white: f64,
+    pub(crate) white: f64,
     /// Standard deviation of the transponder's error, metres, and its time constant, seconds.
-    pub(super) transponder: (f64, f64),
+    pub(crate) transponder: (f64, f64),
 }
 
 impl AxisNoise {
     /// Standard deviation of a single plot.
-    pub(super) fn total(&self) -> f64 {
+    pub(crate) fn total(&self) -> f64 {
         self.slow.hypot(self.white)
     }
 }
 
 /// Information of one or more sequences: Σ w wᵀ of the whitened rows, with the residual as last column.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Information<const N: usize> {
-    pub(super) bordered: SMatrix<f64, N, N>,
+pub(crate) struct Information<const N: usize> {
+    pub(crate) bordered: SMatrix<f64, N, N>,
     /// Logarithm of the residuals' likelihood.
-    pub(super) log_likelihood: f64,
+    pub(crate) log_likelihood: f64,
 }
 
 impl<const N: usize> Default for Information<N> {
@@ -57,7 +57,7 @@ impl<const N: usize> Default for Information<N> {
 const HUBER: f64 = 2.5;
 
 /// Information of one aircraft's rows, in order of time.
-pub(super) fn whitened<const N: usize>(rows: &[Row<N>], noise: &AxisNoise) -> Information<N> {
+pub(crate) fn whitened<const N: usize>(rows: &[Row<N>], noise: &AxisNoise) -> Information<N> {
     let mut sum = Information::default();
     let (slow2, carried2) = (noise.slow.powi(2), noise.transponder.0.powi(2));
     let mut state = SMatrix::<f64, 2, N>::zeros();

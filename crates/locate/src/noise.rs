@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, SMatrix};
 
-use super::whitening::{AxisNoise, Information, Row, whitened};
+use crate::whitening::{AxisNoise, Information, Row, whitened};
 
 /// Steps of the coordinate search, as factors.
 const STEPS: [f64; 4] = [2.0, 1.4, 1.2, 1.1];
@@ -10,11 +10,11 @@ const STEPS: [f64; 4] = [2.0, 1.4, 1.2, 1.1];
 const PRIOR: (f64, f64) = (1.5, 0.7);
 
 /// Rows of one axis, by aircraft.
-pub(super) type Rows<const N: usize> = Vec<Vec<Row<N>>>;
+pub(crate) type Rows<const N: usize> = Vec<Vec<Row<N>>>;
 
 /// The most probable noise near `first`, whose values are also the medians of the prior. `other` is the information that
 /// does not depend on this axis: other axes, and priors of the parameters.
-pub(super) fn fitted<const N: usize>(
+pub(crate) fn fitted<const N: usize>(
     rows: &Rows<N>,
     from: AxisNoise,
     first: &AxisNoise,
@@ -58,7 +58,7 @@ pub(super) fn fitted<const N: usize>(
 }
 
 /// Information of all aircraft.
-pub(super) fn total<const N: usize>(rows: &Rows<N>, noise: &AxisNoise) -> Information<N> {
+pub(crate) fn total<const N: usize>(rows: &Rows<N>, noise: &AxisNoise) -> Information<N> {
     rows.iter().fold(Information::default(), |mut sum, rows| {
         let one = whitened(rows, noise);
         sum.bordered += one.bordered;

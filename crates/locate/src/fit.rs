@@ -1,95 +1,25 @@
 //! Gauss–Newton on the pose. Each round associates again and estimates the noise again.
 
-use std::f64::consts::{PI, TAU};
-
+use fusion::frames::TangentPlane;
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 
-use super::noise::{Rows, fitted, total};
-use super::pairing::{Gate, Match, matches};
-use super::path::{Path, PathPoint};
-use super::pieces::{Piece, TimedPlot};
-use super::whitening::{AxisNoise, Information, Row, whitened};
-use crate::frames::{Enu, RadarFrame, TangentPlane};
+use crate::noise::{Rows, fitted, total};
+use crate::pairing::{Gate, Match, matches};
+use crate::path::{Path, PathPoint};
+use crate::pieces::Piece;
+use crate::pose::{PARAMETERS, PolarResidual, Pose, residual};
+use crate::whitening::{AxisNoise, Information, Row, whitened};
 
-/// Number of parameters: antenna east, north, up; bearing; range offset and scale; time.
-pub(super) const PARAMETERS: usize = 7;
 /// The parameters and the residual.
 const COLUMNS: usize = PARAMETERS + 1;
 
-/// Position, alignment and clock of a radar.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Pose {
-    frame: RadarFrame,
-    pub(super) antenna: Vector3<f64>,
-    pub(super) bearing: f64,
-    pub(super) offset_m: f64,
-    pub(super) scale: f64,
-    /// A plot with this time stamp belongs to the position that a transponder reports for this much later, seconds.
-    pub(super) later_s: f64,
-}
-
-impl Pose {
-    pub(super) fn new(site: &TangentPlane, antenna: Vector3<f64>, bearing: f64, later_s: f64) -> Self {
-        let place = site.to_geodetic(Enu::from(antenna));
-        Self { frame: RadarFrame::new(site, place), antenna, bearing, offset_m: 0.0, scale: 0.0, later_s }
-    }
-
-    fn changed(&self, site: &TangentPlane, by: &SVector<f64, PARAMETERS>) -> Self {
-        let antenna = self.antenna + by.fixed_rows::<3>(0);
-        Self {
-            offset_m: self.offset_m + by[4],
-            scale: self.scale + by[5],
-            ..Self::new(site, antenna, wrapped(self.bearing + by[3]), self.later_s + by[6])
-        }
-    }
-
-    /// East, north and up of a point as seen from the radar.
-    pub(super) fn local(&self, position: Vector3<f64>) -> Vector3<f64> {
-        self.frame.from_site(Enu::from(position)).0
-    }
-
-    fn parameters(&self) -> SVector<f64, PARAMETERS> {
-        let at = self.antenna;
-        SVector::from([at.x, at.y, at.z, self.bearing, self.offset_m, self.scale, self.later_s])
-    }
-}
-
-/// An angle between -π and π.
-pub(super) fn wrapped(angle: f64) -> f64 {
-    (angle + PI).rem_euclid(TAU) - PI
-}
-
-/// A plot minus what the radar would measure of a path's point.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PolarResidual {
-    pub(super) azimuth: f64,
-    pub(super) range_m: f64,
-    pub(super) over_ground_m: f64,
-    local: Vector3<f64>,
-}
-
-/// Minimum distance over ground, metres: nearer, the azimuth is not a linear measurement.
-const NEAREST_M: f64 = 30.0;
-
-/// `None` if the point is at the radar.
-pub(super) fn residual(plot: &TimedPlot, point: &PathPoint, pose: &Pose) -> Option<PolarResidual> {
-    let local = pose.local(point.position);
-    let over_ground_m = local.xy().norm();
-    if over_ground_m < NEAREST_M {
-        return None;
-    }
-    let azimuth = wrapped(plot.azimuth - local.x.atan2(local.y) - pose.bearing);
-    let range_m = plot.range_m - local.norm() * (1.0 + pose.scale) - pose.offset_m;
-    Some(PolarResidual { azimuth, range_m, over_ground_m, local })
-}
-
 /// The recording, prepared.
-pub(super) struct Recording<'a> {
-    pub(super) site: &'a TangentPlane,
-    pub(super) pieces: &'a [Piece],
-    pub(super) paths: &'a [Path],
+pub(crate) struct Recording<'a> {
+    pub(crate) site: &'a TangentPlane,
+    pub(crate) pieces: &'a [Piece],
+    pub(crate) paths: &'a [Path],
     /// Assumed height of the antenna in the site's frame, metres, and its deviation.
-    pub(super) up_m: (f64, f64),
+    pub(crate) up_m: (f64, f64),
 }
 
 /// Prior deviations. A radar is not expected to be off by more in range; a transponder's delay differs from the mean by the last.
@@ -101,7 +31,7 @@ const ANY_TIME_S: f64 = 20.0;
 const DELAY_S: f64 = 0.08;
 
 /// Prior deviations of the parameters.
-pub(super) fn prior_sigmas(up_sigma_m: f64) -> SVector<f64, PARAMETERS> {
+pub(crate) fn prior_sigmas(up_sigma_m: f64) -> SVector<f64, PARAMETERS> {
     SVector::from([FAR_M, FAR_M, up_sigma_m, ANY_BEARING, RANGE_M, SCALE, ANY_TIME_S])
 }
 
@@ -115,9 +45,9 @@ const TURNS: f64 = 1.3;
 
 /// Errors of both axes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PolarNoise {
-    pub(super) azimuth: AxisNoise,
-    pub(super) range: AxisNoise,
+pub(crate) struct PolarNoise {
+    pub(crate) azimuth: AxisNoise,
+    pub(crate) range: AxisNoise,
 }
 
 impl Default for PolarNoise {
@@ -128,27 +58,27 @@ impl Default for PolarNoise {
 
 /// A fitted pose.
 #[derive(Clone, Debug)]
-pub(super) struct Fit {
-    pub(super) pose: Pose,
-    pub(super) noise: PolarNoise,
-    pub(super) matches: Vec<Match>,
-    pub(super) covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
+pub(crate) struct Fit {
+    pub(crate) pose: Pose,
+    pub(crate) noise: PolarNoise,
+    pub(crate) matches: Vec<Match>,
+    pub(crate) covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
     /// Robust deviations of the associated plots: azimuth, radians, and range, metres.
-    pub(super) spread: (f64, f64),
+    pub(crate) spread: (f64, f64),
     /// Whether the noise is the radar's own.
     learnt: bool,
     /// Last change of the pose, in deviations.
-    pub(super) last_change: f64,
+    pub(crate) last_change: f64,
 }
 
 /// Residuals and derivatives of both axes, by path.
-pub(super) struct Both {
+pub(crate) struct Both {
     azimuth: Rows<COLUMNS>,
     range: Rows<COLUMNS>,
 }
 
 /// Rows of both axes; a plot further off than `gate` deviations is left out.
-pub(super) fn rows(recording: &Recording<'_>, pose: &Pose, found: &[Match], gate: &Gate) -> Both {
+pub(crate) fn rows(recording: &Recording<'_>, pose: &Pose, found: &[Match], gate: &Gate) -> Both {
     let mut both = Both {
         azimuth: vec![Vec::new(); recording.paths.len()],
         range: vec![Vec::new(); recording.paths.len()],
@@ -266,7 +196,7 @@ const CONVERGED: f64 = 0.02;
 const STEP: (f64, f64, f64) = (300.0, 0.2, 1.0);
 
 /// A few rounds with the usual noise: enough to compare candidates.
-pub(super) fn coarse(recording: &Recording<'_>, pose: Pose) -> Option<Fit> {
+pub(crate) fn coarse(recording: &Recording<'_>, pose: Pose) -> Option<Fit> {
     let mut fit = Fit {
         pose,
         noise: PolarNoise::default(),
@@ -283,7 +213,7 @@ pub(super) fn coarse(recording: &Recording<'_>, pose: Pose) -> Option<Fit> {
 }
 
 /// The pose that fits best near `fit`, with the noise of the radar itself.
-pub(super) fn refined(recording: &Recording<'_>, mut fit: Fit) -> Option<Fit> {
+pub(crate) fn refined(recording: &Recording<'_>, mut fit: Fit) -> Option<Fit> {
     for count in 0..ROUNDS {
         let ground_m = ROUNDS_M[count.min(ROUNDS_M.len() - 1)];
         fit = round(recording, &fit, ground_m, count >= 3)?;
@@ -298,13 +228,13 @@ pub(super) fn refined(recording: &Recording<'_>, mut fit: Fit) -> Option<Fit> {
 const DEVIATIONS: f64 = 2.5;
 
 /// Deviations of plots before they are known: azimuth, radians, and range, metres.
-pub(super) const USUAL_SPREAD: (f64, f64) = (0.018, 6.0);
+pub(crate) const USUAL_SPREAD: (f64, f64) = (0.018, 6.0);
 /// Limits of the deviations of plots that are used to associate.
 const AZIMUTH_LIMITS: (f64, f64) = (0.006, 0.06);
 const RANGE_LIMITS_M: (f64, f64) = (3.0, 25.0);
 
 /// The gate for plots with these deviations.
-pub(super) fn gate((azimuth, range_m): (f64, f64), ground_m: f64) -> Gate {
+pub(crate) fn gate((azimuth, range_m): (f64, f64), ground_m: f64) -> Gate {
     Gate { azimuth, range_m, ground_m: ground_m.max(TRANSPONDER.0), deviations: DEVIATIONS }
 }
 
@@ -360,7 +290,7 @@ fn round(recording: &Recording<'_>, fit: &Fit, ground_m: f64, learns: bool) -> O
 }
 
 /// Information of a subset of the rows, selected by path and time, at the fitted pose: bordered, without priors.
-pub(super) fn partial(
+pub(crate) fn partial(
     both: &Both,
     noise: &PolarNoise,
     is_in: impl Fn(usize, f64) -> bool,

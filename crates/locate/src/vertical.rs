@@ -2,10 +2,11 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::Estimate;
-use super::fit::{Fit, Recording, gate, residual};
-use super::noise::{Rows, fitted, total};
-use super::whitening::{AxisNoise, Row};
+use crate::fit::{Fit, Recording, gate};
+use crate::located_radar::Estimate;
+use crate::noise::{Rows, fitted, total};
+use crate::pose::residual;
+use crate::whitening::{AxisNoise, Row};
 
 /// Parameters: height offset, tilt about east, tilt about north; and the residual.
 const COLUMNS: usize = 4;
@@ -21,16 +22,16 @@ const FEWEST: usize = 30;
 
 /// Tilts and height offset of a radar.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Vertical {
-    pub(super) offset_m: Estimate,
-    pub(super) tilt_east_deg: Estimate,
-    pub(super) tilt_north_deg: Estimate,
+pub(crate) struct Vertical {
+    pub(crate) offset_m: Estimate,
+    pub(crate) tilt_east_deg: Estimate,
+    pub(crate) tilt_north_deg: Estimate,
     /// Standard deviation of a plot's height, metres.
-    pub(super) sigma_m: f64,
+    pub(crate) sigma_m: f64,
 }
 
 /// `None` if the radar reports no heights.
-pub(super) fn vertical(
+pub(crate) fn vertical(
     recording: &Recording<'_>,
     fit: &Fit,
     height_of: impl Fn(f64, f64, f64) -> f64,
