@@ -4,8 +4,8 @@ use alloc::vec::Vec;
 
 use crate::DataSource;
 use crate::fault::{Fault, FaultKind};
+use crate::layout::uap::Profile;
 use crate::record::Record;
-use crate::uap::Profile;
 
 /// Length of a block header (CAT and LEN), in octets.
 const HEADER: usize = 3;

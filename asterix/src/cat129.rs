@@ -6,7 +6,7 @@ mod whole_serial;
 
 use deku::DekuReader;
 
-use crate::item::read_octets;
+use crate::octets::read_octets;
 use crate::record::{explain, read, read_fspec, record};
 use crate::{DataSource, Explicit, Fault, TimeOfDay};
 

@@ -35,13 +35,6 @@
 //! | `ascii`, `icao` | characters of 8 or 6 bits | – |
 //! | `constant … = value` | a number that marks the layout | – |
 
-use deku::DekuError;
-use deku::error::NeedSize;
-use deku::no_std_io::{self, ErrorKind, Read, Seek};
-use deku::reader::{Leftover, Reader};
-
-use crate::variable::REFUSED;
-
 /// A list of descriptions, see the [module](self).
 macro_rules! items {
     () => {};
@@ -121,7 +114,7 @@ macro_rules! item {
         }
 
         $crate::item::in_place! {
-            $name () reader => $crate::item::read_octets(reader).map(Self),
+            $name () reader => $crate::octets::read_octets(reader).map(Self),
             self writer => writer.write_bytes(&self.0)
         }
     };
@@ -151,44 +144,6 @@ macro_rules! in_place {
             }
         }
     };
-}
-
-/// Reads several octets at once; deku reads the elements of an array one by one.
-#[inline(always)]
-pub(crate) fn read_octets<const N: usize, R: Read + Seek>(
-    reader: &mut Reader<R>,
-) -> Result<[u8; N], DekuError> {
-    let mut octets = [0; N];
-    fill(reader, &mut octets)?;
-    Ok(octets)
-}
-
-/// Fills these octets, like [`Reader::read_bytes`], which the compiler does not inline in records with many items. The reader is
-/// kept in registers as long as no call takes its address.
-#[inline(always)]
-pub(crate) fn fill<R: Read + Seek>(reader: &mut Reader<R>, octets: &mut [u8]) -> Result<(), DekuError> {
-    let ahead = match (&reader.leftover, &mut *octets) {
-        (None, _) => 0,
-        // An octet that deku has read ahead, for a type outside this crate that contains this one.
-        (Some(Leftover::Byte(octet)), [first, ..]) => {
-            *first = *octet;
-            1
-        }
-        _ => return Err(REFUSED),
-    };
-    reader.leftover = None;
-    let bits = 8 * octets.len();
-    reader.as_mut().read_exact(&mut octets[ahead..]).map_err(|error| incomplete(&error, bits))?;
-    reader.bits_read += bits;
-    Ok(())
-}
-
-#[cold]
-fn incomplete(error: &no_std_io::Error, bits: usize) -> DekuError {
-    match error.kind() {
-        ErrorKind::UnexpectedEof => DekuError::Incomplete(NeedSize::new(bits)),
-        kind => DekuError::Io(kind),
-    }
 }
 
 /// See the [module](self).
@@ -273,7 +228,7 @@ macro_rules! words {
 
         $crate::item::in_place! {
             $name () reader => Ok(Self {
-                $($word: $crate::item::read_octets(reader).map($crate::item::Word::from_octets)?,)*
+                $($word: $crate::octets::read_octets(reader).map($crate::item::Word::from_octets)?,)*
             }),
             self writer => {
                 $(deku::DekuWriter::to_writer(&self.$word, writer, deku::ctx::Endian::Big)?;)*
@@ -414,33 +369,3 @@ macro_rules! expansion {
 }
 
 pub(crate) use {compound, expansion, extended, in_place, item, items, padded, parts, words};
-
-#[cfg(test)]
-mod tests {
-    use alloc::vec::Vec;
-    use std::io::Cursor;
-
-    use deku::DekuReader;
-
-    use super::*;
-    use crate::TimeOfDay;
-
-    /// Reads a time of day after deku has read `ahead`.
-    fn read(ahead: Option<u8>, octets: &[u8]) -> (Result<[u8; 3], DekuError>, Vec<u8>) {
-        let mut reader = Reader::new(Cursor::new(octets));
-        reader.leftover = ahead.map(Leftover::Byte);
-        let time = TimeOfDay::from_reader_with_ctx(&mut reader, ());
-        let mut rest = Vec::new();
-        reader.into_inner().read_to_end(&mut rest).unwrap();
-        (time.map(TimeOfDay::octets), rest)
-    }
-
-    #[test]
-    fn reads_what_deku_looked_at_first() {
-        assert_eq!(read(None, &[1, 2, 3, 4]), (Ok([1, 2, 3]), [4].into()));
-        assert_eq!(read(Some(9), &[1, 2, 3]), (Ok([9, 1, 2]), [3].into()));
-        let incomplete = || Err(DekuError::Incomplete(NeedSize::new(24)));
-        assert_eq!(read(None, &[1, 2]).0, incomplete());
-        assert_eq!(read(Some(9), &[1]).0, incomplete());
-    }
-}

@@ -3,14 +3,17 @@
 //! The typed items are generated from these descriptions (`item.rs`), and profiles list them. Code that prints or builds
 //! records of any category iterates over them.
 
+pub(crate) mod lengths;
+pub(crate) mod uap;
+
 use core::fmt;
 
 use crate::bits;
 use crate::fault::FaultKind;
 use crate::joined::Joined;
-use crate::lengths::Length;
-use crate::uap::UapItem;
 use crate::variable::Explicit;
+use lengths::Length;
+use uap::UapItem;
 
 /// A run of bits in an item. To change the key, create a new field with [`Field::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]

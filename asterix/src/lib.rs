@@ -91,11 +91,10 @@ mod item;
 mod items;
 mod joined;
 mod layout;
-mod lengths;
+mod octets;
 mod parts;
 mod record;
 mod subfields;
-mod uap;
 mod variable;
 
 pub mod aircraft;
@@ -117,11 +116,11 @@ pub use fspec::Fspec;
 
 pub use items::{DataSource, TimeOfDay};
 pub use joined::Joined;
+pub use layout::uap::{Profile, UapItem, items};
 pub use layout::{Contents, Dependence, Describe, Field, Form, Kind, Layout, Quantity, Subfield, octets_of};
 pub use parts::Parts;
 pub use record::{BuildError, Record};
 pub use subfields::Repeated;
-pub use uap::{Profile, UapItem, items};
 pub use variable::{Chain, Explicit};
 
 /// The profile of a category, if it has types; for CAT021 that of the newest edition.

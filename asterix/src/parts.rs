@@ -9,7 +9,7 @@ use deku::{DekuError, DekuReader, DekuWriter};
 
 use crate::bits;
 use crate::layout::Field;
-use crate::variable::{REFUSED, read_octet};
+use crate::octets::{REFUSED, read_octet};
 
 /// Parts of whole octets, `N` octets at most. If bit n of `FX` is set, the lowest bit of octet n states whether another octet
 /// follows. If it is not set and n is not the last octet, another one always follows.

@@ -11,7 +11,7 @@ use deku::{DekuError, DekuWriter};
 use crate::fault::{Fault, FaultKind};
 use crate::fspec::{Frns, Fspec};
 use crate::items::{DataSource, TimeOfDay};
-use crate::uap::{Profile, walk};
+use crate::layout::uap::{Profile, walk};
 
 /// A category's record, decoded from the octets of a block and encoded to the same octets.
 ///
@@ -290,7 +290,31 @@ macro_rules! builder {
     };
 }
 
-pub(crate) use {builder, given, record};
+/// Conversion between a reserved expansion field and its contents.
+macro_rules! expansion_field {
+    ($name:ident) => {
+        impl $name {
+            /// Decodes a reserved expansion field. `None` if its octets do not follow this edition, or if
+            /// [`to_field`](Self::to_field) would not restore them. Such a field is damaged or of another edition, and only its
+            /// octets are known.
+            pub fn read(field: &$crate::Explicit) -> Option<Self> {
+                let mut contents = $crate::record::Forward(field.contents());
+                let mut reader = deku::reader::Reader::new(&mut contents);
+                let read = <Self as deku::DekuReader<'_>>::from_reader_with_ctx(&mut reader, ()).ok()?;
+                (read.to_field().as_ref() == Some(field)).then_some(read)
+            }
+
+            /// The field with these contents; `None` if it is longer than 254 octets.
+            pub fn to_field(&self) -> Option<$crate::Explicit> {
+                let mut contents = alloc::vec::Vec::new();
+                $crate::record::append(self, &mut contents);
+                $crate::Explicit::new(&contents)
+            }
+        }
+    };
+}
+
+pub(crate) use {builder, expansion_field, given, record};
 
 /// The field reference numbers defined by a profile, as bits of an FSPEC.
 struct Defined<R>(PhantomData<R>);

@@ -8,7 +8,7 @@ use smallvec::SmallVec;
 
 use crate::fspec::{Frns, Fspec};
 use crate::layout::{Describe, Layout, Subfield};
-use crate::variable::{REFUSED, read_octet};
+use crate::octets::{REFUSED, read_octet};
 
 /// The subfields that an item defines, as a primary subfield announces them: seven per octet, like the items of an FSPEC.
 #[derive(Clone, Copy, Debug)]

@@ -2,18 +2,14 @@
 
 use core::fmt;
 
-use deku::no_std_io::{ErrorKind, Read, Seek, Write};
+use deku::no_std_io::{Read, Seek, Write};
 use deku::reader::Reader;
 use deku::writer::Writer;
 use deku::{DekuError, DekuReader, DekuWriter};
 use smallvec::SmallVec;
 
 use crate::bits;
-use crate::item::{fill, read_octets};
-
-/// Returned by the readers of this module if an item contradicts itself. It stays inside the crate: a second pass over the record
-/// finds the fault to report.
-pub(crate) const REFUSED: DekuError = DekuError::Io(ErrorKind::InvalidData);
+use crate::octets::{REFUSED, fill, read_octet};
 
 /// Number of octets that an item of variable length holds without allocation.
 const INLINE: usize = 24;
@@ -34,11 +30,6 @@ fn read_more<R: Read + Seek>(
         more -= part;
     }
     Ok(())
-}
-
-#[inline(always)]
-pub(crate) fn read_octet<R: Read + Seek>(reader: &mut Reader<R>) -> Result<u8, DekuError> {
-    read_octets(reader).map(u8::from_be_bytes)
 }
 
 /// An extended item: octets of seven bits; all but the last have the lowest bit (FX) set.
@@ -191,29 +182,3 @@ impl DekuWriter for Explicit {
         writer.write_bytes(&self.0)
     }
 }
-
-/// Conversion between a reserved expansion field and its contents.
-macro_rules! expansion_field {
-    ($name:ident) => {
-        impl $name {
-            /// Decodes a reserved expansion field. `None` if its octets do not follow this edition, or if
-            /// [`to_field`](Self::to_field) would not restore them. Such a field is damaged or of another edition, and only its
-            /// octets are known.
-            pub fn read(field: &$crate::Explicit) -> Option<Self> {
-                let mut contents = $crate::record::Forward(field.contents());
-                let mut reader = deku::reader::Reader::new(&mut contents);
-                let read = <Self as deku::DekuReader<'_>>::from_reader_with_ctx(&mut reader, ()).ok()?;
-                (read.to_field().as_ref() == Some(field)).then_some(read)
-            }
-
-            /// The field with these contents; `None` if it is longer than 254 octets.
-            pub fn to_field(&self) -> Option<$crate::Explicit> {
-                let mut contents = alloc::vec::Vec::new();
-                $crate::record::append(self, &mut contents);
-                $crate::Explicit::new(&contents)
-            }
-        }
-    };
-}
-
-pub(crate) use expansion_field;

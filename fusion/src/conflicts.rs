@@ -3,173 +3,38 @@
 //!
 //! Sans-IO: the caller passes the pictures and their times. The closest approach follows G. Fasano et al.,
 //! *Radar/electro-optical data fusion for non-cooperative UAS sense and avoid*, eq. 4; the volumes in space and time follow
-//! DO-365. Probabilities are those of a
-//! mixture of two normal errors: of a pair that flies straight on, whose real errors are smaller than stated, and of one
-//! that turns, whose errors grow by random acceleration (docs/CONFLICTS.md).
+//! DO-365. Probabilities are those of a mixture of two normal errors: of a pair that flies straight on, whose real errors
+//! are smaller than stated, and of one that turns, whose errors grow by random acceleration (docs/CONFLICTS.md).
 
+mod aircraft;
 mod encounter;
+mod extrapolation;
 mod interval;
 mod level;
 mod normal;
 mod pairs;
 mod passage;
+mod rules;
 mod volume;
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Matrix4, Vector3};
-
-use crate::frames::Enu;
 use crate::time::Time;
 use level::{LevelVote, Levels};
 use pairs::SortedAircraft;
+use rules::WORTH_A_LINE;
 
+pub use aircraft::{ConflictAircraft, ConflictKey};
 pub use encounter::{Approach, Relative, Vertical};
+pub use extrapolation::{Extrapolation, SteadyFlightRatios};
 pub use interval::{Interval, interval_in_height, interval_over_ground};
 pub use level::Level;
 pub use passage::Passage;
+pub use rules::{ConflictRules, LevelThreshold};
 pub use volume::{AcceptedKinds, Preset, TrafficKind, Volume};
-
-/// Share of a level's probability down to which the level is kept.
-const KEPT_PROBABILITY: f64 = 0.5;
-/// Factor on the size of a volume within which a violation is kept.
-const KEPT_VOLUME: f64 = 1.1;
 /// Maximum standard deviation of the relative position of two drones for any level, as a share of the volume's radius.
 /// Pairs with a crewed aircraft have no such limit: many of those that state no accuracy have a good one.
 const KNOWN_SHARE: f64 = 0.44;
-/// Minimum probability of a pair that is listed without a level; a lower one counts as zero.
-const WORTH_A_LINE: f64 = 0.01;
-
-/// Unique key of an aircraft: its track number, which may be reused, and the time since which it has that number.
-pub type ConflictKey = (u32, Time);
-
-/// An aircraft of a picture.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ConflictAircraft {
-    /// Unique key.
-    pub key: ConflictKey,
-    /// Position in the site's axes.
-    pub position: Enu,
-    /// Velocity east, north and up, metres a second.
-    pub velocity: Vector3<f64>,
-    /// Covariance of east and north (metres) and their rates (metres a second).
-    pub covariance: Matrix4<f64>,
-    /// Variance of the height, covariance of height and climb, variance of the climb: m², m²/s, m²/s². `None`: the
-    /// height is not known.
-    pub vertical: Option<[f64; 3]>,
-    /// Crewed aircraft or drone.
-    pub kind: TrafficKind,
-    /// Track numbers of tracks that claim to be the same aircraft at another position; they are in no conflict with it.
-    pub disputed: Vec<u32>,
-}
-
-impl ConflictAircraft {
-    /// This aircraft, extrapolated by `age_s`, in seconds.
-    #[must_use]
-    pub fn moved(mut self, age_s: f64, ahead: &Extrapolation) -> Self {
-        let grown_m2 = ahead.grown_m2(age_s);
-        let mut flight = Matrix4::identity();
-        (flight[(0, 2)], flight[(1, 3)]) = (age_s, age_s);
-        self.position = Enu::from(self.position.0 + self.velocity * age_s);
-        self.covariance = flight * self.covariance * flight.transpose();
-        for axis in [0, 1] {
-            self.covariance[(axis, axis)] += grown_m2;
-        }
-        self.vertical = self
-            .vertical
-            .map(|[hh, hc, cc]| [hh + 2.0 * age_s * hc + age_s * age_s * cc, hc + age_s * cc, cc]);
-        self
-    }
-
-    /// Whether both claim to be the same aircraft.
-    fn is_also(&self, other: &Self) -> bool {
-        self.disputed.contains(&other.key.0) || other.disputed.contains(&self.key.0)
-    }
-
-    /// Whether all numbers are finite and the covariance is positive definite.
-    fn is_sound(&self) -> bool {
-        let is_finite = self.position.0.iter().chain(self.velocity.iter()).all(|number| number.is_finite());
-        let vertical = self.vertical.unwrap_or([1.0, 0.0, 1.0]);
-        let is_variance =
-            vertical[0] > 0.0 && vertical[2] > 0.0 && vertical.iter().all(|number| number.is_finite());
-        is_finite && is_variance && self.covariance.cholesky().is_some()
-    }
-}
-
-/// Thresholds of a level.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LevelThreshold {
-    /// Minimum probability.
-    pub probability: f64,
-    /// Maximum time to the entry of the volume, seconds.
-    pub time_s: f64,
-}
-
-/// Assumed motion of aircraft: straight on for a while, then a turn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extrapolation {
-    /// Prediction horizon, seconds.
-    pub horizon_s: f64,
-    /// Power spectral density of the acceleration over ground of turning aircraft, m²/s³ on each axis.
-    pub acceleration: f64,
-    /// Mean time for which a pair flies straight on, seconds.
-    pub straight_s: f64,
-    /// Reduced errors of aircraft that fly straight on.
-    pub steady: SteadyFlightRatios,
-}
-
-/// Ratios of real to stated standard deviations while an aircraft flies straight on. The stated ones include the
-/// filter's allowance for a turn that has just begun.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SteadyFlightRatios {
-    /// Ratio of the position over ground.
-    pub place: f64,
-    /// Ratio of the velocity over ground.
-    pub velocity: f64,
-    /// Ratio of the height, in straight flight and in turns.
-    pub height: f64,
-    /// Ratio of the climb, in straight flight and in turns.
-    pub climb: f64,
-}
-
-impl SteadyFlightRatios {
-    /// Ratios found in simulated flights (docs/CONFLICTS.md).
-    pub const MEASURED: Self = Self { place: 0.45, velocity: 0.2, height: 0.6, climb: 0.25 };
-}
-
-impl Extrapolation {
-    /// Variance that random acceleration adds to a position over ground in `t` seconds, m² on each axis.
-    fn grown_m2(&self, t: f64) -> f64 {
-        self.acceleration * t.powi(3) / 3.0
-    }
-}
-
-/// Definition of conflicts.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ConflictRules {
-    /// The volumes.
-    pub volumes: Vec<Volume>,
-    /// Assumed motion of the aircraft.
-    pub ahead: Extrapolation,
-    /// Thresholds of an advisory.
-    pub advisory: LevelThreshold,
-    /// Thresholds of a warning.
-    pub warning: LevelThreshold,
-}
-
-impl ConflictRules {
-    /// Result for each level.
-    fn level_votes(&self, volume: &Volume, relative: &Relative, passage: &Passage) -> [LevelVote; 3] {
-        let is_entered = volume.is_entered(relative, 1.0);
-        let is_kept = is_entered || volume.is_entered(relative, KEPT_VOLUME);
-        let Passage { probability, entry_s, .. } = *passage;
-        let by = |threshold: LevelThreshold| LevelVote {
-            reached: is_entered || (probability >= threshold.probability && entry_s <= threshold.time_s),
-            kept: is_kept || probability >= KEPT_PROBABILITY * threshold.probability,
-        };
-        [by(self.advisory), by(self.warning), LevelVote { reached: is_entered, kept: is_kept }]
-    }
-}
 
 /// A pair and a volume in one evaluation.
 #[derive(Clone, Copy, Debug, PartialEq)]

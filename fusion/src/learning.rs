@@ -36,9 +36,6 @@ mod transponders;
 mod type_state;
 mod velocity;
 
-/// Range (metres), azimuth (milliradians), height (metres).
-const AXES: usize = 3;
-
 pub(crate) use noise::{Likelihoods, WhiteNoise, likelihoods};
 pub(crate) use radar::RadarLearning;
 pub use radar::{LearntAxis, LearntRadar, LearntValue};

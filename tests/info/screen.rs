@@ -109,17 +109,3 @@ fn its_sensors_make_a_configuration() {
         assert!(config.sensors.len() >= 2 && config.sensors.iter().all(|sensor| sensor.inputs.len() == 1));
     }
 }
-
-#[test]
-fn the_documents_show_what_is_printed() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let (text, _) = info(&[&folder.join("testdata/demo/capture.pcap")], false, false);
-    let page = include_str!("../../docs/COMMANDS.md");
-    let (_, shown) = page.split_once("$ utm-fusion info testdata/demo/capture.pcap\n").unwrap();
-    let (shown, _) = shown.split_once("```").unwrap();
-    let lines = shown.lines().skip(1).filter(|line| *line != "[…]");
-    assert!(lines.clone().count() > 15);
-    for line in lines {
-        assert!(text.lines().any(|printed| printed == line), "{line}");
-    }
-}

@@ -5,7 +5,7 @@ mod mode_5;
 mod status;
 
 use crate::item::items;
-use crate::variable::expansion_field;
+use crate::record::expansion_field;
 
 pub use crate::aircraft::{FigureOfMerit, XPulses};
 pub use mode_5::{ExtendedMode1, MilitarySquitter, Mode2, Mode5Summary, NationalOrigin};

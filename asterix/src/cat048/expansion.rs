@@ -6,7 +6,7 @@ mod track;
 
 use crate::Chain;
 use crate::item::items;
-use crate::variable::expansion_field;
+use crate::record::expansion_field;
 
 pub use crate::aircraft::{FigureOfMerit, XPulses};
 pub use general::{

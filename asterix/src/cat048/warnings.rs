@@ -6,7 +6,7 @@ use deku::reader::Reader;
 use smallvec::SmallVec;
 
 use crate::item::in_place;
-use crate::variable::read_octet;
+use crate::octets::read_octet;
 use crate::{Describe, Layout};
 
 /// I048/030 (5.2.3), and I015/030: one or more codes of 7 bits. [`warning_name`] names those of I048/030; undefined ones are

@@ -5,7 +5,8 @@ use deku::no_std_io::{Read, Seek};
 use deku::reader::Reader;
 use smallvec::SmallVec;
 
-use crate::item::{in_place, items, read_octets};
+use crate::item::{in_place, items};
+use crate::octets::read_octets;
 use crate::{Describe, Field, Layout};
 
 items! {

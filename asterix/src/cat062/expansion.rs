@@ -4,7 +4,7 @@
 use super::Velocity;
 use crate::Repeated;
 use crate::item::items;
-use crate::variable::expansion_field;
+use crate::record::expansion_field;
 
 items! {
     /// The reserved expansion field; an absent part is `None`.

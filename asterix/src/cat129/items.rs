@@ -3,7 +3,8 @@
 use crate::Describe;
 use crate::Layout;
 use crate::bits;
-use crate::item::{in_place, items, read_octets};
+use crate::item::{in_place, items};
+use crate::octets::read_octets;
 
 items! {
     /// I129/015 (5.2.2), data destination identifier.

@@ -1,16 +1,17 @@
-//! Plots by radar, and positions of transponders, of a capture: the input of `locate`. No I/O, no clock.
+//! Plots by radar, and positions of transponders, of a capture: the input of [`locate`](crate::locate()).
 
 use std::collections::BTreeMap;
 
 use asterix::cat048::DetectionType;
 use asterix::{Block, DataSource, TimeOfDay, blocks, cat034, cat048, cat129};
 use egm96::egm96_compute_altitude_offset;
-
 use fusion::Identity;
 use fusion::frames::Geodetic;
 use fusion::time::Time;
 use input::capture::CapturedDatagram;
 use input::normalise::{nearest_day, on_day};
+
+use crate::measurements::{PolarPlot, PositionReport};
 
 /// Plots and positions of a capture.
 #[derive(Clone, Debug, Default)]

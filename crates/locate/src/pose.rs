@@ -13,7 +13,7 @@ pub(crate) const PARAMETERS: usize = 7;
 /// Position, alignment and clock of a radar.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pose {
-    frame: RadarFrame,
+    pub(crate) frame: RadarFrame,
     pub(crate) antenna: Vector3<f64>,
     pub(crate) bearing: f64,
     pub(crate) offset_m: f64,

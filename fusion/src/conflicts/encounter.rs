@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix2, Matrix4, Vector2};
 
-use super::{ConflictAircraft, Extrapolation, SteadyFlightRatios};
+use super::aircraft::ConflictAircraft;
+use super::extrapolation::{Extrapolation, SteadyFlightRatios};
 
 /// Relative state of two aircraft at one instant: b minus a.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,8 +5,11 @@ use std::f64::consts::FRAC_2_PI;
 
 use nalgebra::Vector2;
 
+use super::aircraft::ConflictAircraft;
+use super::extrapolation::{Extrapolation, SteadyFlightRatios};
 use super::passage::is_slow;
-use super::{ConflictAircraft, ConflictRules, Extrapolation, SteadyFlightRatios, TrafficKind, WORTH_A_LINE};
+use super::rules::{ConflictRules, WORTH_A_LINE};
+use super::volume::TrafficKind;
 use crate::cells::GroundCells;
 
 /// Side of a square, metres.

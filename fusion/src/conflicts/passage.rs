@@ -6,9 +6,11 @@
 
 use nalgebra::{Matrix2, Vector2};
 
+use super::encounter::{Relative, Vertical};
+use super::extrapolation::{Extrapolation, SteadyFlightRatios};
 use super::interval::{Course, CrossSection};
 use super::normal::{HALF_RULE, TAIL, above_both, at_most_beyond, at_most_within, below, within};
-use super::{Extrapolation, Relative, SteadyFlightRatios, Vertical, Volume};
+use super::volume::Volume;
 
 /// Part of a probability that is neglected.
 const NEGLIGIBLE: f64 = 1e-5;

@@ -6,7 +6,10 @@ mod levels;
 mod normal;
 mod searched;
 
+use nalgebra::Matrix4;
+
 use super::*;
+use crate::frames::Enu;
 use crate::time::SECOND;
 
 fn at(seconds: i64) -> Time {

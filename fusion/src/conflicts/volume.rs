@@ -1,7 +1,7 @@
 //! Protected volumes around aircraft.
 
+use super::encounter::{Relative, Vertical};
 use super::interval::{CrossSection, Interval, interval_in_height, interval_over_ground};
-use super::{Relative, Vertical};
 
 /// A foot, metres.
 const FOOT_M: f64 = 0.3048;

@@ -6,10 +6,12 @@
 
 mod duplicate;
 mod edge;
+mod finding;
 mod frozen;
 mod history;
 mod jamming;
 mod jump;
+mod ledger;
 mod places;
 mod replay;
 mod silence;
@@ -24,18 +26,19 @@ use std::collections::BTreeMap;
 use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 
-use super::{Reason, Reasons};
+use super::state::Reason;
 use crate::frames::Enu;
-use crate::report::{Fix, Identity, SensorIndex};
+use crate::report::{Fix, Identity};
 use crate::time::Time;
-use duplicate::Duplicate;
-use history::{ReportHistory, TimedReport};
+use history::TimedReport;
 use jamming::Jamming;
+use ledger::{IdentityLedger, ReportedHeights};
 use places::ReportPlaces;
 use replay::SiblingStreams;
-use silence::Silence;
-use stream::ReportStream;
-use swapped::{PendingBreaks, Swap};
+use swapped::PendingBreaks;
+
+pub(crate) use finding::Finding;
+pub(crate) use jamming::Jammed;
 
 /// Time after its last report at which an identity is forgotten.
 const FORGOTTEN_AFTER: SignedDuration = SignedDuration::from_hours(1);
@@ -44,38 +47,6 @@ const FORGOTTEN_AFTER: SignedDuration = SignedDuration::from_hours(1);
 const IDENTITIES_MAX: usize = 16_384;
 /// Maximum number of reports of an identity that is dropped first: identities of a flood report no more often.
 const PASSING_REPORTS: usize = 2;
-
-/// Height above the lowest one up to which an aircraft may have landed, metres.
-const LANDED_HEIGHT_M: f64 = 5.0;
-/// Minimum descent to a landing, metres. The first report must be at most this much higher than the landing.
-const LANDED_DESCENT_M: f64 = 10.0;
-/// Maximum speed after a landing, m/s, and apparent motion of the receiver at rest, metres.
-const LANDED_SPEED_M_S: f64 = 0.5;
-const LANDED_WANDER_M: f64 = 2.0;
-
-/// Present result of the rules for an identity.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Finding {
-    /// Rules that make the identity suspect.
-    pub(crate) suspect: Reasons,
-    /// Rules that are certain: the identity has failed.
-    pub(crate) failed: Reasons,
-    /// Time since which the reported position is exactly constant, after 12 s and five reports. The identity has failed
-    /// if a radar track of it moves.
-    pub(crate) still_since: Option<Time>,
-    /// Time of its last report, if it has fallen silent.
-    pub(crate) silent_since: Option<Time>,
-}
-
-/// Identities that fell silent at the same time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Jammed {
-    pub(crate) identities: Vec<Identity>,
-    /// Positions of their last reports, in the order of `identities`.
-    pub(crate) places: Vec<Enu>,
-    /// Earliest of their last reports.
-    pub(crate) since: Time,
-}
 
 /// The reports of every identity as received, and the state of the rules.
 #[derive(Debug, Serialize, Deserialize)]
@@ -88,21 +59,6 @@ pub(crate) struct ReportRules {
     numbers: u32,
     /// Deadline up to which reports were evaluated.
     deadline: Time,
-}
-
-/// State of an identity.
-#[derive(Debug, Default, Serialize, Deserialize)]
-struct IdentityLedger {
-    /// Streams by receiver, in the order of their first reports.
-    streams: Vec<ReportStream>,
-    /// Numbers of the streams.
-    numbers: Vec<u32>,
-    duplicate: Duplicate,
-    swap: Option<Swap>,
-    /// Time stamp of its newest report.
-    newest: Time,
-    silence: Silence,
-    heights: Option<ReportedHeights>,
 }
 
 impl Default for ReportRules {
@@ -221,63 +177,5 @@ impl ReportRules {
     /// The identities that fell silent at the same time, while that lasts.
     pub(crate) fn jammed(&self) -> Option<&Jammed> {
         self.jamming.jammed()
-    }
-}
-
-/// Reported heights of an identity, metres.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct ReportedHeights {
-    first_m: f64,
-    lowest_m: f64,
-    highest_m: f64,
-}
-
-impl ReportedHeights {
-    fn update(heights: &mut Option<Self>, height_m: f64) {
-        let first = Self { first_m: height_m, lowest_m: height_m, highest_m: height_m };
-        let heights = heights.get_or_insert(first);
-        heights.lowest_m = heights.lowest_m.min(height_m);
-        heights.highest_m = heights.highest_m.max(height_m);
-    }
-
-    /// Whether this is the height of the ground from which it took off.
-    fn is_ground(&self, height_m: f64) -> bool {
-        height_m <= self.lowest_m + LANDED_HEIGHT_M
-            && height_m <= self.highest_m - LANDED_DESCENT_M
-            && self.first_m <= height_m + LANDED_DESCENT_M
-    }
-}
-
-impl IdentityLedger {
-    /// Index of the stream of a receiver; adds a stream if necessary.
-    fn at(&mut self, sensor: SensorIndex, numbers: &mut u32) -> usize {
-        let known = self.streams.iter().position(|stream| stream.sensor == sensor);
-        known.unwrap_or_else(|| {
-            self.streams.push(ReportStream::new(sensor, *numbers));
-            self.numbers.push(*numbers);
-            *numbers = numbers.wrapping_add(1);
-            self.streams.len() - 1
-        })
-    }
-
-    /// The stream with the newest report.
-    fn latest(&self) -> Option<&ReportHistory> {
-        let histories = self.streams.iter().map(|stream| &stream.history);
-        histories.max_by_key(|history| history.newest().map(TimedReport::order))
-    }
-
-    /// Whether more than one aircraft sends this identity, so that its motion has no meaning.
-    fn is_several(&self, deadline: Time) -> bool {
-        self.duplicate.is_active(deadline) || self.streams.iter().any(ReportStream::is_replay)
-    }
-
-    /// Whether the last reports look like a landing: slow, and back on the ground.
-    fn has_landed(&self) -> bool {
-        let Some(history) = self.latest() else { return false };
-        let mut last = history.before(history.len());
-        let (Some(newest), Some(before)) = (last.next(), last.next()) else { return false };
-        let rest_m = LANDED_WANDER_M + LANDED_SPEED_M_S * newest.apart_s(before);
-        let is_low = self.heights.is_some_and(|heights| heights.is_ground(newest.position.z));
-        is_low && newest.distance_m(before) <= rest_m
     }
 }

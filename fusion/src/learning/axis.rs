@@ -8,6 +8,9 @@ use super::model::{AxisErrors, change_variance, mean_variance};
 use super::pyramid::{LEVELS, MeanChange};
 use super::sizes::SizeHistogram;
 
+/// Number of axes: range (metres), azimuth (milliradians), height (metres).
+pub(super) const AXES: usize = 3;
+
 /// Number of plots whose mean is one sample of the bias.
 pub(super) const MEAN_OF: usize = 4;
 /// Correlation time of a transponder's bias, seconds: that of a satellite receiver lasts for a minute.

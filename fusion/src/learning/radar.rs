@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::AXES;
-use super::axis::{AxisSums, ErrorPrior, FittedErrors};
+use super::axis::{AXES, AxisSums, ErrorPrior, FittedErrors};
 use super::model::AxisErrors;
 use super::range_rate::RangeRateError;
 use super::track::{FlightPhase, TrackEvidence, TrackLearning};

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::AXES;
-use super::axis::{AxisSums, GatheredChanges};
+use super::axis::{AXES, AxisSums, GatheredChanges};
 use super::pyramid::LEVELS;
 use super::radar::RadarLearning;
 use super::sizes::{CLASSES, SizeHistogram};

@@ -5,6 +5,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::axis::AXES;
 use super::model::{change_variance, mean_variance};
 use super::pyramid::{OffsetSample, Pyramid};
 use super::range_rate::{RangeRate, RatePlot};

@@ -3,8 +3,7 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use super::AXES;
-use super::axis::{MEAN_OF, SegmentMean};
+use super::axis::{AXES, MEAN_OF, SegmentMean};
 use super::pyramid::{MeanChange, OffsetSample, Pyramid};
 use crate::time::{SECOND, Time};
 

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::LearntValue;
 use super::noise::{Likelihoods, WhiteNoise};
+use super::radar::LearntValue;
 use crate::registration::{DelaySums, Sample, TimeInformation};
 use crate::report::SensorIndex;
 use crate::time::Time;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::LearningStateError;
 use super::noise::{COUNT, WhiteNoise};
+use super::state::LearningStateError;
 use super::transponders::TypeLearning;
 use crate::decimals::Decimals;
 use crate::registration::DelaySums;

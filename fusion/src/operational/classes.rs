@@ -6,17 +6,16 @@
 //! classifies in its own way, so each has its own statistics. They only ever count against a drone: a probability with
 //! few tracks gives no evidence.
 
+mod labelling;
+
 use std::array;
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::cycle::Cycle;
-use super::targets::Targets;
-use super::tracklets::Tracklets;
 use super::tuning::{
-    ASSOCIATE_LLR, CLASS_BINS, CLASS_EVEN_TRACKS, CLASS_EVIDENCE_S, CLASS_KERNEL, CLASS_LOG_ODDS_MAX,
-    CLASS_NEUTRAL, CLASS_SHARE_PRIOR, CLASS_SLOPE, CLASS_SPARE_TRACKS, CLASS_SURE, CLASS_UNDECIDED_LLR,
+    CLASS_BINS, CLASS_EVEN_TRACKS, CLASS_EVIDENCE_S, CLASS_KERNEL, CLASS_LOG_ODDS_MAX, CLASS_NEUTRAL,
+    CLASS_SHARE_PRIOR, CLASS_SLOPE, CLASS_SPARE_TRACKS, CLASS_SURE,
 };
 use crate::frames::Enu;
 use crate::report::SensorIndex;
@@ -136,34 +135,6 @@ impl Classes {
     /// Counts a track that this or another engine has labelled.
     pub(super) fn count(&mut self, track: &LabelledTrack) {
         self.radars.entry(track.radar).or_default().add(track.uav_probability, track.is_drone);
-    }
-
-    /// Adds the radar tracks whose class has settled with the plots up to the slot.
-    pub(super) fn learn(&mut self, tracklets: &mut Tracklets, targets: &Targets, cycle: &Cycle) {
-        let dt = cycle.centre.seconds_since(cycle.previous);
-        self.radars.values_mut().for_each(|evidence| evidence.decay(dt));
-        for tracklet in tracklets.iter_mut() {
-            let Some(mean) = tracklet.take_class() else { continue };
-            let has_transponder = |id| targets.get(id).is_some_and(|target| target.transponder().is_some());
-            let is_drone = match tracklet.target().filter(|&id| has_transponder(id)) {
-                Some(id) if tracklet.pair_llr(id).is_some_and(|llr| llr >= ASSOCIATE_LLR) => true,
-                None if tracklet
-                    .pairs()
-                    .iter()
-                    .all(|(_, pair)| pair.total() <= Some(CLASS_UNDECIDED_LLR)) =>
-                {
-                    false
-                }
-                _ => continue, // the track cannot be labelled
-            };
-            let Some(last) = tracklet.last_until(cycle.centre) else { continue };
-            let radar = tracklet.key.sensor;
-            let track = LabelledTrack { radar, position: last.position, uav_probability: mean, is_drone };
-            match self.shared {
-                Some(_) => self.labelled.push(track),
-                None => self.count(&track),
-            }
-        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! The heights of transponders against those of radars: a constant offset of each transponder, applied once it is evident.
 
+pub(super) mod concerns;
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
@@ -11,10 +13,6 @@ use super::tuning::{
 use crate::registration::{HeightAlignment, HeightOffset, HeightSums, Sample, height_verdict};
 use crate::report::{Identity, SensorIndex};
 use crate::time::Time;
-
-mod concerns;
-
-pub(super) use concerns::concerns;
 
 /// Heights of all transponders, and of the radars that they are compared with.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

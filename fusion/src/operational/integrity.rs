@@ -289,7 +289,7 @@ impl IdentityAssessments {
         };
         let mut concerns: Vec<Concern> =
             monitors.values_mut().flat_map(IdentityMonitor::concerns).filter(concerns).collect();
-        concerns.extend(heights::concerns(points, cycle));
+        concerns.extend(heights::concerns::concerns(points, cycle));
         if let Some(Jammed { identities, places, since }) = reports.jammed().cloned() {
             concerns.push(Concern::Jamming { identities, places, since });
         }

@@ -252,7 +252,8 @@ impl Target {
     ) -> impl Iterator<Item = (CameraTrackKey, Measurement)> + 'a {
         let silent = |time| self.transponder.as_ref()?.silence(time, time).map(|(_, silent_s)| silent_s);
         let is_used = move |time| silent(time).is_none_or(|silent_s| silent_s > TRANSPONDER_SILENT_S);
-        cameras.of(self, since, settings).filter(move |(_, look)| is_used(look.time))
+        let place_at = |time| self.estimate(time);
+        cameras.of(self.id(), since, place_at, settings).filter(move |(_, look)| is_used(look.time))
     }
 
     /// Camera tracks that contribute bearings, each with the time of its latest one up to the slot's end.

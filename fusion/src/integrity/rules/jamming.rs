@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 
-use super::{IdentityLedger, Jammed};
+use super::ledger::IdentityLedger;
 use crate::frames::Enu;
 use crate::report::Identity;
 use crate::time::Time;
@@ -36,6 +36,16 @@ const QUIET: SignedDuration = SignedDuration::from_secs(6);
 /// Pause in the reports of all identities beyond which jamming is detected nevertheless: no clock step that the window
 /// tolerates lasts as long.
 const ALL_QUIET: SignedDuration = SignedDuration::from_secs(32);
+
+/// Identities that fell silent at the same time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Jammed {
+    pub(crate) identities: Vec<Identity>,
+    /// Positions of their last reports, in the order of `identities`.
+    pub(crate) places: Vec<Enu>,
+    /// Earliest of their last reports.
+    pub(crate) since: Time,
+}
 
 /// Jammed identities, and the rate of single silences.
 #[derive(Debug, Default, Serialize, Deserialize)]

@@ -2,13 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::finding::Finding;
 use super::frozen::Frozen;
 use super::history::{ReportHistory, TimedReport};
 use super::jump::{Jump, MotionBreak};
 use super::places::ReportPlaces;
 use super::replay::{Replay, SiblingStreams};
+use super::silence;
 use super::velocity::Velocity;
-use super::{Finding, Reason, silence};
+use crate::integrity::state::Reason;
 use crate::report::SensorIndex;
 use crate::time::Time;
 

@@ -6,10 +6,10 @@ use std::collections::BTreeMap;
 use jiff::SignedDuration;
 use serde::{Deserialize, Serialize};
 
-use super::IdentityLedger;
 use super::edge::{GapEdge, GapMiss};
 use super::history::{ReportHistory, TimedReport};
 use super::jump::MotionBreak;
+use super::ledger::IdentityLedger;
 use crate::report::Identity;
 use crate::time::Time;
 

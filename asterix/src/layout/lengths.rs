@@ -1,10 +1,10 @@
 //! Lengths of records and items. They are derived from the layouts once, when the crate is compiled or the table of an edition is
 //! read, so that measuring a record does not read its fields, nor items of fixed length.
 
+use super::uap::{self, UapItem};
+use super::{Field, Layout, Subfield, bits_of, octets_of};
 use crate::fault::FaultKind;
 use crate::fspec::{Frns, Fspec};
-use crate::layout::{Field, Layout, Subfield, bits_of, octets_of};
-use crate::uap::{self, UapItem};
 use crate::variable::Chain;
 
 /// Rule for the length of an item (EUROCONTROL-SPEC-0149, part 1, section 4.3).

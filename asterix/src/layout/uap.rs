@@ -2,11 +2,11 @@
 
 use core::ops::Deref;
 
+use super::Layout;
+use super::lengths::{Length, Lengths};
 use crate::fault::{Fault, FaultKind};
 use crate::fspec::{Frns, Fspec};
 use crate::joined::Joined;
-use crate::layout::Layout;
-use crate::lengths::{Length, Lengths};
 
 /// An item of a category's user application profile. To change the structure, create a new item with [`UapItem::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
