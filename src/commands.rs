@@ -44,7 +44,7 @@ use api::StartError;
 use lab::simulate::Crowded;
 use service::notices::UnusableReceiver;
 use site::areas::AreaError;
-use site::config::{Config, ConfigError, ConfigErrors, Place};
+use site::config::{Config, ConfigError, ConfigErrors, ConnectionFormat, Place};
 
 /// Result of a command that did not fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +80,32 @@ fn check_parquet() -> Result<(), Usage> {
     }
 }
 
+/// Refuses `keys` that need MQTT in a program that was built without it, before anything starts.
+fn check_mqtt(file: &Path, keys: impl Iterator<Item = String>) -> Result<(), ConfigErrors> {
+    let keys = keys.collect::<Vec<_>>().join(", ");
+    if cfg!(feature = "mqtt") || keys.is_empty() {
+        return Ok(());
+    }
+    let remedy = format!("build it with --features mqtt, or remove {keys}");
+    Err(refusal(file, &keys, format!("this program was built without MQTT; {remedy}")))
+}
+
+/// Keys of sensors that are read from a broker.
+fn mqtt_inputs(config: &Config) -> impl Iterator<Item = String> {
+    config.sensors.iter().enumerate().flat_map(|(sensor, of)| {
+        let connections = of.connections.iter().enumerate();
+        connections
+            .filter(|(_, connection)| connection.format == ConnectionFormat::Mqtt)
+            .map(move |(index, _)| format!("sensors[{sensor}].connections[{index}]"))
+    })
+}
+
+/// Keys of brokers to which alerts and tracks are published.
+fn mqtt_receivers(config: &Config) -> impl Iterator<Item = String> {
+    let alerts = config.alerts.mqtt.iter().map(|_| "alerts.mqtt".to_owned());
+    alerts.chain((0..config.output.mqtt.len()).map(|index| format!("output.mqtt[{index}]")))
+}
+
 /// Exit code of the process: 0 done, 1 run-time failure, 2 wrong usage, 3 invalid configuration, 4 input not completely read, 5
 /// an evaluation threshold was missed.
 ///
@@ -113,14 +139,14 @@ fn load_live(file: &Path) -> Result<Config, ConfigErrors> {
     if config.sensors.iter().any(|sensor| !sensor.inputs.is_empty() || !sensor.connections.is_empty()) {
         return Ok(config);
     }
-    Err(ConfigErrors::from(ConfigError {
-        file: file.display().to_string(),
-        place: Place::File,
-        key: "sensors".to_owned(),
-        value: None,
-        message: "no sensor has inputs, so there is nothing to listen to; add inputs = [ … ] to them"
-            .to_owned(),
-    }))
+    let message = "no sensor has inputs, so there is nothing to listen to; add inputs = [ … ] to them";
+    Err(refusal(file, "sensors", message.to_owned()))
+}
+
+/// Error about a key of a configuration that the command cannot use.
+fn refusal(file: &Path, key: &str, message: String) -> ConfigErrors {
+    let (file, key) = (file.display().to_string(), key.to_owned());
+    ConfigErrors::from(ConfigError { file, place: Place::File, key, value: None, message })
 }
 
 /// Error about an API address that other machines can reach without a token.
@@ -132,4 +158,50 @@ fn needs_tokens(config: &Config) -> Usage {
 /// Whether the error means that the reader of the output has closed it.
 pub fn is_closed_pipe(error: &(dyn Error + 'static)) -> bool {
     error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+}
+
+#[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+mod tests {
+    use super::*;
+
+    const SITE: &str = r#"
+        [site]
+        name = "north"
+        sac = 25
+        sic = 1
+        latitude_deg = 52.0
+        longitude_deg = -0.5
+        height_amsl_m = 90.0
+        [[sensors]]
+        id = "gateway"
+        kind = "remote-id"
+        connections = [
+            { format = "http" },
+            { format = "mqtt", address = "mqtt://127.0.0.1:1883" },
+        ]
+    "#;
+
+    #[test]
+    fn keys_that_need_mqtt_are_found() {
+        let config =
+            |more: &str| Config::parse(&format!("{SITE}{more}"), "/site.toml", std::iter::empty()).unwrap();
+        let site = config(
+            "[[output.mqtt]]\nid = \"city\"\nhost = \"b.example\"\n[alerts.mqtt]\nhost = \"b.example\"\n",
+        );
+        assert_eq!(mqtt_inputs(&site).collect::<Vec<_>>(), ["sensors[0].connections[1]"]);
+        assert_eq!(mqtt_receivers(&site).collect::<Vec<_>>(), ["alerts.mqtt", "output.mqtt[0]"]);
+        assert_eq!(mqtt_receivers(&config("")).count(), 0);
+    }
+
+    #[test]
+    fn mqtt_is_refused_only_without_its_feature() {
+        let checked = check_mqtt(Path::new("site.toml"), ["alerts.mqtt".to_owned()].into_iter());
+        let refused = "site.toml: alerts.mqtt: this program was built without MQTT; build it with --features mqtt, or remove alerts.mqtt";
+        match cfg!(feature = "mqtt") {
+            true => assert_eq!(checked, Ok(())),
+            false => assert_eq!(checked.unwrap_err().to_string(), refused),
+        }
+        assert_eq!(check_mqtt(Path::new("site.toml"), std::iter::empty()), Ok(()));
+    }
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use tracing::warn;
 
 use super::zones::lines;
-use super::{CommandResult, Outcome, Usage};
+use super::{CommandResult, Outcome, Usage, check_mqtt, mqtt_inputs, mqtt_receivers};
 use crate::app::runtime;
 use api::AccessSettings;
 use api::pmtiles::Basemap;
@@ -47,6 +47,7 @@ pub fn run(args: &Args) -> CommandResult {
         return Err(Usage("no configuration is named: utm-fusion check FILE".to_owned()).into());
     };
     let config = Config::load(file).map_err(|errors| scenario(file).unwrap_or(errors))?;
+    check_mqtt(file, mqtt_inputs(&config).chain(mqtt_receivers(&config)))?;
     let areas = Areas::load(&config.areas)?;
     AlertSettings::new(&config.alerts, &areas)?;
     let warnings =

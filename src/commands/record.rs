@@ -9,7 +9,7 @@ use jiff::SignedDuration;
 use tracing::{info, warn};
 
 use super::moment::duration;
-use super::{CommandResult, Outcome, load_live};
+use super::{CommandResult, Outcome, check_mqtt, load_live, mqtt_inputs};
 use crate::app::{Stop, runtime};
 use fusion::time::Time;
 use service::live::{Listening, WallClock, listen, now};
@@ -56,6 +56,7 @@ pub fn run(args: &Args) -> CommandResult {
     if args.cluster {
         return super::cluster::record(&config, &args.dir, args.duration);
     }
+    check_mqtt(&args.config, mqtt_inputs(&config))?;
     let mut record = config.output.record.clone().unwrap_or_else(|| record_into(&args.dir));
     record.dir.clone_from(&args.dir);
     let (queue, recorder) = Recorder::start(&config, &record, Vec::new(), false)?;

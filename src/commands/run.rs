@@ -12,12 +12,12 @@ use tracing::{info, warn};
 
 use super::notify::Notifier;
 use super::reload::Reload;
-use super::{CommandResult, Outcome, load_live};
+use super::{CommandResult, Outcome, check_mqtt, load_live, mqtt_inputs, mqtt_receivers, refusal};
 use crate::app::{AppError, Live, LiveBuilder, Signals, runtime};
 use service::live::now;
 use service::state::StateLock;
 use site::areas::Areas;
-use site::config::{Config, ConfigError, ConfigErrors, Place};
+use site::config::Config;
 
 /// Runs the live service: receives data from the sensors, sends the fused picture, and serves it over HTTP.
 ///
@@ -61,17 +61,11 @@ const WATCH: Duration = Duration::from_millis(500);
 pub fn run(args: &Args) -> CommandResult {
     let config = Arc::new(load_live(args.config())?);
     if config.cluster.is_some() && cfg!(not(feature = "cluster")) {
-        return Err(ConfigErrors::from(ConfigError {
-            file: args.config().display().to_string(),
-            place: Place::File,
-            key: "cluster".to_owned(),
-            value: None,
-            message: "this program was built without `cluster`; build it with --features cluster, or remove [cluster] for one \
-                      machine"
-                .to_owned(),
-        })
-        .into());
+        let message = "this program was built without `cluster`; build it with --features cluster, or remove [cluster] for one \
+                       machine";
+        return Err(refusal(args.config(), "cluster", message.to_owned()).into());
     }
+    check_mqtt(args.config(), mqtt_inputs(&config).chain(mqtt_receivers(&config)))?;
     let areas = Areas::load(&config.areas)?;
     areas.warnings(now()).iter().for_each(|warning| warn!("{warning}"));
     let runtime = runtime(2)?;

@@ -3,6 +3,7 @@
 pub mod dial;
 pub mod health;
 pub mod listen;
+#[cfg_attr(not(feature = "mqtt"), path = "net/mqtt/absent.rs")]
 pub mod mqtt;
 pub mod peers;
 pub mod post;

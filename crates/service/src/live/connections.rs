@@ -8,8 +8,6 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use asterix::DataSource;
-use rumqttc::v5::mqttbytes::QoS;
-use rumqttc::v5::mqttbytes::v5::{Filter, Login, RetainForwardRule, Subscribe};
 use tokio::io::AsyncReadExt;
 use tokio::net::TcpStream;
 use tokio::sync::watch;
@@ -19,7 +17,9 @@ use tracing::{error, info};
 use crate::clock::WallClock;
 use crate::net::dial::{Certificates, Dialer};
 use crate::net::listen::{Arrival, ConfiguredLine, LineCounters};
-use crate::net::mqtt::{BrokerConnection as Broker, BrokerError, ClientIdentity, ReceivedMessage};
+use crate::net::mqtt::{
+    BrokerConnection as Broker, BrokerError, ClientIdentity, Login, ReceivedMessage, Subscription,
+};
 use crate::net::secret::secret;
 use fusion::time::Time;
 use input::gateways::adsb::{AdsbTranslator, LatLonDeg, ReceiverFraming};
@@ -227,7 +227,9 @@ impl ConnectionReader {
         let open = async {
             let caller = ClientIdentity { client_id: &client_id, login, will: None };
             let mut broker = Broker::open(&dial, caller).await?;
-            broker.subscribed(subscription(&of.topic), &mut take).await?;
+            // Retained messages are old.
+            let subscription = Subscription { filter: of.topic.clone(), nolocal: false, retained: false };
+            broker.subscribed(subscription, &mut take).await?;
             Ok::<_, BrokerError>(broker)
         };
         let mut broker = tokio::select! {
@@ -267,27 +269,13 @@ fn dial(of: &Connection) -> Result<(Dialer, Option<Login>), String> {
         )?,
         false => Dialer::plain(&broker.host, broker.port),
     };
-    let password = secret(of.password_file.as_deref(), of.password_env.as_deref())?;
-    let login = of
-        .username
-        .as_ref()
-        .map(|username| Login { username: username.clone(), password: password.unwrap_or_default() });
+    let password = secret(of.password_file.as_deref(), of.password_env.as_deref())?.unwrap_or_default();
+    let login = of.username.clone().map(|username| Login { username, password });
     Ok((dial, login))
 }
 
-/// Subscription without retained messages: those are old.
-fn subscription(topic: &str) -> Subscribe {
-    let filter = Filter {
-        path: topic.to_owned(),
-        qos: QoS::AtMostOnce,
-        nolocal: false,
-        preserve_retain: false,
-        retain_forward_rule: RetainForwardRule::Never,
-    };
-    Subscribe::new(filter, None)
-}
-
 #[cfg(test)]
+#[cfg(feature = "mqtt")]
 mod tests {
     use super::*;
     use crate::net::mqtt::scripted::pings_while_flooded;

@@ -5,15 +5,21 @@ use std::time::Duration;
 
 use bytes::BytesMut;
 use rumqttc::v5::mqttbytes::v5::{
-    ConnAck, ConnAckProperties, Connect, ConnectProperties, ConnectReturnCode, Disconnect,
-    DisconnectReasonCode, LastWill, Login, Packet, PingReq, PubAckReason, Publish, Subscribe,
-    SubscribeReasonCode,
+    self as packets, ConnAck, ConnAckProperties, Connect, ConnectProperties, ConnectReturnCode, Disconnect,
+    DisconnectReasonCode, Filter, LastWill, Packet, PingReq, PubAckReason, Publish, PublishProperties,
+    RetainForwardRule, Subscribe, SubscribeReasonCode,
 };
 use rumqttc::v5::mqttbytes::{Error, QoS};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::time::{Instant, timeout, timeout_at};
 
 use super::dial::{ByteStream, Dialer};
+
+mod message;
+
+pub(crate) use message::{
+    ClientIdentity, Login, OutgoingMessage, PublishResult, ReceivedMessage, Subscription,
+};
 
 /// Timeout of a broker's answers. Chosen by judgement.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -46,22 +52,6 @@ pub(crate) enum BrokerError {
     Garbled(Error),
 }
 
-/// Result of a publication.
-pub(crate) enum PublishResult {
-    Taken,
-    Refused(String),
-}
-
-/// A message received by subscription.
-pub(crate) type ReceivedMessage = Publish;
-
-/// Identity of the client.
-pub(crate) struct ClientIdentity<'a> {
-    pub client_id: &'a str,
-    pub(crate) login: Option<Login>,
-    pub will: Option<LastWill>,
-}
-
 pub(crate) struct BrokerConnection {
     stream: Box<dyn ByteStream>,
     /// Octets read but not parsed yet.
@@ -91,7 +81,12 @@ impl BrokerConnection {
             clean_start: true,
             properties: Some(properties),
         };
-        connection.write(&Packet::Connect(connect, caller.will, caller.login)).await?;
+        let ClientIdentity { login, will, .. } = caller;
+        let login = login.map(|Login { username, password }| packets::Login { username, password });
+        let will = will.map(|OutgoingMessage { topic, payload, retain, .. }| {
+            LastWill::new(topic, payload, QoS::AtLeastOnce, retain, None)
+        });
+        connection.write(&Packet::Connect(connect, will, login)).await?;
         let wanted = |packet: &Packet| match packet {
             Packet::ConnAck(answer) => Some(answer.clone()),
             _ => None,
@@ -118,10 +113,10 @@ impl BrokerConnection {
     /// Publishes at QoS 1.
     pub async fn publish(
         &mut self,
-        message: Publish,
+        message: OutgoingMessage,
         found: impl FnMut(ReceivedMessage),
     ) -> Result<PublishResult, BrokerError> {
-        let packet = Packet::Publish(Publish { qos: QoS::AtLeastOnce, pkid: PUBLICATION, ..message });
+        let packet = publication(message, QoS::AtLeastOnce, PUBLICATION);
         if let Some(largest) = self.largest
             && packet.size() > largest as usize
         {
@@ -139,8 +134,8 @@ impl BrokerConnection {
     }
 
     /// Publishes at QoS 0, without an acknowledgement. Returns `false` if the message is larger than the broker accepts.
-    pub async fn send(&mut self, message: Publish) -> Result<bool, BrokerError> {
-        let packet = Packet::Publish(Publish { qos: QoS::AtMostOnce, ..message });
+    pub async fn send(&mut self, message: OutgoingMessage) -> Result<bool, BrokerError> {
+        let packet = publication(message, QoS::AtMostOnce, 0);
         if self.largest.is_some_and(|largest| packet.size() > largest as usize) {
             return Ok(false);
         }
@@ -150,17 +145,22 @@ impl BrokerConnection {
 
     /// Subscribes without waiting for the acknowledgement. Retained messages arrive while other answers are awaited. A
     /// refused subscription is not reported.
-    pub async fn subscribe(&mut self, subscribe: Subscribe) -> Result<(), BrokerError> {
-        self.write(&Packet::Subscribe(Subscribe { pkid: SUBSCRIPTION, ..subscribe })).await
+    pub async fn subscribe(&mut self, subscription: Subscription) -> Result<(), BrokerError> {
+        let Subscription { filter, nolocal, retained } = subscription;
+        let retained = if retained { RetainForwardRule::OnEverySubscribe } else { RetainForwardRule::Never };
+        let filter =
+            Filter { nolocal, retain_forward_rule: retained, ..Filter::new(filter, QoS::AtMostOnce) };
+        let subscribe = Subscribe { pkid: SUBSCRIPTION, ..Subscribe::new(filter, None) };
+        self.write(&Packet::Subscribe(subscribe)).await
     }
 
     /// Subscribes, and waits for the broker's acknowledgement.
     pub(crate) async fn subscribed(
         &mut self,
-        subscribe: Subscribe,
+        subscription: Subscription,
         found: impl FnMut(ReceivedMessage),
     ) -> Result<(), BrokerError> {
-        self.subscribe(subscribe).await?;
+        self.subscribe(subscription).await?;
         let wanted = |packet: &Packet| match packet {
             Packet::SubAck(answer) if answer.pkid == SUBSCRIPTION => Some(answer.return_codes.clone()),
             _ => None,
@@ -217,7 +217,9 @@ impl BrokerConnection {
     fn found(packet: Packet) -> Result<Option<ReceivedMessage>, BrokerError> {
         match packet {
             Packet::Disconnect(Disconnect { reason_code, .. }) => Err(BrokerError::Ended(reason_code)),
-            Packet::Publish(message) => Ok(Some(message)),
+            Packet::Publish(Publish { topic, payload, retain, .. }) => {
+                Ok(Some(ReceivedMessage { topic, payload, retain }))
+            }
             _ => Ok(None),
         }
     }
@@ -248,6 +250,18 @@ impl BrokerConnection {
         self.ping_due = Instant::now() + self.pause;
         Ok(())
     }
+}
+
+/// Packet that publishes the message.
+fn publication(message: OutgoingMessage, qos: QoS, pkid: u16) -> Packet {
+    let OutgoingMessage { topic, payload, retain, is_json, expiry_s } = message;
+    let properties = PublishProperties {
+        payload_format_indicator: is_json.then_some(1),
+        content_type: is_json.then(|| "application/json".to_owned()),
+        message_expiry_interval: expiry_s,
+        ..PublishProperties::default()
+    };
+    Packet::Publish(Publish { retain, pkid, ..Publish::new(topic, qos, payload, Some(properties)) })
 }
 
 #[cfg(test)]

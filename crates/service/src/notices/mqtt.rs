@@ -1,15 +1,11 @@
 //! Broker of MQTT 5: each active alert is a retained message on its own topic, and each change is an event.
 //!
-//! `rumqttc` reads and writes the packets. One message at a time is unacknowledged, so it is known what the broker has
-//! missed. Each connection publishes all active alerts, and clears the messages retained from an earlier run.
+//! One message at a time is unacknowledged, so it is known what the broker has missed. Each connection publishes all active
+//! alerts, and clears the messages retained from an earlier run.
 
 use std::fmt;
 use std::sync::Arc;
 
-use rumqttc::v5::mqttbytes::QoS;
-use rumqttc::v5::mqttbytes::v5::{
-    Filter, LastWill, Login, Publish, PublishProperties, RetainForwardRule, Subscribe,
-};
 use tokio::time::{sleep, sleep_until};
 
 use super::batch::NoticeBatch;
@@ -19,7 +15,10 @@ use super::mirror::Mirror;
 use crate::live::now;
 use crate::net::dial::Dialer;
 use crate::net::health::DeliveryResult;
-use crate::net::mqtt::{BrokerConnection, BrokerError, ClientIdentity, PublishResult, ReceivedMessage};
+use crate::net::mqtt::{
+    BrokerConnection, BrokerError, ClientIdentity, Login, OutgoingMessage, PublishResult, ReceivedMessage,
+    Subscription,
+};
 use crate::net::peers::{Closing, closed};
 
 const ONLINE: &str = "online";
@@ -89,10 +88,8 @@ impl Broker {
         closing: &mut Closing,
         unsent: &mut Option<NoticeBatch>,
     ) -> Result<(), BrokerError> {
-        let topic = self.topic("status");
-        let will = LastWill::new(topic, OFFLINE, QoS::AtLeastOnce, true, None);
-        let caller =
-            ClientIdentity { client_id: &self.client_id, login: self.login.clone(), will: Some(will) };
+        let will = Some(self.status(OFFLINE));
+        let caller = ClientIdentity { client_id: &self.client_id, login: self.login.clone(), will };
         let mut connection = BrokerConnection::open(&self.dial, caller).await?;
         self.queue.mirrored(Mirror::begin);
         connection.publish(self.status(ONLINE), |_| {}).await?;
@@ -138,7 +135,7 @@ impl Broker {
         match owed {
             PendingDelivery::State(topic, alert) => {
                 let message = alert.as_deref().map(body::of_alert).unwrap_or_default();
-                let message = Publish { retain: true, ..self.json(&topic, message) };
+                let message = OutgoingMessage { retain: true, ..self.json(&topic, message) };
                 match connection.publish(message, found).await? {
                     PublishResult::Taken if alert.is_none() => {
                         self.queue.mirrored(|mirror| mirror.cleared(&topic));
@@ -172,33 +169,21 @@ impl Broker {
     }
 
     /// Subscription to all retained alerts.
-    fn retained(&self) -> Subscribe {
-        let filter = Filter {
-            path: self.topic("alerts/+/+"),
-            qos: QoS::AtMostOnce,
-            // Own messages are not sent back.
-            nolocal: true,
-            preserve_retain: false,
-            retain_forward_rule: RetainForwardRule::OnEverySubscribe,
-        };
-        Subscribe::new(filter, None)
+    fn retained(&self) -> Subscription {
+        Subscription { filter: self.topic("alerts/+/+"), nolocal: true, retained: true }
     }
 
-    fn status(&self, status: &'static str) -> Publish {
-        Publish { retain: true, ..Publish::new(self.topic("status"), QoS::AtLeastOnce, status, None) }
+    fn status(&self, status: &str) -> OutgoingMessage {
+        let (topic, payload) = (self.topic("status"), status.into());
+        OutgoingMessage { topic, payload, retain: true, ..OutgoingMessage::default() }
     }
 
-    fn event(&self, body: Vec<u8>) -> Publish {
+    fn event(&self, body: Vec<u8>) -> OutgoingMessage {
         self.json("alerts/events", body)
     }
 
-    fn json(&self, topic: &str, body: Vec<u8>) -> Publish {
-        let properties = PublishProperties {
-            payload_format_indicator: Some(1),
-            content_type: Some("application/json".to_owned()),
-            ..PublishProperties::default()
-        };
-        Publish::new(self.topic(topic), QoS::AtLeastOnce, body, Some(properties))
+    fn json(&self, topic: &str, payload: Vec<u8>) -> OutgoingMessage {
+        OutgoingMessage { topic: self.topic(topic), payload, is_json: true, ..OutgoingMessage::default() }
     }
 
     fn topic(&self, end: &str) -> String {
@@ -207,6 +192,7 @@ impl Broker {
 }
 
 #[cfg(test)]
+#[cfg(feature = "mqtt")]
 mod tests {
     use tokio::sync::watch;
 

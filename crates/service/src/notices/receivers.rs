@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use axum::http::HeaderValue;
-use rumqttc::v5::mqttbytes::v5::Login;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
@@ -16,6 +15,7 @@ use super::selection::NoticeSelection;
 use super::signature::SigningSecret;
 use super::webhook::Webhook;
 use crate::net::dial::{Certificates, Dialer};
+use crate::net::mqtt::Login;
 use crate::net::peers::{Deliveries, UnusableReceiver, is_local};
 use crate::net::secret::secret;
 use site::config::{self, AlertKind, Config, Severity};
@@ -152,7 +152,7 @@ impl Broker {
             queue: Arc::new(NoticeQueue::new(name, NoticeOutbox::new(selection, Some(Mirror::default())))),
             dial,
             client_id: client_id(mqtt, site),
-            login: username.as_ref().map(|username| Login::new(username, password)),
+            login: username.clone().map(|username| Login { username, password }),
             prefix: mqtt.prefix.clone(),
             site: site.name.clone(),
             run: run()?,

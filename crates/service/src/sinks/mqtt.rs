@@ -4,8 +4,6 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::Arc;
 
-use rumqttc::v5::mqttbytes::QoS;
-use rumqttc::v5::mqttbytes::v5::{LastWill, Login, Publish, PublishProperties};
 use tokio::time::{sleep, sleep_until};
 
 use super::PictureSink;
@@ -13,7 +11,7 @@ use super::counts::SinkLoss;
 use super::delivery::SinkQueue;
 use super::second::PictureSecond;
 use crate::net::dial::{Certificates, Dialer};
-use crate::net::mqtt::{BrokerConnection, BrokerError, ClientIdentity};
+use crate::net::mqtt::{BrokerConnection, BrokerError, ClientIdentity, Login, OutgoingMessage};
 use crate::net::peers::{Closing, closed, is_local};
 use crate::net::secret::secret;
 use picture::TrackJson;
@@ -61,7 +59,7 @@ pub(super) fn open(mqtt: &config::MqttTracks, site: &Site) -> Result<PictureSink
         queue: Arc::new(SinkQueue::new(format!("mqtt:{id}"), mqtt.picture)),
         dial,
         client_id: mqtt.client_id.clone().unwrap_or_else(usual_id),
-        login: username.as_ref().map(|username| Login::new(username, password)),
+        login: username.clone().map(|username| Login { username, password }),
         prefix: mqtt.prefix.clone(),
         retain: mqtt.retain,
     }))
@@ -116,9 +114,8 @@ impl TrackBroker {
     }
 
     async fn session(&self, closing: &mut Closing) -> Result<(), BrokerFailure> {
-        let will = LastWill::new(self.status_topic(), OFFLINE, QoS::AtLeastOnce, true, None);
-        let caller =
-            ClientIdentity { client_id: &self.client_id, login: self.login.clone(), will: Some(will) };
+        let will = Some(self.status(OFFLINE));
+        let caller = ClientIdentity { client_id: &self.client_id, login: self.login.clone(), will };
         let mut connection = tokio::select! {
             connection = BrokerConnection::open(&self.dial, caller) => connection?,
             () = closed(closing) => return Ok(()),
@@ -185,22 +182,13 @@ impl TrackBroker {
         connection.send(self.track(id, Vec::new())).await.map(drop)
     }
 
-    fn track(&self, id: &str, body: Vec<u8>) -> Publish {
-        let properties = PublishProperties {
-            payload_format_indicator: Some(1),
-            content_type: Some("application/json".to_owned()),
-            message_expiry_interval: Some(EXPIRY_S),
-            ..PublishProperties::default()
-        };
+    fn track(&self, id: &str, payload: Vec<u8>) -> OutgoingMessage {
         let topic = format!("{}/tracks/{id}", self.prefix);
-        Publish { retain: self.retain, ..Publish::new(topic, QoS::AtMostOnce, body, Some(properties)) }
+        OutgoingMessage { topic, payload, retain: self.retain, is_json: true, expiry_s: Some(EXPIRY_S) }
     }
 
-    fn status(&self, status: &'static str) -> Publish {
-        Publish { retain: true, ..Publish::new(self.status_topic(), QoS::AtLeastOnce, status, None) }
-    }
-
-    fn status_topic(&self) -> String {
-        format!("{}/tracks-status", self.prefix)
+    fn status(&self, status: &str) -> OutgoingMessage {
+        let (topic, payload) = (format!("{}/tracks-status", self.prefix), status.into());
+        OutgoingMessage { topic, payload, retain: true, ..OutgoingMessage::default() }
     }
 }
