@@ -64,6 +64,7 @@ fn alert(id: u64) -> Alert {
         id,
         kind: AlertKind::Area,
         severity: Severity::Warning,
+        worst: Severity::Warning,
         since: Time::from_nanos(1_763_000_000_000_000_000),
         until: None,
         text: "T-1 is inside Airfield".to_owned(),
@@ -71,6 +72,7 @@ fn alert(id: u64) -> Alert {
         details: AlertDetails::None,
         acknowledged: None,
         shelved: None,
+        is_latched: false,
         revision: 0,
     }
 }

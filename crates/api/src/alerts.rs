@@ -19,6 +19,8 @@ use service::live::{Alert, AlertAction, AlertJson, AlertKind, AlertRequest, Aler
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(2);
 /// Default maximum number of ended alerts in an answer.
 const DEFAULT_ENDED: usize = 100;
+/// Maximum number of alerts that wait for an acknowledgement in an answer.
+const LATCHED: usize = 200;
 /// Maximum time for which an alert can be shelved, in minutes.
 const MAX_SHELVING_MIN: f64 = 480.0;
 /// Maximum length of a name, in characters.
@@ -33,6 +35,9 @@ pub struct AlertList {
     time: Rfc3339,
     /// Active alerts, most severe first.
     alerts: Vec<AlertJson>,
+    /// Ended alerts that were critical and that no operator has acknowledged, latest first; at most 200. They are among the
+    /// ended ones too.
+    latched: Vec<AlertJson>,
     /// Ended alerts, latest first: the last 100, or at most `limit`. The service keeps the last 5000 while it runs.
     ended: Vec<AlertJson>,
     /// Whether further matching ended alerts were left out.
@@ -61,10 +66,13 @@ pub fn all(request: &ApiRequest) -> Result<AlertList, Problem> {
     let is_within = |alert: &&&Arc<Alert>| {
         since.is_none_or(|since| alert.until >= Some(since)) && until.is_none_or(|until| alert.since <= until)
     };
+    let latched = ended.iter().filter(|alert| alert.is_latched).take(LATCHED);
+    let latched = latched.map(|alert| AlertJson::from(&***alert)).collect();
     let mut ended = ended.iter().filter(is_within);
     Ok(AlertList {
         time: request.state.now().into(),
         alerts: lasting.into_iter().map(|alert| AlertJson::from(&**alert)).collect(),
+        latched,
         ended: ended.by_ref().take(limit).map(|alert| AlertJson::from(&***alert)).collect(),
         more: ended.next().is_some(),
     })

@@ -34,7 +34,7 @@ pub struct ConflictList {
     aircraft: usize,
     /// Number of aircraft that were left out because too little is known about them.
     left_out: usize,
-    /// Conflicts, highest level first, then by time to the entry of the volume.
+    /// Conflicts, highest level first, then those of known heights, then by time to the entry of the volume.
     conflicts: Vec<ConflictJson>,
 }
 
@@ -72,7 +72,8 @@ pub fn conflicts(request: &ApiRequest) -> Result<ConflictList, Problem> {
         .collect();
     wanted.sort_by(|one, other| {
         let entry_s = one.found.entry_s.total_cmp(&other.found.entry_s);
-        other.level().cmp(&one.level()).then(entry_s)
+        let heights = other.are_heights_known.cmp(&one.are_heights_known);
+        other.level().cmp(&one.level()).then(heights).then(entry_s)
     });
     Ok(ConflictList {
         time: outlook.time.into(),

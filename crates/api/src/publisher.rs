@@ -1,6 +1,6 @@
 //! The single task that turns the content of the hub into events of the stream, once for all readers.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -38,8 +38,10 @@ pub(super) struct EventPublisher {
     integrity: BTreeMap<Identity, (State, Option<Trust>)>,
     /// Last published revision of each active alert.
     alerts: BTreeMap<u64, u32>,
-    /// Last published alert that ended.
-    ended: Option<Arc<Alert>>,
+    /// Id of the last published alert that ended.
+    ended: Option<u64>,
+    /// Published alerts that have ended and wait for an acknowledgement.
+    latched: BTreeSet<u64>,
 }
 
 impl EventPublisher {
@@ -55,6 +57,7 @@ impl EventPublisher {
             integrity: BTreeMap::new(),
             alerts: BTreeMap::new(),
             ended: None,
+            latched: BTreeSet::new(),
         };
         if let Some(frame) = publisher.state.hub.latest() {
             publisher.publish_slot(&frame);
@@ -218,11 +221,13 @@ impl EventPublisher {
             }
         }
         // The latest alerts come first.
-        let known = self.ended.clone();
-        let news =
-            ended.iter().take_while(|alert| known.as_ref().is_none_or(|known| !Arc::ptr_eq(known, alert)));
+        let known = self.ended;
+        let news = ended.iter().take_while(|alert| known.is_none_or(|known| known != alert.id));
         news.for_each(|alert| publish(alert));
-        self.ended = ended.first().map(|&alert| alert.clone());
+        let released = ended.iter().filter(|alert| !alert.is_latched && self.latched.contains(&alert.id));
+        released.for_each(|alert| publish(alert));
+        self.latched = ended.iter().filter(|alert| alert.is_latched).map(|alert| alert.id).collect();
+        self.ended = ended.first().map(|alert| alert.id);
         self.alerts = lasting.iter().map(|alert| (alert.id, alert.revision)).collect();
     }
 }

@@ -1,21 +1,26 @@
 //! Conflicts: evaluates each second's picture with the engine's conflict detection, and names the tracks as readers know them.
 
+mod ground;
 mod json;
 
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix2, Matrix4};
 
-use crate::{Picture, PictureMaker, PictureTrack, TrackClass};
+use crate::{Picture, PictureMaker, PictureTrack, TrackClass, TrackNames};
 use fusion::conflicts::{self, ConflictAircraft, Conflicts, HeldLevel, Level, TrafficKind, Volume};
 use fusion::frames::Geodetic;
 use fusion::integrity::State;
 use fusion::time::{SECOND, Time};
 use fusion::{Enu, Identity};
+use ground::GroundMonitor;
 use site::config::{Config, PictureKind};
 
 pub use json::{ConflictJson, ConflictLine, NO_LEVEL, VolumeJson, levels};
 
+/// Standard deviation of a height below which it bounds a conflict although it is too coarse to be published, in metres. A height
+/// that was never measured has at least this (`fusion::operational`).
+const COARSE_HEIGHT_M: f64 = 60.0;
 /// Evaluates one picture per second.
 #[derive(Debug)]
 pub struct ConflictWatch {
@@ -26,6 +31,8 @@ pub struct ConflictWatch {
     max_accuracy_m: f64,
     /// The conflicts that hold a level, as last evaluated with both aircraft present, by id and volume.
     held: BTreeMap<(u64, usize), Conflict>,
+    names: TrackNames,
+    ground: GroundMonitor,
 }
 
 /// The result of one evaluation.
@@ -67,9 +74,29 @@ pub struct Conflict {
     pub integrity: Option<State>,
     /// Transponder of each aircraft; `None`: it has none, or integrity checks speak against it.
     pub trusted: [Option<Identity>; 2],
+    /// Names of both aircraft, as on the map.
+    pub names: [String; 2],
+    /// Transponder of each aircraft whose reported position is not to be trusted.
+    pub failed: [Option<Identity>; 2],
+    /// Whether the heights of both are known, not only as a coarse bound.
+    pub are_heights_known: bool,
+    /// Radius and half height of the volume, metres.
+    pub volume_m: [f64; 2],
 }
 
 impl Conflict {
+    /// Present distance as a share of the volume: below 1, both are within it.
+    pub fn closeness(&self) -> f64 {
+        let (now, [horizontal_m, vertical_m]) = (&self.found.relative, self.volume_m);
+        let above = now.vertical.map_or(0.0, |vertical| vertical.height_m.abs() / vertical_m);
+        (now.position.norm() / horizontal_m).max(above)
+    }
+
+    /// Whether the volume is known to be entered at the time of the positions.
+    pub fn is_entered(&self) -> bool {
+        self.are_heights_known && self.found.exit_s.is_some() && self.found.entry_s <= 0.0
+    }
+
     /// Whether both aircraft were present at the evaluation.
     pub fn is_seen(&self) -> bool {
         self.seen == self.time
@@ -96,6 +123,8 @@ impl ConflictWatch {
             age_s: config.fusion.latency_of(on).as_secs_f64(),
             max_accuracy_m: config.output.max_accuracy_m,
             held: BTreeMap::new(),
+            names: TrackNames::default(),
+            ground: GroundMonitor::default(),
         }
     }
 
@@ -116,32 +145,46 @@ impl ConflictWatch {
         }
         let time = Time::from_nanos(picture.time.nanos() + (self.age_s * SECOND as f64) as i64);
         let tracks: BTreeMap<conflicts::ConflictKey, &PictureTrack> =
-            picture.within(self.max_accuracy_m).map(|track| (key(track), track)).collect();
+            picture.within(self.max_accuracy_m).map(|track| (track.key(), track)).collect();
+        self.names.note(picture);
+        self.ground.note(picture.time, tracks.values().copied());
         let aircraft = tracks.values().filter_map(|track| self.aircraft(track, maker)).collect();
         let evaluation = self.conflicts.evaluate(time, aircraft);
-        let aircraft = &evaluation.aircraft;
+        let (aircraft, volumes) = (&evaluation.aircraft, &self.conflicts.rules().volumes);
         let named = |&found: &conflicts::PredictedConflict| {
             let pair = found.pair.map(|index| &aircraft[index]);
             let tracks = pair.map(|one| tracks[&one.key]);
             let t_cpa_s = found.approach.t_cpa_s;
+            let are_heights_known = tracks.iter().all(|track| track.altitude_amsl_m.is_some());
+            // Most aircraft of unknown height are far above or below each other.
+            let level = found.level.map(|(level, since)| match are_heights_known {
+                true => (level, since),
+                false => (Level::Advisory, since),
+            });
+            let found = conflicts::PredictedConflict { level, ..found };
             Conflict {
                 time,
                 seen: time,
                 found,
                 tracks: tracks.map(|track| maker.track_id(track)),
                 numbers: pair.map(|one| one.key.0),
-                volume: self.conflicts.rules().volumes[found.volume].name.clone(),
+                volume: volumes[found.volume].name.clone(),
                 cpa: pair.map(|one| {
                     let place = maker.place(Enu::from(one.position.0 + one.velocity * t_cpa_s));
                     (place, one.vertical.map(|_| place.height_m))
                 }),
                 integrity: tracks.into_iter().filter_map(|track| Some(track.point.integrity?.state)).max(),
                 trusted: tracks.map(PictureTrack::trusted),
+                names: tracks.map(|track| self.names.track(track)),
+                failed: tracks.map(PictureTrack::failed),
+                are_heights_known,
+                volume_m: [volumes[found.volume].horizontal_m, volumes[found.volume].vertical_m],
             }
         };
         let mut conflicts: Vec<Conflict> = evaluation.conflicts.iter().map(named).collect();
         for &HeldLevel { id, volume, level } in &evaluation.unseen {
             if let Some(conflict) = self.held.get(&(id, volume)) {
+                let level = if conflict.are_heights_known { level } else { (Level::Advisory, level.1) };
                 let found = conflicts::PredictedConflict { level: Some(level), ..conflict.found };
                 conflicts.push(Conflict { time, found, ..conflict.clone() });
             }
@@ -181,6 +224,9 @@ impl ConflictWatch {
             // Birds are near each other all the time.
             TrackClass::Other | TrackClass::Vehicle => return None,
         };
+        if self.ground.has(track) {
+            return None;
+        }
         let mut covariance = Matrix4::zeros();
         let mut put = |row, column, block: &Matrix2<f64>| {
             covariance.fixed_view_mut::<2, 2>(row, column).copy_from(block);
@@ -190,19 +236,17 @@ impl ConflictWatch {
         put(0, 2, &estimate.position_velocity);
         put(2, 0, &estimate.position_velocity.transpose());
         let vertical = [estimate.vertical_m2, estimate.height_climb, estimate.climb_m2s2];
+        let is_known = track.altitude_amsl_m.is_some();
+        let is_coarse = !is_known && estimate.vertical_m2 < COARSE_HEIGHT_M * COARSE_HEIGHT_M;
         let aircraft = ConflictAircraft {
-            key: key(track),
+            key: track.key(),
             position: point.position,
             velocity: estimate.velocity,
             covariance,
-            vertical: track.altitude_amsl_m.map(|_| vertical),
+            vertical: (is_known || is_coarse).then_some(vertical),
             kind,
             disputed: point.disputed.clone(),
         };
         Some(aircraft.moved(self.age_s, &self.conflicts.rules().ahead))
     }
-}
-
-fn key(track: &PictureTrack) -> conflicts::ConflictKey {
-    (track.point.number, track.point.first_seen)
 }

@@ -8,6 +8,7 @@ pub mod formats;
 mod integrity_json;
 mod kinds;
 mod motion;
+mod names;
 pub mod remote_id_json;
 mod rfc3339;
 mod texts;
@@ -34,6 +35,7 @@ pub use class::TrackClass;
 pub use integrity_json::{ReasonName, StateName};
 pub use kinds::TrackSource;
 pub use motion::{Ellipse, PublishedMotion};
+pub use names::TrackNames;
 pub use rfc3339::Rfc3339;
 pub use texts::{serial_text, text};
 pub use track_json::{TrackJson, TransponderId};
@@ -45,6 +47,8 @@ const HEIGHT_KNOWN_M: f64 = 30.0;
 
 /// Time since the last report above which a transponder counts as silent, in seconds.
 const HEARD_S: f64 = 5.0;
+/// Maximum age of a radar plot that supports the position of a failed transponder, in seconds.
+const SUPPORTED_S: f64 = 5.0;
 
 /// All tracks of one slot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -174,6 +178,16 @@ impl PictureTrack {
         let identity = self.point.source.transponder()?.identity;
         let is_doubted = self.point.integrity.is_some_and(|known| known.state >= State::Suspect);
         (!is_doubted).then_some(identity)
+    }
+
+    /// Identity of its transponder, if that has failed and no radar supports the position: radar does not see an aircraft there,
+    /// or sees this one elsewhere.
+    pub fn failed(&self) -> Option<Identity> {
+        let identity = self.point.source.transponder()?.identity;
+        let is_failed = self.point.integrity.is_some_and(|known| known.state == State::Failed);
+        let seen = self.point.source.radar().map(|radar| self.time.seconds_since(radar.time).abs());
+        let is_supported = seen.is_some_and(|age_s| age_s <= SUPPORTED_S) && self.point.disputed.is_empty();
+        (is_failed && !is_supported).then_some(identity)
     }
 
     /// Motion with a vertical component; `None` if the height is unknown.

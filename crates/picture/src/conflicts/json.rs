@@ -68,8 +68,15 @@ pub struct ConflictJson {
     /// Probability of being inside the volume at any time within the horizon.
     #[schemars(range(min = 0, max = 1))]
     probability: f64,
-    /// Whether the heights of both aircraft are known; if not, they are assumed to be equal.
+    /// Whether the heights of both aircraft are known. If not, they are assumed to be equal or, if `vertical_coarse`, to differ as
+    /// far as they are bounded, and the level is at most an advisory.
     vertical_known: bool,
+    /// Whether the height of one aircraft is only a coarse bound.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    vertical_coarse: bool,
+    /// Whether the volume is entered at the time of the figures.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    entered: bool,
     miss: MissJson,
     cpa: CpaJson,
     /// State of the less trustworthy of the two transponders.
@@ -100,8 +107,10 @@ impl From<&Conflict> for ConflictJson {
     fn from(conflict: &Conflict) -> Self {
         let Conflict { time, seen, found, tracks: [a, b], volume, cpa, integrity, .. } = conflict;
         let approach = &found.approach;
-        let vertical_m = approach.vertical.map(|(height_m, _)| height_m);
-        let height_m2 = approach.vertical.map_or(0.0, |(_, m2)| m2);
+        let is_known = conflict.are_heights_known;
+        let vertical_m = approach.vertical.filter(|_| is_known).map(|(height_m, _)| height_m);
+        let height_m2 = approach.vertical.filter(|_| is_known).map_or(0.0, |(_, m2)| m2);
+        let now = found.relative.vertical.filter(|_| is_known);
         let [cpa_a, cpa_b] = cpa.map(|(place, height_m)| position(place, height_m));
         Self {
             id: found.id.map(|id| format!("C-{id}")),
@@ -116,11 +125,13 @@ impl From<&Conflict> for ConflictJson {
             d_cpa_h_m: rounded(approach.horizontal_m(), 2),
             d_cpa_v_m: vertical_m.map(|height_m| rounded(height_m.abs(), 2)),
             d_now_h_m: rounded(found.relative.position.norm(), 2),
-            d_now_v_m: found.relative.vertical.map(|vertical| rounded(vertical.height_m.abs(), 2)),
+            d_now_v_m: now.map(|vertical| rounded(vertical.height_m.abs(), 2)),
             t_entry_s: rounded(found.entry_s, 2),
             t_exit_s: found.exit_s.map(|exit_s| rounded(exit_s, 2)),
             probability: rounded(found.probability, 4),
-            vertical_known: vertical_m.is_some(),
+            vertical_known: is_known,
+            vertical_coarse: found.relative.vertical.is_some() && !is_known,
+            entered: conflict.is_entered(),
             miss: MissJson {
                 across_m: rounded(approach.across.dot(&approach.miss), 2),
                 vertical_m: vertical_m.map(|height_m| rounded(height_m, 2)),

@@ -9,6 +9,7 @@ mod json;
 mod operators;
 mod pictured;
 mod rules;
+mod situations;
 mod wording;
 
 use std::borrow::Cow;
@@ -25,6 +26,8 @@ use fusion::Identity;
 use fusion::time::{SECOND, Time};
 
 use areas::Approaches;
+use picture::TrackNames;
+use situations::Situations;
 
 pub use areas::PredictionPicture;
 pub use details::{AlertDetails, AreaName};
@@ -47,6 +50,8 @@ pub struct Alert {
     pub kind: AlertKind,
     /// Severity.
     pub severity: Severity,
+    /// Highest severity so far.
+    pub worst: Severity,
     /// Start of the alert.
     pub since: Time,
     /// End of the alert; `None` while it is active.
@@ -58,7 +63,9 @@ pub struct Alert {
     pub subject: String,
     /// Further data of the alert.
     pub details: AlertDetails,
-    /// Acknowledgement by an operator, at the present severity.
+    /// Whether the alert has ended, was critical, and waits for an operator's acknowledgement.
+    pub is_latched: bool,
+    /// Acknowledgement by an operator, until the severity exceeds all earlier ones.
     pub acknowledged: Option<Acknowledgement>,
     /// Suppresses notifications of the alert until it expires or is unshelved.
     pub shelved: Option<Shelved>,
@@ -131,6 +138,12 @@ pub struct AlertMonitor {
     next_id: u64,
     /// Active alerts, with the last time at which the cause was present.
     lasting: BTreeMap<AlertKey, (Alert, Time)>,
+    /// What is true of each active alert once its cause is gone, in the past tense.
+    pasts: BTreeMap<AlertKey, String>,
+    /// Names of the aircraft in the pictures.
+    names: TrackNames,
+    /// Situations of aircraft in conflict.
+    situations: Situations,
     /// Ended alerts, the latest first.
     ended: VecDeque<Arc<Alert>>,
     /// Changes not taken yet, in order.
@@ -175,7 +188,7 @@ impl AlertMonitor {
             let is_out = sensor.state == SensorState::Outage;
             let severity = if is_out { Severity::Critical } else { Severity::Warning };
             let text = format!("{} {}: {}", sensor.id, sensor.state.name(), sensor.reasons.join("; "));
-            AlertCause::new(&sensor.id, severity, text)
+            AlertCause { past: text.clone(), ..AlertCause::new(&sensor.id, severity, text) }
         });
         let works = |subject: &str, _| !sensors.iter().any(|sensor| sensor.id == subject && is_wrong(sensor));
         self.hold(AlertKind::Sensor, found.collect(), now, works)
@@ -186,7 +199,8 @@ impl AlertMonitor {
         self.derive(AlertInput::Status, now);
         let found = sensors.iter().filter_map(|sensor| {
             let alarm = sensor.registration.as_ref()?.alarm.as_ref()?;
-            Some(AlertCause::new(&sensor.id, Severity::Warning, format!("{}: {alarm}", sensor.id)))
+            let text = format!("{}: {alarm}", sensor.id);
+            Some(AlertCause { past: text.clone(), ..AlertCause::new(&sensor.id, Severity::Warning, text) })
         });
         self.hold(AlertKind::Registration, found.collect(), now, |_, _| true)
     }
@@ -194,8 +208,10 @@ impl AlertMonitor {
     /// Updates the alerts about the service. Returns whether any changed.
     pub fn note_troubles<'a>(&mut self, troubles: impl Iterator<Item = &'a ServiceFault>, now: Time) -> bool {
         self.derive(AlertInput::Status, now);
-        let found =
-            troubles.map(|trouble| AlertCause::new(&trouble.about, trouble.severity, trouble.text.clone()));
+        let found = troubles.map(|trouble| AlertCause {
+            past: trouble.text.clone(),
+            ..AlertCause::new(&trouble.about, trouble.severity, trouble.text.clone())
+        });
         self.hold(AlertKind::Service, found.collect(), now, |_, _| true)
     }
 
@@ -214,7 +230,7 @@ impl AlertMonitor {
         self.unshelve(kind, now);
         let mut is_renewed = false;
         let mut current = BTreeSet::new();
-        for AlertCause { subject, area, severity, text, details, .. } in
+        for AlertCause { subject, area, severity, text, past, details, .. } in
             found.into_iter().filter(|found| settings.admits(kind, found))
         {
             let severity = settings.severity(kind, severity);
@@ -222,27 +238,45 @@ impl AlertMonitor {
             current.insert(key.clone());
             if let Some((alert, held)) = self.lasting.get_mut(&key) {
                 *held = now;
-                is_renewed |= alert.details != details;
-                if let Some(change) = alert.renew(severity, text, details) {
-                    self.changes.push((change, alert.clone()));
+                // An ended alert states the worst that was; that of a conflict is its closest approach.
+                if !past.is_empty() && (severity >= alert.worst || kind == AlertKind::Conflict) {
+                    self.pasts.insert(key.clone(), past);
                 }
+                let revision = alert.revision;
+                is_renewed |= alert.details != details;
+                let change = alert.renew(severity, text, details);
+                is_renewed |= alert.revision != revision;
+                let news = change.map(|change| (change, alert.clone()));
+                let is_critical = alert.severity == Severity::Critical;
+                if news.is_some() && is_critical {
+                    self.unlatch(&key, None);
+                }
+                self.changes.extend(news);
                 continue;
+            }
+            if !past.is_empty() {
+                self.pasts.insert(key.clone(), past);
             }
             let (id, subject) = (self.next_id, key.1.clone());
             let alert = Alert {
                 id,
                 kind,
                 severity,
+                worst: severity,
                 since: now,
                 until: None,
                 text,
                 subject,
                 details,
+                is_latched: false,
                 acknowledged: None,
                 shelved: self.decisions.shelf(&key),
                 revision: 0,
             };
             self.next_id += 1;
+            if severity == Severity::Critical {
+                self.unlatch(&key, None);
+            }
             self.changes.push((AlertChange::Began, alert.clone()));
             self.lasting.insert(key, (alert, now));
         }
@@ -250,16 +284,79 @@ impl AlertMonitor {
         // Without a hold time the alert ends even if the clock has not advanced.
         let is_gone = |held: Time| hold_ns == 0 || now.nanos().abs_diff(held.nanos()) > hold_ns;
         self.end(kind, now, |key, held| !current.contains(key) && is_gone(held) && is_over(&key.1, held));
+        is_renewed |= self.put_in_the_past(kind, |key, held| !current.contains(key) && is_over(&key.1, held));
         is_renewed || self.changes.len() > before
+    }
+
+    /// Words the alerts that are only held: their cause is gone. Returns whether any text changed.
+    fn put_in_the_past(&mut self, kind: AlertKind, is_gone: impl Fn(&AlertKey, Time) -> bool) -> bool {
+        let mut has_changed = false;
+        let Self { lasting, pasts, .. } = self;
+        for (key, (alert, held)) in
+            lasting.iter_mut().filter(|(key, (_, held))| key.0 == kind && is_gone(key, *held))
+        {
+            let Some(past) = pasts.get(key) else { continue };
+            let text = format!("{past}, last at {}", wording::at(*held));
+            if alert.text != text {
+                alert.text = text;
+                alert.revision += 1;
+                has_changed = true;
+            }
+        }
+        has_changed
+    }
+
+    /// Removes the latch of the ended alerts with this key: an operator has acknowledged them, or an alert with this key is
+    /// critical again. Returns the latest of them.
+    fn unlatch(&mut self, key: &AlertKey, seen: Option<&Acknowledgement>) -> Option<Alert> {
+        let mut latest = None;
+        let (kind, subject, _) = key;
+        for alert in self.ended.iter_mut().filter(|alert| alert.is_latched && alert.kind == *kind) {
+            if alert.subject != *subject || alert.details.area() != key.2 {
+                continue;
+            }
+            let alert = Arc::make_mut(alert);
+            alert.is_latched = false;
+            alert.acknowledged = seen.cloned();
+            alert.revision += 1;
+            latest.get_or_insert_with(|| alert.clone());
+        }
+        latest
+    }
+
+    /// Ends the alert of a situation that became part of another: that one continues it.
+    fn absorb(&mut self, (part, whole): (&AlertKey, &AlertKey), now: Time) {
+        let Some((alert, _)) = self.lasting.remove(part) else { return };
+        self.pasts.remove(part);
+        let into = self.lasting.get_mut(whole).map(|(into, _)| {
+            if alert.is_awaiting_operator() {
+                into.acknowledged = None;
+            }
+            into.worst = into.worst.max(alert.worst);
+            into.name()
+        });
+        let text = match into {
+            Some(into) => format!("part of {into} since {}", wording::at(now)),
+            None => alert.text,
+        };
+        let alert = Alert { until: Some(now), text, ..alert };
+        self.changes.push((AlertChange::Ended, alert.clone()));
+        self.ended.push_front(Arc::new(alert));
     }
 
     /// Ends the alerts of a kind for which `is_over`, given the key and the last time found, returns `true`.
     fn end(&mut self, kind: AlertKind, now: Time, is_over: impl Fn(&AlertKey, Time) -> bool) {
-        let Self { lasting, changes, ended, .. } = self;
+        let Self { lasting, changes, ended, pasts, .. } = self;
         lasting.retain(|key, (alert, held)| {
             let lasts = key.0 != kind || !is_over(key, *held);
             if !lasts {
-                let alert = Alert { until: Some(now), ..alert.clone() };
+                let past = pasts.remove(key);
+                let is_latched = alert.is_awaiting_operator();
+                let text = match past {
+                    Some(past) => format!("{past}; over since {}", wording::at(*held)),
+                    None => alert.text.clone(),
+                };
+                let alert = Alert { until: Some(now), text, is_latched, ..alert.clone() };
                 changes.push((AlertChange::Ended, alert.clone()));
                 ended.push_front(Arc::new(alert));
             }
@@ -275,17 +372,28 @@ impl Alert {
         format!("{}-{}", self.kind.name(), self.id)
     }
 
+    /// Whether it was critical, and no operator has acknowledged or shelved it.
+    fn is_awaiting_operator(&self) -> bool {
+        self.worst == Severity::Critical && self.acknowledged.is_none() && self.shelved.is_none()
+    }
+
     /// Updates severity, text and data. Returns the change if it is worth reporting.
     fn renew(&mut self, severity: Severity, text: String, details: AlertDetails) -> Option<AlertChange> {
-        // An acknowledgement does not cover a higher severity.
-        self.acknowledged.take_if(|_| severity > self.severity);
+        // An acknowledgement does not cover a higher severity, nor further aircraft in danger. It covers a severity that comes
+        // and goes.
+        let is_covered = severity <= self.worst && !self.details.is_wider(&details);
+        self.acknowledged.take_if(|_| !is_covered);
+        self.worst = self.worst.max(severity);
         let change = if self.severity != severity {
             Some(AlertChange::Changed)
         } else {
             self.details.are_news_to(&details).then_some(AlertChange::Amended)
         };
+        // Distances and times in a text are those of the last second.
+        let is_reworded =
+            matches!(self.kind, AlertKind::Conflict | AlertKind::AreaPredicted) && self.text != text;
         (self.severity, self.text, self.details) = (severity, text, details);
-        self.revision += u32::from(change.is_some());
+        self.revision += u32::from(change.is_some() || is_reworded);
         change
     }
 }
@@ -297,6 +405,8 @@ struct AlertCause {
     area: String,
     severity: Severity,
     text: String,
+    /// The text once the cause is gone, without a time; empty: the text stays as it is.
+    past: String,
     details: AlertDetails,
     /// Transponders of the aircraft concerned, which a rule may exempt; `None` for an aircraft without one.
     transponders: Vec<Option<Identity>>,
@@ -308,7 +418,7 @@ impl AlertCause {
     fn new(subject: &str, severity: Severity, text: String) -> Self {
         let (subject, area) = (subject.to_owned(), String::new());
         let (details, transponders, places) = (AlertDetails::None, Vec::new(), Vec::new());
-        Self { subject, area, severity, text, details, transponders, places }
+        Self { subject, area, severity, text, past: String::new(), details, transponders, places }
     }
 }
 

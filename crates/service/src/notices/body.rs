@@ -52,6 +52,7 @@ pub(super) fn of_test(id: &str, site: &str, now: Time) -> Vec<u8> {
         id: 0,
         kind: AlertKind::Service,
         severity: Severity::Warning,
+        worst: Severity::Warning,
         since: now,
         until: Some(now),
         text: "this is a test".to_owned(),
@@ -59,6 +60,7 @@ pub(super) fn of_test(id: &str, site: &str, now: Time) -> Vec<u8> {
         details: AlertDetails::None,
         acknowledged: None,
         shelved: None,
+        is_latched: false,
         revision: 0,
     };
     json(&NoticeBody {
@@ -105,6 +107,7 @@ pub(super) mod tests {
             id,
             kind: AlertKind::Area,
             severity: Severity::Warning,
+            worst: Severity::Warning,
             since: Time::from_nanos(1_763_000_000_000_000_000),
             until: None,
             text: "T-1 is inside Airfield".to_owned(),
@@ -112,6 +115,7 @@ pub(super) mod tests {
             details: AlertDetails::None,
             acknowledged: None,
             shelved: None,
+            is_latched: false,
             revision: 0,
         })
     }

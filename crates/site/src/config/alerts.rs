@@ -35,7 +35,7 @@ section! {
         severity: Option<Severity> = absent("as bad as what they are about"), named::<Severity>();
         /// Time after which an alert ends once its condition is over, in seconds. A condition that returns within this time
         /// continues the same alert.
-        hold_s: Option<SignedDuration> = absent("10 for silent and uncooperative, 4 for area-predicted, 3 for area, 0 for the others"),
+        hold_s: Option<SignedDuration> = absent("10 for conflict, emergency, height, silent and uncooperative, 4 for area-predicted, 3 for area, 0 for the others"),
             seconds("a hold is between 0 and 3600 seconds", |s| (0.0..=3600.0).contains(&s));
         /// Serial numbers of transponders that raise no alert of this kind. A conflict raises none only if both aircraft are
         /// listed.
@@ -118,13 +118,14 @@ impl AlertKind {
     ///
     /// - `Area`: a track may flicker at the edge of an area, or the radar may miss it.
     /// - `AreaPredicted`: entries are predicted once a second; the alert ends at the fifth prediction without one.
+    /// - `Conflict`: two aircraft that circle each other are one situation.
     /// - `Uncooperative`: an uncooperative track is remembered for this time.
     /// - `Silent`: at the limit of a radar's coverage, the track of a silent transponder comes and goes for some seconds.
     pub const fn usual_hold(self) -> SignedDuration {
         SignedDuration::from_secs(match self {
             Self::Area => 3,
             Self::AreaPredicted => 4,
-            Self::Silent | Self::Height | Self::Uncooperative | Self::Emergency => 10,
+            Self::Conflict | Self::Silent | Self::Height | Self::Uncooperative | Self::Emergency => 10,
             _ => 0,
         })
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use jiff::SignedDuration;
 
-use super::wording::{described, entering, inside};
+use super::wording::{entering, inside};
 use super::{AlertCause, AlertDetails, AlertKind, AlertMonitor, Severity};
 use fusion::point::Estimate;
 use fusion::time::Time;
@@ -67,24 +67,29 @@ impl AlertMonitor {
     pub(super) fn note_areas(&mut self, picture: &Picture, maker: &PictureMaker) -> bool {
         let (now, settings) = (picture.time, self.settings.get());
         let mut found = Vec::new();
-        for track in picture.within(MAX_ACCURACY_M) {
+        let is_covered =
+            |track: &&PictureTrack| track.failed().is_some_and(|liar| settings.reports_lies(liar));
+        for track in picture.within(MAX_ACCURACY_M).filter(|track| !is_covered(track)) {
             let serial = serial(track);
             for presence in
                 settings.areas.around(visitor(track, serial.as_deref(), now), maker.geoid_undulation_m())
             {
                 let id = maker.track_id(track);
-                let text = inside(&described(track, &id), &presence);
+                let name = self.names.track(track);
+                let text = inside(&name, &presence);
                 let severity = match presence.severity {
                     AreaSeverity::Warning => Severity::Warning,
                     AreaSeverity::Critical => Severity::Critical,
                 };
                 let details = AlertDetails::Area {
                     area: presence.zone.into(),
+                    label: presence.label.to_owned(),
                     is_height_unknown: presence.is_height_unknown,
                 };
                 let area = presence.label.to_owned();
                 let transponders = vec![track.trusted()];
                 found.push(AlertCause {
+                    past: format!("{name} was inside {area}"),
                     area,
                     details,
                     transponders,
@@ -131,7 +136,9 @@ impl AlertMonitor {
         let (now, settings) = (picture.time + age, self.settings.get());
         let areas = &settings.areas;
         let mut found = BTreeMap::new();
-        for track in picture.within(MAX_ACCURACY_M) {
+        let is_covered =
+            |track: &&PictureTrack| track.failed().is_some_and(|liar| settings.reports_lies(liar));
+        for track in picture.within(MAX_ACCURACY_M).filter(|track| !is_covered(track)) {
             let (Some(motion), Some(estimate)) = (&track.motion, &track.point.estimate) else { continue };
             let (velocity, serial) = (motion.velocity, serial(track));
             let is_moving = motion.speed() >= SLOWEST;
@@ -144,16 +151,19 @@ impl AlertMonitor {
                 areas.ahead(visitor, &path, course_deviation(estimate), age.as_secs_f64(), undulation_m)
             {
                 let id = maker.track_id(track);
-                let text = entering(&described(track, &id), &entry);
+                let name = self.names.track(track);
+                let text = entering(&name, &entry);
                 let area = entry.label.to_owned();
                 let details = AlertDetails::AreaPredicted {
                     area: entry.zone.into(),
+                    label: area.clone(),
                     time_to_entry_s: entry.time_s,
                     earliest_s: entry.earliest_s,
                 };
                 let raised = AlertCause {
                     area: area.clone(),
                     details,
+                    past: format!("{name} was on course to enter {area}"),
                     transponders: vec![track.trusted()],
                     ..AlertCause::new(&id, Severity::Warning, text)
                 };

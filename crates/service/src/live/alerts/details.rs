@@ -2,6 +2,7 @@
 
 use fusion::Identity;
 use fusion::integrity::{Reasons, State};
+use fusion::time::Time;
 use site::areas::{Zone, ZoneKind};
 
 /// Machine-readable data of alerts about areas, transponders and conflicts.
@@ -64,6 +65,8 @@ pub enum AlertDetails {
     Area {
         /// The area.
         area: AreaName,
+        /// Label of the area: identifies the alert, with the track.
+        label: String,
         /// The track's height is unknown, and the area is limited in height.
         is_height_unknown: bool,
     },
@@ -71,6 +74,8 @@ pub enum AlertDetails {
     AreaPredicted {
         /// The area.
         area: AreaName,
+        /// Label of the area: identifies the alert, with the track.
+        label: String,
         /// Time to entry on the present course, in seconds; `None` if only a course one standard deviation beside it
         /// enters.
         time_to_entry_s: Option<f64>,
@@ -81,11 +86,28 @@ pub enum AlertDetails {
     Conflict {
         /// The engine's number of the conflict.
         id: u64,
-        /// Ids of both tracks.
-        tracks: [String; 2],
+        /// Ids of the tracks of all aircraft of the situation, those of the worst pair first.
+        tracks: Vec<String>,
         /// Name of the protection volume.
         volume: String,
+        /// Closest approach of the situation so far.
+        closest: ClosestPair,
+        /// Number of aircraft that were in a violation so far.
+        endangered: usize,
+        /// Whether a volume is entered now.
+        is_entered: bool,
     },
+}
+
+/// Two aircraft at the time of their closest approach.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClosestPair {
+    /// Time of the approach.
+    pub at: Time,
+    /// Distance over ground, metres.
+    pub horizontal_m: f64,
+    /// Difference of the heights, metres; `None`: not known.
+    pub vertical_m: Option<f64>,
 }
 
 /// Identification of an area.
@@ -106,6 +128,22 @@ impl From<&Zone> for AreaName {
 }
 
 impl AlertDetails {
+    /// Label of the alert area; empty if the alert is not about one.
+    pub(super) fn area(&self) -> &str {
+        match self {
+            Self::Area { label, .. } | Self::AreaPredicted { label, .. } => label,
+            _ => "",
+        }
+    }
+
+    /// Whether `later` is about further aircraft in danger.
+    pub(super) fn is_wider(&self, later: &Self) -> bool {
+        match (self, later) {
+            (Self::Conflict { endangered, .. }, Self::Conflict { endangered: now, .. }) => now > endangered,
+            _ => false,
+        }
+    }
+
     /// Whether `later` differs in a way that is reported to operators.
     pub(super) fn are_news_to(&self, later: &Self) -> bool {
         match (self, later) {
@@ -113,6 +151,10 @@ impl AlertDetails {
                 Self::Integrity { state, reasons, twin_id, .. },
                 Self::Integrity { state: state_now, reasons: reasons_now, twin_id: twin_now, .. },
             ) => (state, reasons, twin_id) != (state_now, reasons_now, twin_now),
+            (
+                Self::Conflict { tracks, is_entered, .. },
+                Self::Conflict { tracks: tracks_now, is_entered: entered_now, .. },
+            ) => is_entered != entered_now || tracks_now.iter().any(|track| !tracks.contains(track)),
             (Self::Jamming { identities, .. }, Self::Jamming { identities: now, .. }) => identities != now,
             _ => false,
         }

@@ -22,7 +22,11 @@ pub struct AlertJson {
     #[schemars(extend("enum" = configured::<Severity>()))]
     severity: &'static str,
     since: Rfc3339,
-    /// Text of the alert.
+    /// Highest severity so far, if it is not the present one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = configured::<Severity>()))]
+    worst: Option<&'static str>,
+    /// Text of the alert. It names aircraft as the map does.
     text: String,
     /// Id of the sensor.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -47,6 +51,9 @@ pub struct AlertJson {
     /// End of the alert; absent while it is active.
     #[serde(skip_serializing_if = "Option::is_none")]
     until: Option<Rfc3339>,
+    /// The alert has ended, was critical, and waits for an acknowledgement.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    latched: bool,
 }
 
 /// Acknowledgement of an alert by an operator.
@@ -109,12 +116,18 @@ struct AlertDetailsJson {
     /// How far its heights are above those of radars, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     height_offset_m: Option<f64>,
-    /// Ids of the tracks of both aircraft.
+    /// Ids of the tracks of all aircraft that are in conflict with one another; the pair of the highest level first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     tracks: Vec<String>,
     /// Name of the protection volume that is, or is about to be, infringed.
     #[serde(skip_serializing_if = "Option::is_none")]
     volume: Option<String>,
+    /// Closest approach of the situation so far.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    closest: Option<ClosestJson>,
+    /// Whether a protection volume is entered now.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    entered: bool,
     /// Serial numbers of the transponders that fell silent together.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     identities: Vec<String>,
@@ -139,6 +152,20 @@ struct AlertDetailsJson {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0))]
     earliest_s: Option<f64>,
+}
+
+/// Closest approach of two aircraft.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+#[schemars(inline)]
+struct ClosestJson {
+    at: Rfc3339,
+    /// Distance over ground, metres.
+    #[schemars(range(min = 0))]
+    horizontal_m: f64,
+    /// Difference of the heights, metres; absent if unknown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
+    vertical_m: Option<f64>,
 }
 
 /// An area, named as in `/api/v1/areas`.
@@ -180,6 +207,7 @@ impl From<&Alert> for AlertJson {
             kind: alert.kind.name(),
             severity: alert.severity.name(),
             since: alert.since.into(),
+            worst: (alert.worst != alert.severity).then(|| alert.worst.name()),
             text: alert.text.clone(),
             sensor: subject(&[AlertKind::Sensor, AlertKind::Registration]),
             track: subject(&[AlertKind::Area, AlertKind::AreaPredicted, AlertKind::Uncooperative]),
@@ -192,6 +220,7 @@ impl From<&Alert> for AlertJson {
             acknowledged: alert.acknowledged.as_ref().map(AcknowledgedJson::from),
             shelved: alert.shelved.as_ref().map(ShelvedJson::from),
             until: alert.until.map(Rfc3339),
+            latched: alert.is_latched,
         }
     }
 }
@@ -224,14 +253,22 @@ impl From<&AlertDetails> for AlertDetailsJson {
                 height_offset_m: *offset_m,
                 ..Self::default()
             },
-            AlertDetails::Conflict { tracks, volume, .. } => {
-                Self { tracks: tracks.to_vec(), volume: Some(volume.clone()), ..Self::default() }
-            }
+            AlertDetails::Conflict { tracks, volume, closest, is_entered, .. } => Self {
+                tracks: tracks.clone(),
+                volume: Some(volume.clone()),
+                closest: Some(ClosestJson {
+                    at: closest.at.into(),
+                    horizontal_m: rounded(closest.horizontal_m, 1),
+                    vertical_m: closest.vertical_m.map(|metres| rounded(metres, 1)),
+                }),
+                entered: *is_entered,
+                ..Self::default()
+            },
             AlertDetails::Uncooperative { is_resolved } => Self { resolved: *is_resolved, ..Self::default() },
-            AlertDetails::Area { area, is_height_unknown } => {
+            AlertDetails::Area { area, is_height_unknown, .. } => {
                 Self { area: Some(area.into()), height_unknown: *is_height_unknown, ..Self::default() }
             }
-            AlertDetails::AreaPredicted { area, time_to_entry_s, earliest_s } => Self {
+            AlertDetails::AreaPredicted { area, time_to_entry_s, earliest_s, .. } => Self {
                 area: Some(area.into()),
                 time_to_entry_s: time_to_entry_s.map(|seconds| rounded(seconds, 1)),
                 earliest_s: Some(rounded(*earliest_s, 1)),

@@ -176,11 +176,14 @@ impl AlertMonitor {
         now: Time,
     ) -> Result<(AlertDecision, Alert), AlertRequestError> {
         let AlertRequest { id, action, by, note } = request;
-        let lasting = self.lasting.iter().find(|(_, (alert, _))| alert.name() == *id);
-        let Some(((kind, subject, area), (alert, _))) = lasting else {
-            let has_ended = self.ended.iter().any(|alert| alert.name() == *id);
-            return Err(if has_ended { AlertRequestError::Ended } else { AlertRequestError::Unknown });
-        };
+        let lasting = self.lasting.values().map(|(alert, _)| alert);
+        let mut all = lasting.chain(self.ended.iter().map(|alert| &**alert));
+        let alert = all.find(|alert| alert.name() == *id).ok_or(AlertRequestError::Unknown)?;
+        // A latched alert can still be acknowledged.
+        if alert.until.is_some() && !(alert.is_latched && *action == AlertAction::Acknowledge) {
+            return Err(AlertRequestError::Ended);
+        }
+        let (kind, subject, area) = (&alert.kind, &alert.subject, alert.details.area());
         let at = whole_milliseconds(now);
         let act = match action {
             AlertAction::Acknowledge => AlertAct::Acknowledged,
@@ -194,7 +197,7 @@ impl AlertMonitor {
         let decision = AlertDecision {
             kind: *kind,
             subject: subject.clone(),
-            area: area.clone(),
+            area: area.to_owned(),
             act,
             by: by.clone(),
             at,
@@ -202,6 +205,8 @@ impl AlertMonitor {
             after: self.decisions.derived.get(&AlertInput::of(*kind)).copied().unwrap_or_default(),
         };
         let alert = self.carry_out(&decision).ok_or(AlertRequestError::Ended)?;
+        let ended = self.ended.iter().find(|ended| ended.name() == *id);
+        let alert = ended.map_or(alert, |ended| (**ended).clone());
         Ok((decision, alert))
     }
 
@@ -238,14 +243,18 @@ impl AlertMonitor {
         }
     }
 
-    /// Carries out a decision; returns the alert after it, if it is active.
+    /// Carries out a decision; returns the alert after it, if it is active or was latched.
     fn carry_out(&mut self, decision: &AlertDecision) -> Option<Alert> {
         let AlertDecision { kind, subject, area, act, by, at, note, .. } = decision;
         let key = (*kind, subject.clone(), area.clone());
         match act {
             AlertAct::Acknowledged => {
                 let seen = Acknowledgement { by: by.clone(), at: *at, note: note.clone() };
-                self.mark(&key, AlertChange::Acknowledged, |alert| alert.acknowledged = Some(seen))
+                // An ended alert about the same is covered too.
+                let ended = self.unlatch(&key, Some(&seen));
+                let change = AlertChange::Acknowledged;
+                self.changes.extend(ended.iter().map(|alert| (change, alert.clone())));
+                self.mark(&key, change, |alert| alert.acknowledged = Some(seen)).or(ended)
             }
             AlertAct::Shelved { .. } => {
                 self.decisions.shelves.insert(key.clone(), decision.clone());

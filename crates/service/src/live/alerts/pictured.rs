@@ -1,10 +1,13 @@
 //! Alerts that follow from a slot's picture.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use geo::{ConvexHull, LineString, MultiPoint, Point, Winding};
 
-use super::wording::{contradicted_height, emergency, jamming, lying, resolved, silent, uncooperative};
+use super::wording::{
+    at, contradicted_height, emergency, jamming, lying, resolved, silent, uncooperative, was_contradicted,
+    were_jammed,
+};
 use super::{AlertCause, AlertDetails, AlertInput, AlertKind, AlertMonitor, Severity};
 use fusion::integrity::{Concern, State};
 use fusion::time::Time;
@@ -29,20 +32,25 @@ impl AlertMonitor {
             self.changes.clear();
             self.decisions.rewind();
             self.approaches.clear();
+            self.pasts.clear();
+            self.names.clear();
+            self.situations.clear();
         }
+        self.names.note(picture);
         self.derive(AlertInput::Picture, now);
         went_back
-            | self.note_areas(picture, maker)
             | self.note_transponders(picture, maker)
+            | self.note_areas(picture, maker)
             | self.note_uncooperative(picture, maker)
             | self.note_emergencies(picture, maker)
     }
 
     /// No hold is needed here: the engine decides when a concern ends.
     fn note_transponders(&mut self, picture: &Picture, maker: &PictureMaker) -> bool {
+        let lies = Lies::of(picture);
         let kinds = [AlertKind::Integrity, AlertKind::Silent, AlertKind::Height, AlertKind::Jamming];
         let mut found = BTreeMap::from(kinds.map(|kind| (kind, Vec::new())));
-        for concern in &picture.concerns {
+        for concern in picture.concerns.iter().filter(|concern| !self.is_covered(concern, &lies)) {
             let (kind, raised) = self.raised(concern, picture, maker);
             found.entry(kind).or_default().push(raised);
         }
@@ -53,10 +61,28 @@ impl AlertMonitor {
         is_new
     }
 
+    /// Whether the alert about a lying transponder covers this one: the lie explains its silence and its heights.
+    fn is_covered(&self, concern: &Concern, lies: &Lies) -> bool {
+        match concern {
+            Concern::Silent { identity, .. } | Concern::Height { identity, .. } => {
+                lies.identities.contains(identity) && self.settings.get().reports_lies(*identity)
+            }
+            Concern::Integrity { .. } | Concern::Jamming { .. } => false,
+        }
+    }
+
     fn raised(&self, concern: &Concern, picture: &Picture, maker: &PictureMaker) -> (AlertKind, AlertCause) {
         let id_of = |number: Option<u32>| {
             let track = picture.tracks.iter().find(|track| Some(track.point.number) == number)?;
             Some(maker.track_id(track))
+        };
+        let name_of = |identity: Identity, number: Option<u32>| {
+            let is_of = |track: &&PictureTrack| {
+                let part = track.point.source.transponder();
+                Some(track.point.number) == number && part.is_some_and(|part| part.identity == identity)
+            };
+            let track = picture.tracks.iter().find(is_of);
+            track.map_or_else(|| self.names.transponder(identity), |track| self.names.track(track))
         };
         match concern {
             Concern::Integrity { identity, track, twin, state, reasons, offset_m } => {
@@ -81,14 +107,24 @@ impl AlertMonitor {
                     State::Failed => Severity::Critical,
                     _ => Severity::Warning,
                 };
-                let text = lying(&details, since);
+                let name = name_of(*identity, *track);
+                let twin = picture.tracks.iter().find(|track| Some(track.point.number) == *twin);
+                let twin = twin.map(|track| self.names.track(track));
+                let text = lying(&name, twin.as_deref(), &details, since);
+                let was = if *state == State::Failed { "not to be trusted" } else { "suspect" };
+                let past = format!("transponder {name} was {was} from {} on", at(since));
                 let transponders = vec![Some(*identity)];
-                (kind, AlertCause { details, transponders, ..AlertCause::new(&subject, severity, text) })
+                (
+                    kind,
+                    AlertCause { details, transponders, past, ..AlertCause::new(&subject, severity, text) },
+                )
             }
             Concern::Silent { identity, track, heard } => {
                 let (kind, subject) = (AlertKind::Silent, subject(*identity));
                 let track_id = id_of(*track);
-                let text = silent(*identity, track_id.as_deref(), *heard);
+                let name = name_of(*identity, *track);
+                let text = silent(&name, *heard);
+                let past = format!("transponder {name} was silent from {} on", at(*heard));
                 let details = AlertDetails::Silent { identity: *identity, track_id };
                 let seen = picture.tracks.iter().filter(|one| Some(one.point.number) == *track);
                 let (places, transponders) = (seen.map(place).collect(), vec![Some(*identity)]);
@@ -98,6 +134,7 @@ impl AlertMonitor {
                         details,
                         transponders,
                         places,
+                        past,
                         ..AlertCause::new(&subject, Severity::Warning, text)
                     },
                 )
@@ -106,8 +143,9 @@ impl AlertMonitor {
                 let (kind, subject) = (AlertKind::Height, subject(*identity));
                 let (since, _) = self.lasting(kind, &subject, picture.time);
                 let track_id = id_of(*track);
-                let text =
-                    contradicted_height(*identity, track_id.as_deref(), (*offset_m, *deviation_m), since);
+                let name = name_of(*identity, *track);
+                let text = contradicted_height(&name, (*offset_m, *deviation_m), since);
+                let past = was_contradicted(&name, *offset_m);
                 let offset_m = Some(offset_m.round());
                 let details = AlertDetails::Height { identity: *identity, track_id, offset_m };
                 let transponders = vec![Some(*identity)];
@@ -116,6 +154,7 @@ impl AlertMonitor {
                     AlertCause {
                         details,
                         transponders,
+                        past,
                         ..AlertCause::new(&subject, Severity::Warning, text)
                     },
                 )
@@ -123,10 +162,12 @@ impl AlertMonitor {
             Concern::Jamming { identities, places, since } => {
                 let details =
                     AlertDetails::Jamming { identities: identities.clone(), hull: hull(places, maker) };
-                let text = jamming(identities, *since);
+                let names: Vec<String> = identities.iter().map(|&one| self.names.transponder(one)).collect();
+                let text = jamming(&names, *since);
+                let past = were_jammed(&names, *since);
                 (
                     AlertKind::Jamming,
-                    AlertCause { details, ..AlertCause::new("transponders", Severity::Warning, text) },
+                    AlertCause { details, past, ..AlertCause::new("transponders", Severity::Warning, text) },
                 )
             }
         }
@@ -134,13 +175,22 @@ impl AlertMonitor {
 
     fn note_uncooperative(&mut self, picture: &Picture, maker: &PictureMaker) -> bool {
         let (kind, now) = (AlertKind::Uncooperative, picture.time);
-        let marked = picture.tracks.iter().filter(|track| track.is_uncooperative);
+        let lies = Lies::of(picture);
+        let settings = self.settings.get();
+        // The aircraft of a lying transponder is known.
+        let is_twin = |track: &&PictureTrack| {
+            let liar = lies.twins.get(&track.point.number);
+            liar.is_some_and(|&identity| settings.reports_lies(identity))
+        };
+        let marked = picture.tracks.iter().filter(|track| track.is_uncooperative && !is_twin(track));
         let found = marked.map(|track| {
             let id = maker.track_id(track);
-            let text = uncooperative(track, &id, self.lasting(kind, &id, now).0);
+            let name = self.names.track(track);
+            let text = uncooperative(&name, self.lasting(kind, &id, now).0);
             let details = AlertDetails::Uncooperative { is_resolved: false };
             AlertCause {
                 details,
+                past: format!("{name} flew without a transponder where one would be heard"),
                 places: vec![place(track)],
                 ..AlertCause::new(&id, Severity::Warning, text)
             }
@@ -148,8 +198,13 @@ impl AlertMonitor {
         let found: Vec<AlertCause> = found.collect();
         let over: Vec<String> = picture.resolved.iter().map(|resolved| resolved.id.clone()).collect();
         for one in &picture.resolved {
-            if let Some((alert, _)) = self.lasting.get_mut(&(kind, one.id.clone(), String::new())) {
-                alert.text = resolved(&one.id, one.identity);
+            let key = (kind, one.id.clone(), String::new());
+            let track = picture.tracks.iter().find(|track| maker.track_id(track) == one.id);
+            let name = track.map(|track| self.names.track(track));
+            let transponder = one.identity.map(|identity| self.names.transponder(identity));
+            if let Some((alert, _)) = self.lasting.get_mut(&key) {
+                alert.text = resolved(name.as_deref(), transponder.as_deref());
+                self.pasts.remove(&key);
                 alert.details = AlertDetails::Uncooperative { is_resolved: true };
             }
         }
@@ -166,13 +221,16 @@ impl AlertMonitor {
         });
         let found = declaring.map(|(track, identity)| {
             let (id, subject) = (maker.track_id(track), subject(identity));
-            let text = emergency(track, &id, self.lasting(kind, &subject, now).0);
+            let name = self.names.track(track);
+            let text = emergency(&name, self.lasting(kind, &subject, now).0);
+            let past = format!("{name} declared an emergency");
             let details = AlertDetails::Emergency { identity, track_id: Some(id) };
             let (places, transponders) = (vec![place(track)], vec![Some(identity)]);
             AlertCause {
                 details,
                 transponders,
                 places,
+                past,
                 ..AlertCause::new(&subject, Severity::Critical, text)
             }
         });
@@ -184,6 +242,26 @@ impl AlertMonitor {
     fn lasting(&self, kind: AlertKind, subject: &str, now: Time) -> (Time, Option<&AlertDetails>) {
         let known = self.lasting.get(&(kind, subject.to_owned(), String::new()));
         known.map_or((now, None), |(alert, _)| (alert.since, Some(&alert.details)))
+    }
+}
+
+/// Failed transponders of a picture, and the tracks that radar sees in their place. A suspect transponder may be right.
+struct Lies {
+    identities: BTreeSet<Identity>,
+    /// Transponder of each track that radar sees in place of it, by track number.
+    twins: BTreeMap<u32, Identity>,
+}
+
+impl Lies {
+    fn of(picture: &Picture) -> Self {
+        let mut lies = Self { identities: BTreeSet::new(), twins: BTreeMap::new() };
+        for concern in &picture.concerns {
+            if let Concern::Integrity { identity, twin, state: State::Failed, .. } = concern {
+                lies.identities.insert(*identity);
+                lies.twins.extend(twin.map(|twin| (twin, *identity)));
+            }
+        }
+        lies
     }
 }
 

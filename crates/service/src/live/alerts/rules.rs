@@ -61,6 +61,12 @@ impl AlertSettings {
         })
     }
 
+    /// Whether a lie of this transponder raises an alert, which covers what follows from it.
+    pub(super) fn reports_lies(&self, identity: Identity) -> bool {
+        let rule = self.rules.get(&AlertKind::Integrity);
+        rule.is_none_or(|rule| rule.enabled && !rule.are_allowed(&[Some(identity)]))
+    }
+
     /// Severity of an alert of that kind; `own` unless a rule sets another.
     pub(super) fn severity(&self, kind: AlertKind, own: Severity) -> Severity {
         self.rules.get(&kind).and_then(|rule| rule.severity).unwrap_or(own)

@@ -1,23 +1,14 @@
 //! Texts of alerts: what is wrong, since when, and what it means, in one sentence.
 
 use super::AlertDetails;
-use fusion::Identity;
-use fusion::conflicts::Level;
+use super::details::ClosestPair;
 use fusion::integrity::{Reason, State};
 use fusion::time::Time;
 use picture::conflicts::Conflict;
-use picture::{PictureTrack, serial_text};
 use site::areas::{Entry, Presence, Zone, ZoneKind};
 
-/// Maximum number of transponders that a text names.
+/// Maximum number of aircraft or transponders that a text names.
 const NAMED: usize = 5;
-
-/// `fused track 60000 (U-60000), serial 1596F3A2`: the track as on the screen, with the serial number for asking the owner.
-pub(super) fn described(track: &PictureTrack, id: &str) -> String {
-    let serial =
-        track.point.source.transponder().map(|part| format!(", serial {}", serial_text(part.identity)));
-    format!("{} track {} ({id}){}", track.source_name(), track.point.number, serial.unwrap_or_default())
-}
 
 /// Text for a track inside an area; `named` is the track.
 pub(super) fn inside(named: &str, presence: &Presence<'_>) -> String {
@@ -54,13 +45,16 @@ fn holding(zone: &Zone) -> &'static str {
 }
 
 /// Text for a suspect or failed transponder.
-pub(super) fn lying(details: &AlertDetails, since: Time) -> String {
-    let AlertDetails::Integrity { identity, track_id, twin_id, state, reasons, offset_m } = details else {
+///
+/// `name` is that of the transponder, and `twin` that of the track that radar sees in its place, if it is in the picture.
+pub(super) fn lying(name: &str, twin: Option<&str>, details: &AlertDetails, since: Time) -> String {
+    let AlertDetails::Integrity { twin_id, state, reasons, offset_m, .. } = details else {
         return String::new();
     };
     let why: Vec<String> = reasons.iter().map(|reason| clause(reason, *offset_m)).collect();
     let why = if why.is_empty() { "an operator distrusts it".to_owned() } else { listed(&why) };
-    let (is, then) = match (state, twin_id) {
+    let twin = twin_id.as_ref().map(|_| twin.unwrap_or("another track"));
+    let (is, then) = match (state, twin) {
         (State::Failed, Some(twin)) => {
             ("is not to be trusted", format!("do not use its position: the aircraft is most likely {twin}"))
         }
@@ -74,7 +68,7 @@ pub(super) fn lying(details: &AlertDetails, since: Time) -> String {
             ("is suspect", "its position may be false: do not rely on it until that is cleared up".to_owned())
         }
     };
-    format!("{} {is} since {}, because {why}; {then}", who(*identity, track_id.as_deref()), at(since))
+    format!("transponder {name} {is} since {}, because {why}; {then}", at(since))
 }
 
 /// Text of a reason, as the end of "because …".
@@ -96,101 +90,133 @@ fn clause(reason: Reason, offset_m: Option<f64>) -> String {
 }
 
 /// Text for a silent transponder whose aircraft radar still sees.
-pub(super) fn silent(identity: Identity, track_id: Option<&str>, heard: Time) -> String {
+pub(super) fn silent(name: &str, heard: Time) -> String {
     format!(
-        "{} has been silent since {}, and radar still sees the aircraft: its track rests on radar alone",
-        who(identity, track_id),
+        "transponder {name} has been silent since {}, and radar still sees the aircraft: its track rests on radar alone",
         at(heard)
     )
 }
 
 /// Text for a transponder whose heights differ from those of radars by this offset, with this standard deviation, metres.
-pub(super) fn contradicted_height(
-    identity: Identity,
-    track_id: Option<&str>,
-    (offset_m, deviation_m): (f64, f64),
-    since: Time,
-) -> String {
+pub(super) fn contradicted_height(name: &str, (offset_m, deviation_m): (f64, f64), since: Time) -> String {
     let side = if offset_m < 0.0 { "below" } else { "above" };
     format!(
-        "{} has reported heights {:.0} m (±{:.0} m) {side} those of radar since {}: their reference is unknown, so its height \
-         is not to be relied on within that",
-        who(identity, track_id),
+        "transponder {name} has reported heights {:.0} m (±{:.0} m) {side} those of radar since {}: their reference is \
+         unknown, so its height is not to be relied on within that",
         offset_m.abs(),
         deviation_m.ceil(),
         at(since)
     )
 }
 
+/// Text for a transponder whose heights agree with those of radars again.
+pub(super) fn was_contradicted(name: &str, offset_m: f64) -> String {
+    let side = if offset_m < 0.0 { "below" } else { "above" };
+    format!("transponder {name} reported heights {:.0} m {side} those of radar", offset_m.abs())
+}
+
 /// Text for many transponders that fell silent at once.
-pub(super) fn jamming(identities: &[Identity], since: Time) -> String {
-    let mut named: Vec<String> =
-        identities.iter().take(NAMED).map(|&identity| serial_text(identity)).collect();
-    if identities.len() > NAMED {
-        named.push(format!("{} more", identities.len() - NAMED));
-    }
+pub(super) fn jamming(names: &[String], since: Time) -> String {
     format!(
         "{} transponders fell silent together from {} on and may be jammed ({}): there, drones that radar does not see are \
          not shown",
-        identities.len(),
+        names.len(),
         at(since),
-        named.join(", ")
+        first_few(names).join(", ")
     )
 }
 
+/// Text for many transponders that fell silent at once and are not missed any more.
+pub(super) fn were_jammed(names: &[String], since: Time) -> String {
+    let named = first_few(names).join(", ");
+    format!("{} transponders fell silent together from {} on ({named})", names.len(), at(since))
+}
+
 /// Text for a drone without a transponder.
-pub(super) fn uncooperative(track: &PictureTrack, id: &str, since: Time) -> String {
+pub(super) fn uncooperative(name: &str, since: Time) -> String {
     format!(
-        "{} has flown since {} without a transponder where one would be heard: nobody knows whose it is",
-        described(track, id),
+        "{name} has flown since {} without a transponder where one would be heard: its operator is not known",
         at(since)
     )
 }
 
 /// Text for an aircraft that declares an emergency.
-pub(super) fn emergency(track: &PictureTrack, id: &str, since: Time) -> String {
-    format!("{} has declared an emergency since {}", described(track, id), at(since))
+pub(super) fn emergency(name: &str, since: Time) -> String {
+    format!("{name} has declared an emergency since {}", at(since))
 }
 
-/// Text for a drone without a transponder that was identified.
-pub(super) fn resolved(id: &str, identity: Option<Identity>) -> String {
-    match identity {
-        Some(identity) => format!("{id} is resolved: it flies with {}", who(identity, None)),
-        None => format!("{id} is resolved: it is where a transponder that is suspect should be"),
+/// Text for a drone without a transponder that was identified: names of its track, if it is in the picture, and of its
+/// transponder.
+pub(super) fn resolved(name: Option<&str>, transponder: Option<&str>) -> String {
+    let name = name.unwrap_or("the drone");
+    match transponder {
+        Some(transponder) => format!("{name} is resolved: it flies with transponder {transponder}"),
+        None => format!("{name} is resolved: it is where a transponder that is suspect should be"),
     }
 }
 
-/// Text for a conflict.
-pub(super) fn approaching(conflict: &Conflict) -> String {
-    let ([a, b], found) = (&conflict.tracks, &conflict.found);
-    let metres = |over_ground_m: f64, height_m: Option<f64>| match height_m {
-        Some(height_m) => format!("{over_ground_m:.0} m apart and {:.0} m in height", height_m.abs()),
-        None => format!("{over_ground_m:.0} m apart, their heights not known"),
-    };
-    if conflict.level() == Some(Level::Violation) {
-        let now = &found.relative;
-        let apart = metres(now.position.norm(), now.vertical.map(|vertical| vertical.height_m));
-        return format!("{a} and {b} are too close ({}): {apart}", conflict.volume);
+/// Text for a pair in conflict, true at the time of its figures. `closest` is the closest approach so far.
+pub(super) fn approaching(conflict: &Conflict, closest: &ClosestPair) -> String {
+    let ([a, b], found, volume) = (&conflict.names, &conflict.found, &conflict.volume);
+    let now = &found.relative;
+    let height_m = now.vertical.map(|vertical| vertical.height_m);
+    let apart = distances(now.position.norm(), height_m);
+    if !conflict.is_seen() {
+        return format!(
+            "{a} and {b} were {apart} ({volume}) at {}; one of them is missing since",
+            at(conflict.seen)
+        );
     }
     let approach = &found.approach;
-    let apart = metres(approach.horizontal_m(), approach.vertical.map(|(height_m, _)| height_m));
-    // Aircraft that are nearest over ground now may still come to the same height.
-    let (when_s, then) =
-        if approach.t_cpa_s > 0.0 { (approach.t_cpa_s, "then") } else { (found.entry_s, "now") };
-    format!(
-        "{a} and {b} come close in {when_s:.0} s ({}): {then} {apart}, probability {:.0} %",
-        conflict.volume,
-        100.0 * found.probability
-    )
+    let percent = 100.0 * found.probability;
+    if conflict.is_entered() {
+        format!("{a} and {b} are too close ({volume}): {apart}")
+    } else if approach.t_cpa_s > 0.0 && found.probability > 0.0 {
+        let then = distances(approach.horizontal_m(), approach.vertical.map(|(height_m, _)| height_m));
+        format!(
+            "{a} and {b} come close in {:.0} s ({volume}): then {then}, probability {percent:.0} %",
+            approach.t_cpa_s
+        )
+    } else if found.exit_s.is_some() {
+        // Aircraft that are nearest over ground now may still come to the same height.
+        format!(
+            "{a} and {b} come close in {:.0} s ({volume}): now {apart}, probability {percent:.0} %",
+            found.entry_s
+        )
+    } else {
+        format!("{}; now {apart}", passed(&conflict.names, volume, closest))
+    }
 }
 
-fn who(identity: Identity, track_id: Option<&str>) -> String {
-    let track = track_id.map_or_else(String::new, |id| format!(" ({id})"));
-    format!("transponder {}{track}", serial_text(identity))
+/// Text for a pair that was in conflict: its closest approach.
+pub(super) fn passed([a, b]: &[String; 2], volume: &str, closest: &ClosestPair) -> String {
+    let apart = distances(closest.horizontal_m, closest.vertical_m);
+    format!("{a} and {b} were closest at {} ({volume}): {apart}", at(closest.at))
+}
+
+/// Text for several aircraft in conflict with one another; `pair` is that of the worst pair.
+pub(super) fn cluster(names: &[String], pair: &str) -> String {
+    format!("{} are near one another: {pair}", listed(&first_few(names)))
+}
+
+/// The first names, and the number of the others.
+fn first_few(names: &[String]) -> Vec<String> {
+    let mut few: Vec<String> = names.iter().take(NAMED).cloned().collect();
+    if names.len() > NAMED {
+        few.push(format!("{} more", names.len() - NAMED));
+    }
+    few
+}
+
+fn distances(over_ground_m: f64, height_m: Option<f64>) -> String {
+    match height_m {
+        Some(height_m) => format!("{over_ground_m:.0} m apart and {:.0} m in height", height_m.abs()),
+        None => format!("{over_ground_m:.0} m apart, their heights not known"),
+    }
 }
 
 /// Formats a time as `10:05:05 UTC`.
-fn at(time: Time) -> String {
+pub(super) fn at(time: Time) -> String {
     let second = time.since_midnight() / fusion::time::SECOND;
     format!("{:02}:{:02}:{:02} UTC", second / 3600, second / 60 % 60, second % 60)
 }

@@ -1,0 +1,153 @@
+//! Situations: aircraft in conflict with one another, connected by their pairs, are one alert.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::details::ClosestPair;
+use fusion::conflicts::Level;
+use fusion::time::{SECOND, Time};
+use picture::conflicts::Conflict;
+
+/// Minimum time for which a pair stays in its situation after its last warning, in nanoseconds.
+const REMEMBERED_NS: u64 = 10 * SECOND as u64;
+
+/// Ids of the tracks of a pair, in order.
+pub(super) type PairIds = [String; 2];
+
+/// Situations by subject: the pair that began each, and its volume.
+#[derive(Debug, Default)]
+pub(super) struct Situations(BTreeMap<String, Situation>);
+
+/// Aircraft in conflict with one another.
+#[derive(Debug)]
+pub(super) struct Situation {
+    began: Time,
+    /// Pairs, with the time of their last warning or violation.
+    pairs: BTreeMap<PairIds, Time>,
+    /// Tracks that were in a violation so far.
+    pub(super) endangered: BTreeSet<String>,
+    /// Closest approach so far, with the pair's names, the volume, and the distance as a share of the volume.
+    pub(super) closest: ClosestApproach,
+}
+
+/// Closest approach of a situation.
+#[derive(Clone, Debug)]
+pub(super) struct ClosestApproach {
+    pub(super) names: [String; 2],
+    pub(super) volume: String,
+    pub(super) pair: ClosestPair,
+    closeness: f64,
+}
+
+impl ClosestApproach {
+    fn of(conflict: &Conflict) -> Self {
+        let now = &conflict.found.relative;
+        let vertical = now.vertical.map(|vertical| vertical.height_m.abs());
+        let pair = ClosestPair { at: conflict.seen, horizontal_m: now.position.norm(), vertical_m: vertical };
+        let (names, volume) = (conflict.names.clone(), conflict.volume.clone());
+        Self { names, volume, pair, closeness: conflict.closeness() }
+    }
+}
+
+/// Identifies a pair.
+pub(super) fn pair_ids(conflict: &Conflict) -> PairIds {
+    let [a, b] = conflict.tracks.clone();
+    if a < b { [a, b] } else { [b, a] }
+}
+
+impl Situations {
+    pub(super) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Assigns the conflicts of one evaluation, the worst first, to situations. `hold_ns` is the time for which an alert is held
+    /// without a conflict. Returns the conflicts by subject, in the order given, and the subjects of each situation that became
+    /// part of another and of that other one, in the order in which they did.
+    pub(super) fn assign<'a>(
+        &mut self,
+        conflicts: &[&'a Conflict],
+        now: Time,
+        hold_ns: u64,
+    ) -> (BTreeMap<String, Vec<&'a Conflict>>, Vec<[String; 2]>) {
+        let mut merged = Vec::new();
+        let remembered_ns = hold_ns.max(REMEMBERED_NS);
+        for situation in self.0.values_mut() {
+            situation.pairs.retain(|_, last| now.nanos().abs_diff(last.nanos()) <= remembered_ns);
+        }
+        self.0.retain(|_, situation| !situation.pairs.is_empty());
+        for conflict in conflicts {
+            let pair = pair_ids(conflict);
+            let mut concerned: Vec<(Time, String)> = self.concerned(&pair);
+            concerned.sort();
+            let mut concerned = concerned.into_iter().map(|(_, subject)| subject);
+            let subject = concerned.next().unwrap_or_else(|| subject(conflict));
+            let others: Vec<Situation> = concerned
+                .filter_map(|other| {
+                    let situation = self.0.remove(&other)?;
+                    merged.push([other, subject.clone()]);
+                    Some(situation)
+                })
+                .collect();
+            let closest = ClosestApproach::of(conflict);
+            let new = || Situation {
+                began: now,
+                pairs: BTreeMap::new(),
+                endangered: BTreeSet::new(),
+                closest: closest.clone(),
+            };
+            let situation = self.0.entry(subject).or_insert_with(new);
+            for other in others {
+                situation.pairs.extend(other.pairs);
+                situation.endangered.extend(other.endangered);
+                situation.note(other.closest);
+            }
+            if conflict.level() == Some(Level::Violation) {
+                situation.endangered.extend(pair.iter().cloned());
+            }
+            situation.pairs.insert(pair, now);
+            situation.note(closest);
+        }
+        let mut found: BTreeMap<String, Vec<&Conflict>> = BTreeMap::new();
+        for conflict in conflicts {
+            let pair = pair_ids(conflict);
+            let mut all = self.0.iter();
+            if let Some((subject, _)) = all.find(|(_, situation)| situation.pairs.contains_key(&pair)) {
+                found.entry(subject.clone()).or_default().push(conflict);
+            }
+        }
+        (found, merged)
+    }
+
+    /// Start and subject of each situation with an aircraft of the pair.
+    fn concerned(&self, pair: &PairIds) -> Vec<(Time, String)> {
+        let has = |situation: &Situation| situation.pairs.keys().flatten().any(|track| pair.contains(track));
+        let concerned = self.0.iter().filter(|(_, situation)| has(situation));
+        concerned.map(|(subject, situation)| (situation.began, subject.clone())).collect()
+    }
+
+    /// The situation of a subject.
+    pub(super) fn get(&self, subject: &str) -> Option<&Situation> {
+        self.0.get(subject)
+    }
+}
+
+impl Situation {
+    fn note(&mut self, closest: ClosestApproach) {
+        if closest.closeness < self.closest.closeness {
+            self.closest = closest;
+        }
+    }
+
+    /// Tracks of all pairs, those of `first` in front.
+    pub(super) fn tracks(&self, first: &Conflict) -> Vec<String> {
+        let mut tracks = first.tracks.to_vec();
+        let others: BTreeSet<&String> = self.pairs.keys().flatten().collect();
+        tracks.extend(others.into_iter().filter(|track| !first.tracks.contains(track)).cloned());
+        tracks
+    }
+}
+
+/// Identifies the situation that a conflict begins, across runs of the service: both tracks and the volume.
+fn subject(conflict: &Conflict) -> String {
+    let [a, b] = pair_ids(conflict);
+    format!("{a} {b} {}", conflict.volume)
+}
