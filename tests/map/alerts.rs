@@ -73,6 +73,8 @@ fn blocked_sound_is_reported(browser: &mut Browser) {
 
 fn sound_switch_plays_the_warning(browser: &mut Browser) {
     browser.press("a");
+    browser.wait("document.getElementById('alerts').hidden", SOON);
+    browser.press("a");
     browser.wait("document.activeElement.id === 'alerts'", SOON);
     browser.click("#sound");
     browser.wait("!location.hash.includes('sound')", SOON);

@@ -18,7 +18,7 @@ const VIEWS: [(&str, &str); 18] = [
         "heights",
         "location.hash = '#colour=height&layers=labels,trails,ellipses,raw'; document.getElementById('legend').open = true",
     ),
-    ("alerts", "document.getElementById('alerts-button').click()"),
+    ("no attention list", "document.getElementById('alerts-button').click()"),
     ("toast", "document.getElementById('toast').hidden = false"),
     ("track", ROW),
     ("layers", "document.getElementById('layers').showPopover()"),
@@ -35,7 +35,7 @@ const VIEWS: [(&str, &str); 18] = [
     ("sheet", "document.getElementById('sheet-button').click()"),
 ];
 
-const OPEN: &str = "document.getElementById('alerts-button').click();";
+const OPEN: &str = "document.getElementById('alerts').hidden = false;";
 
 /// Views while two drones are too close and one is in a closed zone: scripts that run after `OPEN`, half a second before the
 /// check.

@@ -9,8 +9,9 @@ use super::browser::Browser;
 use super::service::{self, Service};
 use super::{BADGE, DRAWN, ROWS, SOON, fresh_folder, installed};
 
-const LISTED: &str = "document.querySelectorAll('#conflict-rows tr').length";
-const IS_HIDDEN: &str = "document.getElementById('conflicts').hidden";
+const LIST: &str = "document.getElementById('alert-list').innerText";
+/// Number of conflicts that are listed beside the alerts.
+const OTHERS: &str = "(document.getElementById('other-conflicts').hidden ? 0 : Number(document.getElementById('other-count').textContent))";
 /// Time from the slot shown to the slot of its conflicts, in milliseconds.
 const AHEAD_MS: i64 = 6250;
 
@@ -48,10 +49,11 @@ fn conflict_is_listed_drawn_and_removed() {
     let mut browser = Browser::start(&program, &folder.join("profile"));
     browser.open(&service.url());
     browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 2"), SOON);
-    browser.wait(&format!("!{IS_HIDDEN} && {LISTED} > 0"), SOON);
-    let row = "document.querySelector('#conflict-rows tr').textContent";
-    browser.wait(&format!("/(warning|violation)drone/.test({row}) && {row}.includes('in height')"), SOON);
-    // With the list open, the same picture has an additional line.
+    browser
+        .wait(&format!("/come close in|are too close/.test({LIST}) && {LIST}.includes('in height')"), SOON);
+    let others = without_alert(&service);
+    browser.wait(&format!("{OTHERS} === {others}"), SOON);
+    // The map has a line.
     browser.wait(DRAWN, SOON);
     let pixels = "document.getElementById('canvas').toDataURL()";
     let with_line = browser.text(pixels);
@@ -61,13 +63,30 @@ fn conflict_is_listed_drawn_and_removed() {
     browser.press("l");
     browser.wait(DRAWN, SOON);
     assert_ne!(browser.text(pixels), with_line);
-    missing_conflicts_are_explained(&mut browser);
-    // One click selects one of the two drones.
-    browser.run("document.querySelector('#conflict-rows button').click()");
-    browser.wait("!document.getElementById('detail').hidden", SOON);
+    missing_conflicts_are_explained(&mut browser, others);
+    // One click selects one of the two drones, and shows it in the middle of the map.
+    browser.run("document.querySelector('#alert-list .situation').click()");
+    browser.wait("!document.getElementById('detail').hidden && location.hash.includes('c=')", SOON);
 
     service.seek(&shown_at(calm));
-    browser.wait(IS_HIDDEN, SOON);
+    browser.wait(&format!("!/come close in|are too close/.test({LIST}) && {OTHERS} === 0"), SOON);
+}
+
+/// Number of conflicts with a level that no alert covers.
+fn without_alert(service: &Service) -> usize {
+    let alerts = service.get("/api/v1/alerts?kind=conflict");
+    let covered: Vec<&Value> =
+        alerts["alerts"].as_array().unwrap().iter().map(|alert| &alert["tracks"]).collect();
+    let is_covered = |conflict: &&Value| {
+        covered.iter().any(|tracks| {
+            let tracks = tracks.as_array().unwrap();
+            tracks.contains(&conflict["a"]) && tracks.contains(&conflict["b"])
+        })
+    };
+    let conflicts = service.get("/api/v1/conflicts?level=advisory");
+    let conflicts = conflicts["conflicts"].as_array().unwrap();
+    assert!(conflicts.iter().any(|conflict| is_covered(&conflict)), "{conflicts:?}");
+    conflicts.iter().filter(|conflict| !is_covered(conflict)).count()
 }
 
 /// Selecting the conflict shows both drones on the screen.
@@ -89,16 +108,13 @@ fn conflict_line_leads_to_closest_approach(browser: &mut Browser) {
 }
 
 /// The reason is shown whether the service stops computing conflicts or does not answer.
-fn missing_conflicts_are_explained(browser: &mut Browser) {
+fn missing_conflicts_are_explained(browser: &mut Browser, others: usize) {
     let reason = "document.getElementById('conflict-reason').innerText";
-    let gone = format!(
-        "!{IS_HIDDEN} && {LISTED} === 0 && document.getElementById('conflict-count').innerText === '?'"
-    );
     let none = r#"{"computed": false, "reason": "it is switched off", "conflicts": []}"#;
     browser.fail(&[("/conflicts", 200, none)]);
-    browser.wait(&format!("{gone} && {reason}.includes('Not known now: it is switched off')"), SOON);
+    browser.wait(&format!("{OTHERS} === 0 && {reason}.includes('not known now: it is switched off')"), SOON);
     browser.fail(&[("/conflicts", 500, "{}")]);
-    browser.wait(&format!("{gone} && {reason}.includes('HTTP 500')"), SOON);
+    browser.wait(&format!("{OTHERS} === 0 && {reason}.includes('HTTP 500')"), SOON);
     browser.fail(&[]);
-    browser.wait(&format!("{LISTED} > 0 && {reason} === ''"), SOON);
+    browser.wait(&format!("{OTHERS} === {others} && {reason} === ''"), SOON);
 }

@@ -54,7 +54,6 @@ fn failed_request_is_named_and_the_rest_continues() {
     }
     browser.wait(&format!("{ALERTS} === '?' && document.title.startsWith('(?) ')"), LATER);
     browser.wait(&format!("{SENSORS} === '? gamekeeper ? drone-it' && {ROWS} > 2"), LATER);
-    browser.run("document.getElementById('alerts-button').click()");
     browser.wait("/^Not known since /.test(document.getElementById('alert-note').textContent)", LATER);
 
     // The live state is unknown too, and a stream that does not start is not an empty sky.

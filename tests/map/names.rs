@@ -24,7 +24,6 @@ fn every_button_is_named_by_the_words_it_shows() {
     assert_eq!(browser.text("document.getElementById('layers-button').computedName"), "Layers");
     for (state, begin, end) in [
         ("the page", "0", "0"),
-        ("alerts", "document.getElementById('alerts-button').click()", "0"),
         (
             "a filter",
             "document.querySelector('#sources button').click()",

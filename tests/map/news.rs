@@ -1,4 +1,4 @@
-//! A new alert while its panel is closed: the title, a screen reader and a toast announce it with the text of the service.
+//! A new alert while the attention list is closed: the title, a screen reader and a toast announce it with the text of the service.
 
 use super::browser::Browser;
 use super::service::{self, Service};
@@ -16,6 +16,7 @@ fn new_alert_is_announced_while_panel_is_closed() {
     browser.open(&service.url());
     browser.wait(&format!("{ROWS} > 2"), SOON);
     browser.wait("/^[(]\\d+!?[)] /.test(document.title)", SOON);
+    browser.click("#alerts-close");
     assert_eq!(browser.text(&format!("String({TOAST}.hidden)")), "true", "what was there before is no news");
 
     // The radar falls silent.
@@ -64,7 +65,7 @@ fn flapping_alert_is_announced_once() {
     browser.open(&service.url());
     browser.wait("/^\\d+$/.test(document.getElementById('alert-count').textContent)", SOON);
     let told = "import('./news.js').then(({News}) => { \
-        const news = new News({open: () => {}, changed: () => {}, told: () => {}}); \
+        const news = new News({open: () => {}, changed: () => {}, told: () => {}, acknowledge: () => {}}); \
         const toast = document.getElementById('toast'); \
         const alert = (n, severity = 'warning') => ({id: `sensor-${n}`, kind: 'sensor', sensor: 'north', severity, text: `north ${severity}`}); \
         const seen = []; \

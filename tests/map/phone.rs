@@ -86,7 +86,7 @@ fn the_note_of_new_alerts_is_two_lines(browser: &mut Browser) {
     let toast = "document.getElementById('toast')";
     browser.run(
         "import('./news.js').then(({News}) => { \
-            const news = new News({open: () => {}, changed: () => {}, told: () => {}}); \
+            const news = new News({open: () => {}, changed: () => {}, told: () => {}, acknowledge: () => {}}); \
             for (const n of [1, 2, 3, 4]) news.note({id: `area-${n}`, kind: 'area', track: `U-${n}`, severity: 'critical', since: '', \
                 text: 'fused track 20000 (U-20000), serial 000000000002, is inside Hospital (CLOSED1), where flights are prohibited'}, false); })",
     );

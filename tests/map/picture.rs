@@ -28,7 +28,6 @@ fn the_picture_of_the_readme_is_taken() {
     browser.run(&format!("{FUSED_ROW}.click()"));
     // The details appear once the service has answered.
     browser.wait("document.getElementById('detail').textContent.includes('Last measurement')", SOON);
-    browser.run("document.getElementById('toast-close').click()");
     take(&mut browser, "map");
 }
 
@@ -79,11 +78,11 @@ fn the_pictures_of_alerts_are_taken() {
     let (longitude, latitude) = encounter::PLACE;
     let about = format!("c={latitude},{longitude}");
 
-    // The warning, with the alert list closed.
+    // The warning.
     browser.open(&format!("{}#{about}&z=0.75&theme=dark", service.url()));
     browser.wait(&format!("{ROWS} === 2"), SOON);
     service.order("play");
-    browser.wait(&format!("{TOAST}.innerText.includes('come close in') && {CONFLICT} < 16"), SOON + SOON);
+    browser.wait(&format!("{CONFLICT} < 16"), SOON + SOON);
     pause(&mut browser, &service);
     take(&mut browser, "encounter-dark");
     browser.resize(390, 844, true);
@@ -94,7 +93,6 @@ fn the_pictures_of_alerts_are_taken() {
 
     // The volume is entered; shown in light colours with actions in progress.
     service.order("play");
-    browser.run("document.getElementById('alerts-button').click()");
     browser.run("document.getElementById('alert-by').value = 'Mira, desk 2'");
     browser.wait("document.getElementById('alert-list').innerText.includes('too close')", SOON + SOON);
     pause(&mut browser, &service);
@@ -115,9 +113,9 @@ fn the_pictures_of_alerts_are_taken() {
     take(&mut browser, "alerts-phone");
 }
 
-const TOAST: &str = "document.getElementById('toast')";
 /// Seconds until the closest point of approach.
-const CONFLICT: &str = "Number.parseInt(document.querySelector('#conflict-rows td:nth-child(4)').innerText)";
+const CONFLICT: &str =
+    "Number.parseInt(/come close in (\\d+) s/.exec(document.getElementById('alert-list').innerText)?.[1])";
 
 fn pause(browser: &mut Browser, service: &Service) {
     service.order("pause");

@@ -1,9 +1,8 @@
-// An alert in the list: its text, operator actions so far, and buttons for further ones.
+// A situation in the list: its text, advice, operator actions so far, and buttons for further ones.
 
+import { adviceOf } from "./advice.js";
 import { element, setAttribute, setText } from "./dom.js";
 import * as format from "./format.js";
-import { nameOf } from "./names.js";
-import { change } from "./settings.js";
 
 const SHELVES = [[15, "15 min"], [60, "1 h"], [240, "4 h"]]; // minutes
 const LONGEST_MIN = 480; // the service's limit
@@ -23,14 +22,11 @@ export function whoOf({ acknowledged, shelved }) {
   return words.join("; ");
 }
 
-/** Names of the aircraft of an alert. The service's text has their ids and whole serial numbers. */
-export const whomOf = (alert) => tracksOf(alert).map(nameOf).join(" – ");
+/** Severity and text, as in the list, the toast and the history. */
+export const headOf = (alert) => [element("span", { class: "severity" }, severityOf(alert)), alert.text ?? alert.kind];
 
-/** Severity, names and text, as in the list and in the history. */
-export function headOf(alert) {
-  const whom = whomOf(alert);
-  return [element("span", { class: "severity" }, alert.severity), whom ? element("strong", {}, ` ${whom}: `) : " ", alert.text ?? alert.kind];
-}
+/** Severity that counts: of an ended alert the highest that it had. */
+export const severityOf = ({ severity, worst, latched }) => (latched ? (worst ?? severity) : severity);
 
 export class AlertItem {
   node = element("li");
@@ -38,19 +34,31 @@ export class AlertItem {
   when = element("small");
   who = element("small", { class: "who" });
   acts = element("p", { class: "acts" });
-  shown = ""; // data from which the head and the track buttons were made
+  shown = ""; // data from which the head was made
 
-  /** `act(alert, what, body)` performs an action; `next` returns the element that gets the focus afterwards. */
-  constructor(act) {
-    this.act = act;
+  /** `act(alert, what, body)` performs an action; `go(ids)` shows these tracks on the map. */
+  constructor(act, go) {
+    Object.assign(this, { act, go });
     this.acknowledge = this.button("Acknowledge", () => this.do("acknowledge", {}));
     this.unshelve = this.button("Unshelve", () => this.do("unshelve", {}));
     this.more = this.button("Shelve, note…", () => this.unfold(this.form.hidden));
-    this.tracks = element("span");
-    this.acts.append(this.acknowledge, this.unshelve, this.more, this.tracks);
+    this.acts.append(this.acknowledge, this.unshelve, this.more);
     this.form = this.makeForm();
     this.unfold(false);
     this.node.append(this.head, this.when, this.who, this.acts, this.form);
+  }
+
+  /** The text; as a button that shows the aircraft if there are any. The button keeps the focus when the text changes. */
+  showHead(alert, hasTracks) {
+    this.centre ??= hasTracks ? this.button("", () => this.go(tracksOf(this.alert))) : null;
+    if (this.centre) {
+      setAttribute(this.centre, "class", "situation");
+      setAttribute(this.centre, "title", "Show on the map");
+      this.centre.replaceChildren(...headOf(alert));
+      if (!this.centre.parentNode) this.head.replaceChildren(this.centre);
+    } else {
+      this.head.replaceChildren(...headOf(alert));
+    }
   }
 
   button(words, act) {
@@ -103,20 +111,24 @@ export class AlertItem {
   /** `isBarred`: the buttons only explain why they are disabled. */
   update(alert, isBarred) {
     this.alert = alert;
-    const { severity, kind, text, since, acknowledged, shelved } = alert;
+    const { text, since, until, acknowledged, shelved } = alert;
+    const severity = severityOf(alert);
     setAttribute(this.node, "data-severity", severity);
     setAttribute(this.node, "data-seen", String(Boolean(acknowledged)));
-    const ids = tracksOf(alert);
-    const shown = JSON.stringify([severity, text, ids.map(nameOf)]);
+    setAttribute(this.node, "data-over", String(Boolean(until)));
+    const hasTracks = tracksOf(alert).length > 0;
+    const shown = JSON.stringify([severity, text, hasTracks]);
     if (shown !== this.shown) {
       this.shown = shown;
-      this.head.replaceChildren(...headOf(alert));
-      this.tracks.replaceChildren(...ids.map((id) => this.button(`Select ${nameOf(id)}`, () => change({ selected: id }))));
+      this.showHead(alert, hasTracks);
     }
-    setText(this.when, `${kind.replaceAll("-", " ")} · since ${format.date(Date.parse(since))} ${time(since)} UTC`);
+    const when = until ? `${time(since)} to ${time(until)} UTC, over` : `since ${time(since)} UTC`;
+    setText(this.when, [when, until ? "" : adviceOf(alert)].filter(Boolean).join(" · "));
+    setAttribute(this.when, "title", `${alert.kind.replaceAll("-", " ")}, ${format.date(Date.parse(since))}`);
     setText(this.who, whoOf(alert));
     this.acknowledge.hidden = this.noted.hidden = Boolean(acknowledged);
     this.unshelve.hidden = !shelved;
+    this.more.hidden = Boolean(until);
     for (const made of [this.acknowledge, this.unshelve, this.more]) setAttribute(made, "aria-disabled", String(isBarred));
   }
 }

@@ -1,16 +1,16 @@
-// List of active alerts. Items do not move under a finger or pointer, and the focused one keeps the focus.
+// List of situations. Items do not move under a finger or pointer, and the focused one keeps the focus.
 
 import { post } from "./api.js";
-import { AlertItem } from "./alertitem.js";
+import { AlertItem, severityOf } from "./alertitem.js";
 import { byId, element, setText } from "./dom.js";
 
 const MOST = 200; // maximum shown; a count covers the rest
 const STILL_MS = 1000; // time after a pointer movement over the list during which items stay in place
 const NAME = "utm-fusion-name";
 
-const rank = ({ severity }) => ({ critical: 0, warning: 1 })[severity] ?? 2;
+const rank = (alert) => ({ critical: 0, warning: 1 })[severityOf(alert)] ?? 2;
 const latest = (a, b) => String(b.since).localeCompare(String(a.since));
-const urgent = (a, b) => rank(a) - rank(b) || Boolean(a.acknowledged) - Boolean(b.acknowledged) || latest(a, b);
+const urgent = (a, b) => rank(a) - rank(b) || Boolean(a.acknowledged) - Boolean(b.acknowledged) || Boolean(a.until) - Boolean(b.until) || latest(a, b);
 
 /** Most urgent first. */
 export const sorted = (alerts) => [...alerts].sort(urgent);
@@ -22,10 +22,10 @@ export class AlertList {
 
   /**
    * `bar()`: reason why the user may not act, or ""; `took` receives the alert in an answer; `hasToken()`: whether a token
-   * identifies the user.
+   * identifies the user; `go(ids)` shows these tracks on the map.
    */
-  constructor({ bar, took, hasToken }) {
-    Object.assign(this, { bar, took, hasToken });
+  constructor({ bar, took, hasToken, go }) {
+    Object.assign(this, { bar, took, hasToken, go });
     this.name = byId("alert-by");
     this.name.value = localStorage.getItem(NAME) ?? "";
     this.name.addEventListener("change", () => localStorage.setItem(NAME, this.name.value.trim()));
@@ -46,7 +46,7 @@ export class AlertList {
     this.places = [["alert-list", sorted(alerts.filter((alert) => !alert.shelved))], ["shelved-list", shelved]];
     for (const [, chosen] of this.places) {
       for (const alert of chosen.slice(0, MOST)) {
-        if (!this.items.has(alert.id)) this.items.set(alert.id, new AlertItem((...wish) => this.act(...wish)));
+        if (!this.items.has(alert.id)) this.items.set(alert.id, new AlertItem((...wish) => this.act(...wish), this.go));
         this.items.get(alert.id).update(alert, Boolean(bar));
       }
     }

@@ -1,7 +1,7 @@
-// Active alerts: their state, the number that need attention, and their panel.
+// The attention list: active alerts, ended ones that wait for an acknowledgement, and their number.
 
 import { askForAnother, hasToken, list } from "./api.js";
-import { tracksOf } from "./alertitem.js";
+import { severityOf, tracksOf } from "./alertitem.js";
 import { AlertHistory } from "./alerthistory.js";
 import { AlertList, sorted } from "./alertlist.js";
 import { byId, setAttribute, setText } from "./dom.js";
@@ -9,27 +9,40 @@ import * as format from "./format.js";
 import { News } from "./news.js";
 import { Sound } from "./sound.js";
 
-const isCritical = ({ severity }) => severity === "critical";
+const isCritical = (alert) => severityOf(alert) === "critical";
 const isQuiet = ({ acknowledged, shelved }) => Boolean(acknowledged ?? shelved);
 
+const SMALL = "(max-width: 600px), (max-height: 480px)"; // as in the style sheet
+
 export class Alerts {
-  known = null; // by id; null until the first answer or event
+  known = null; // active ones by id; null until the first answer or event
+  latched = new Map(); // ended ones that wait for an acknowledgement, by id
   read = null; // {state, since, why}: whether the known alerts are complete
   site = "";
   mayControl = null; // whether the user may act on alerts; null while unknown
 
-  /** `changed` receives the severity by track; `renewHistory` requests the ended alerts. */
-  constructor(changed, renewHistory) {
+  /**
+   * `changed` receives the severity by track, and the tracks of each conflict that has an alert; `renewHistory` requests the ended
+   * alerts; `go(ids)` shows these tracks on the map.
+   */
+  constructor({ changed, renewHistory, go }) {
     Object.assign(this, { changed, renewHistory });
     this.panel = byId("alerts");
+    this.panel.hidden = matchMedia(SMALL).matches;
     this.button = byId("alerts-button");
     this.button.addEventListener("click", () => this.toggle());
     byId("alerts-close").addEventListener("click", () => this.toggle());
     byId("alert-bar-token").addEventListener("click", askForAnother);
     this.history = new AlertHistory(renewHistory);
-    this.list = new AlertList({ bar: () => this.bar(), took: (alert) => this.update(alert), hasToken });
+    this.list = new AlertList({ bar: () => this.bar(), took: (alert) => this.update(alert), hasToken, go });
     this.sound = new Sound(() => this.waiting().some(isCritical));
-    this.news = new News({ open: () => this.open(true), changed: () => this.showTitle(), told: (alert) => this.sound.note(alert) });
+    this.news = new News({
+      open: () => this.open(true),
+      changed: () => this.showTitle(),
+      told: (alert) => this.sound.note(alert),
+      acknowledge: (alert) => this.list.act(alert, "acknowledge", {}),
+    });
+    setAttribute(this.button, "aria-expanded", String(!this.panel.hidden));
     this.show();
   }
 
@@ -59,6 +72,7 @@ export class Alerts {
   /** Takes the answer of /alerts; alerts missing in it have ended. */
   replace(answer) {
     const before = this.known;
+    this.latched = new Map(list(answer, "latched").map((alert) => [alert.id, alert]));
     this.known = new Map(list(answer, "alerts").map((alert) => [alert.id, alert]));
     // Alerts that existed when the page was loaded are not news.
     for (const alert of this.known.values()) if (before) this.compare(before.get(alert.id), alert);
@@ -70,7 +84,10 @@ export class Alerts {
     this.known ??= new Map();
     if (alert.until) {
       this.known.delete(alert.id);
-      this.news.over(alert);
+      if (alert.latched) this.latched.set(alert.id, alert);
+      else this.latched.delete(alert.id);
+      if (alert.acknowledged) this.news.settle(alert);
+      else this.news.over(alert);
       this.renewHistory();
     } else {
       this.compare(this.known.get(alert.id), alert);
@@ -103,9 +120,15 @@ export class Alerts {
     return this.mayControl ? "" : "Your token may only read: to acknowledge and shelve takes one with the scope “control”.";
   }
 
-  /** Alerts that are neither acknowledged nor shelved. */
+  /** All of the list. An alert that lasts is no latched one, also if an id was used again after a restart. */
+  all() {
+    const { known, latched } = this;
+    return sorted([...(known?.values() ?? []), ...[...latched.values()].filter(({ id }) => !known?.has(id))]);
+  }
+
+  /** Those that are neither acknowledged nor shelved. */
   waiting() {
-    return [...(this.known?.values() ?? [])].filter((alert) => !isQuiet(alert));
+    return this.all().filter((alert) => !isQuiet(alert));
   }
 
   /** Number of these alerts, as text. */
@@ -114,18 +137,20 @@ export class Alerts {
   }
 
   show() {
-    const all = sorted(this.known?.values() ?? []);
+    const all = this.all();
+    const worst = this.waiting()[0];
     setText(byId("alert-count"), this.count);
-    setAttribute(this.button, "data-severity", sorted(this.waiting())[0]?.severity ?? "none");
+    setAttribute(this.button, "data-severity", worst ? severityOf(worst) : "none");
     setText(byId("alert-words"), this.read?.state === "good" && all.length ? `${all.length} (${this.count} not acknowledged)` : "");
     this.showTitle();
     setText(byId("alert-note"), this.note());
     this.list.show(all);
     const byTrack = new Map();
-    for (const alert of all.filter(({ shelved }) => !shelved)) {
+    const active = all.filter(({ until }) => !until);
+    for (const alert of active.filter(({ shelved }) => !shelved)) {
       for (const track of tracksOf(alert)) if (!byTrack.has(track)) byTrack.set(track, alert.severity);
     }
-    this.changed(byTrack);
+    this.changed(byTrack, active.filter(({ kind }) => kind === "conflict").map((alert) => new Set(tracksOf(alert))));
   }
 
   /** Note about information that the list alone does not show. */
@@ -133,7 +158,7 @@ export class Alerts {
     const { state, since, why } = this.read ?? { state: "unknown" };
     if (state === "unknown") return "Not known yet";
     if (state === "failed") return `Not known since ${format.utc(since)} UTC (${why}); there may be others than these`;
-    return this.known.size ? "" : "None";
+    return this.known.size + this.latched.size ? "" : "Nothing needs attention";
   }
 
   /** The title is the only visible part of a background page: it starts with the count, marked if an alert is critical. */

@@ -49,13 +49,15 @@ map.conflicts = new Conflicts(map);
 // ── data from the service
 
 const reads = new Reads(showKnown, () => status.utc());
-const alerts = new Alerts(
-  (byTrack) => {
+const alerts = new Alerts({
+  changed(byTrack, conflicts) {
     map.alerted = byTrack;
+    map.conflicts.cover(conflicts);
     map.invalidate();
   },
-  () => reads.renew("history"),
-);
+  renewHistory: () => reads.renew("history"),
+  go: (ids) => map.go(ids),
+});
 const ground = new Ground(
   map,
   (picture) => {

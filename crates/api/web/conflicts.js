@@ -1,11 +1,9 @@
-// Conflicts: lines from both aircraft to their closest point of approach, and a list, soonest first.
+// Conflicts: lines from both aircraft to their closest point of approach, and those without an alert as a folded list.
 
 import { list } from "./api.js";
 import { byId, element, setText } from "./dom.js";
-import { FONT, writeFree } from "./fixtures.js";
 import { nameOf } from "./names.js";
 import { palette } from "./palette.js";
-import { change } from "./settings.js";
 import { distance } from "./units.js";
 
 const RANK = { violation: 0, warning: 1, advisory: 2 };
@@ -22,10 +20,12 @@ export class Conflicts {
   isComputed = true; // until the service states otherwise
   wereComputed = false; // on this page: a user who relied on them must see that they are missing
   takenAt = -Infinity; // on the page's monotonic clock
+  covered = []; // tracks of each conflict that has an alert
   next = 0; // time of the next request to a service that computes none, on the same clock
 
   constructor(map) {
     this.map = map;
+    byId("other-conflicts").addEventListener("toggle", () => this.show());
     setInterval(() => {
       if (this.known.length && performance.now() - this.takenAt > OLD_MS) this.forget("no answer for some seconds");
     }, LOOK_MS);
@@ -59,21 +59,29 @@ export class Conflicts {
     this.map.invalidate();
   }
 
+  /** `covered`: tracks of each conflict that has an alert. */
+  cover(covered) {
+    this.covered = covered;
+    this.show();
+  }
+
+  /** Lists the conflicts that no alert covers: advisories, and those that a rule or the alert about a lying transponder silences. */
   show() {
     const reason = this.wereComputed ? this.reason : "";
-    byId("conflicts").hidden = !this.known.length && !reason;
-    byId("conflict-table").hidden = !this.known.length;
-    setText(byId("conflict-reason"), reason && `Not known now: ${reason}. That none is listed does not mean that there are none.`);
-    setText(byId("conflict-count"), reason ? "?" : String(this.known.length));
-    byId("conflict-rows").replaceChildren(...this.known.slice(0, MOST).map((conflict) => this.row(conflict)));
+    setText(byId("conflict-reason"), reason && `Conflicts are not known now: ${reason}. That none is listed does not mean that there are none.`);
+    const others = this.known.filter(({ a, b }) => !this.covered.some((tracks) => tracks.has(a) && tracks.has(b)));
+    byId("other-conflicts").hidden = !others.length;
+    setText(byId("other-count"), String(others.length));
+    if (byId("other-conflicts").open) byId("other-list").replaceChildren(...others.slice(0, MOST).map((conflict) => this.row(conflict)));
   }
 
   row(conflict) {
     const { a, b, level, volume, probability } = conflict;
-    const select = element("button", { type: "button", title: `Select ${nameOf(a)}` }, `${nameOf(a)} – ${nameOf(b)}`);
-    select.addEventListener("click", () => change({ selected: a }));
-    const cells = [level, volume, ahead(conflict) > 0 ? `${Math.round(ahead(conflict))} s` : "now", apart(conflict), `${Math.round(100 * probability)} %`];
-    return element("tr", { "data-level": level }, element("td", {}, select), ...cells.map((text) => element("td", {}, text)));
+    const when = ahead(conflict) > 0 ? `in ${Math.round(ahead(conflict))} s` : "now";
+    const words = `${nameOf(a)} – ${nameOf(b)}: ${apart(conflict)}, ${when} (${volume}, ${Math.round(100 * probability)} %)`;
+    const show = element("button", { type: "button", class: "situation", title: "Show on the map" }, element("span", { class: "severity" }, level), words);
+    show.addEventListener("click", () => this.map.go([a, b]));
+    return element("li", { "data-severity": level }, show);
   }
 
   /** Draws lines from both aircraft to their closest point of approach. */
@@ -81,9 +89,6 @@ export class Conflicts {
     if (!this.known.length) return;
     const places = new Map(placed.map(([track, px, py]) => [track.id, [px, py]]));
     context.save();
-    context.font = FONT;
-    context.textAlign = "center";
-    context.textBaseline = "middle";
     for (const conflict of this.known) {
       const colour = palette[COLOURS[conflict.level]];
       const ends = ["a", "b"].map((side) => {
@@ -106,9 +111,6 @@ export class Conflicts {
         context.lineTo(x + CROSS_PX, y - CROSS_PX);
       }
       context.stroke();
-      const [[, [ax, ay]], [, [bx, by]]] = ends;
-      const when = ahead(conflict) > 0 ? `in ${Math.round(ahead(conflict))} s: ` : "";
-      writeFree(context, view, when + apart(conflict), (ax + bx) / 2, (ay + by) / 2 - 12, colour);
     }
     context.restore();
   }

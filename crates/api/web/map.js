@@ -152,6 +152,18 @@ export class Map2d {
     this.moved(false);
   }
 
+  /** Selects the first of these tracks, and shows them all in the middle. */
+  go(ids) {
+    const tracks = ids.map((id) => this.picture?.tracks.get(id)).filter(Boolean);
+    if (!tracks.length) return;
+    const places = tracks.map(({ x, y }) => [x, y]);
+    const { scale } = this.view;
+    this.view.fit(places);
+    this.view.setScale(Math.min(scale, this.view.scale)); // zooms out if they do not fit, and never in
+    this.moved(true);
+    change({ selected: tracks[0].id });
+  }
+
   /** Fits all tracks selected by the filter; without tracks, the coverage of the sensors. */
   fit() {
     const places = (this.picture?.visible() ?? []).map(({ x, y }) => [x, y]);

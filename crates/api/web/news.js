@@ -1,7 +1,7 @@
 // New alerts while their panel is closed: announced once to screen readers, shown on the map until seen, and counted in the
 // title.
 
-import { whomOf } from "./alertitem.js";
+import { headOf } from "./alertitem.js";
 import { byId, element, setText } from "./dom.js";
 import * as format from "./format.js";
 
@@ -21,10 +21,18 @@ export class News {
   unsaid = []; // alerts to announce
   saidAt = -Infinity;
 
-  /** `open` shows the panel; `changed` is called when the news change; `told` receives each new alert. */
-  constructor({ open, changed, told }) {
+  /**
+   * `open` shows the panel; `changed` is called when the news change; `told` receives each new alert; `acknowledge` acknowledges
+   * one, and opens nothing.
+   */
+  constructor({ open, changed, told, acknowledge }) {
     Object.assign(this, { changed, tell: told });
     byId("toast-open").addEventListener("click", open);
+    // If it fails, the panel says why.
+    byId("toast-acknowledge").addEventListener("click", async () => {
+      const { worst } = this;
+      if (worst && !(await acknowledge(worst))) open();
+    });
     byId("toast-close").addEventListener("click", () => this.seen());
     setInterval(() => this.tick(), 1000);
   }
@@ -77,8 +85,7 @@ export class News {
     const sorted = this.sorted();
     const lines = sorted.slice(0, SHOWN).map(({ alert, over }) => {
       const ended = over ? ` (over at ${format.utc(over)} UTC)` : "";
-      const whom = whomOf(alert);
-      return element("li", { "data-severity": alert.severity }, element("span", { class: "severity" }, alert.severity), whom ? element("strong", {}, ` ${whom}: `) : " ", `${alert.text ?? alert.kind}${ended}`);
+      return element("li", { "data-severity": alert.severity }, ...headOf(alert), ended);
     });
     const more = sorted.length - lines.length;
     if (more) lines.push(element("li", {}, `and ${more} more`));

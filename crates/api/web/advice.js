@@ -1,0 +1,16 @@
+// What an operator can do about an alert, by kind. Texts of the other kinds say it themselves.
+
+const ADVICE = {
+  area: "Call its operator: it has to leave.",
+  "area-predicted": "Call its operator before it enters.",
+  conflict: "Call both operators: they have to separate.",
+  emergency: "Clear its way, and call its operator.",
+  jamming: "Warn operators there; rely on radar.",
+  sensor: "Check the sensor, its line and its power.",
+  service: "Call the administrator.",
+  silent: "Call its operator; rely on radar.",
+  uncooperative: "Find its operator; warn traffic nearby.",
+};
+
+/** The advice; "" if the text of the alert has it. */
+export const adviceOf = ({ kind }) => ADVICE[kind] ?? "";
