@@ -161,7 +161,6 @@ pub fn is_closed_pipe(error: &(dyn Error + 'static)) -> bool {
 }
 
 #[cfg(test)]
-#[expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 mod tests {
     use super::*;
 
@@ -176,6 +175,8 @@ mod tests {
         [[sensors]]
         id = "gateway"
         kind = "remote-id"
+        sac = 25
+        sic = 2
         connections = [
             { format = "http" },
             { format = "mqtt", address = "mqtt://127.0.0.1:1883" },
