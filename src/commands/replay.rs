@@ -23,8 +23,7 @@ use super::{CommandResult, Outcome, Usage, progress};
 use crate::app::AppError;
 use input::capture::{Capture, CaptureFormat, MergedCaptures, Reception, SiteReceivers, TrailerRules};
 use input::pipeline::{Event, NotRestored, Output, Pipeline};
-use picture::PictureMaker;
-use picture::UncooperativeDetector;
+use picture::{PictureMaker, PictureSeries, UncooperativeDetector};
 use service::state::{EngineState, SavedState};
 use site::areas::Masks;
 use site::config::{Config, PictureKind, Profile};
@@ -75,8 +74,12 @@ pub fn run(args: &Args) -> CommandResult {
     let SavedState { numbers, registrations, correlations, engine } = args.saved_state()?;
     let begun = engine.as_deref().and_then(|octets| begun(octets, &config, &masks, &mut detector));
     let mut plan = correlations.plan(&config);
-    let mut replay_output =
-        ReplayOutput::open(args, &config, maker, detector, std::mem::take(&mut plan.alerts))?;
+    let mut replay_output = ReplayOutput::open(
+        args,
+        &config,
+        PictureSeries::new(maker, detector),
+        std::mem::take(&mut plan.alerts),
+    )?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
 
     #[expect(clippy::disallowed_methods, reason = "how long it took")]

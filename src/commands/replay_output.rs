@@ -19,10 +19,9 @@ use crate::app::{AppError, Stop};
 use fusion::Emission;
 use fusion::time::Time;
 use input::pipeline::Event;
-use picture::UncooperativeDetector;
 use picture::conflicts::{ConflictLine, ConflictWatch, Outlook};
 use picture::formats::{OutputFormat, PictureWriter};
-use picture::{Picture, PictureMaker};
+use picture::{Picture, PictureSeries};
 use service::live::PredictionPicture;
 use service::state::AlertDecision;
 use site::config::{Config, PictureKind, Profile};
@@ -34,10 +33,9 @@ type PicturesWriter = PictureWriter<Box<dyn Write + Send>>;
 pub(super) struct ReplayOutput<'a> {
     args: &'a Args,
     config: &'a Config,
-    maker: PictureMaker,
-    /// State at the start of the recording, and current state.
-    initial: UncooperativeDetector,
-    detector: UncooperativeDetector,
+    /// Pictures from the start of the recording on, and from here on.
+    initial: PictureSeries,
+    series: PictureSeries,
     /// Present with `--alerts`.
     alerts: Option<AlertFile>,
     /// Present with `--conflicts`, and with `--alerts` if conflicts are enabled.
@@ -62,17 +60,15 @@ impl<'a> ReplayOutput<'a> {
     pub(super) fn open(
         args: &'a Args,
         config: &'a Config,
-        maker: PictureMaker,
-        detector: UncooperativeDetector,
+        series: PictureSeries,
         decisions: Vec<AlertDecision>,
     ) -> Result<Self, AppError> {
         let usual = if args.udp { ReplaySpeed::Times(1.0) } else { ReplaySpeed::Max };
         Ok(Self {
             args,
             config,
-            maker,
-            detector: detector.clone(),
-            initial: detector,
+            initial: series.clone(),
+            series,
             output: open_output(args, config)?,
             alerts: open_alerts(args, config, decisions)?,
             conflicts: open_watch(args, config)?,
@@ -116,7 +112,7 @@ impl<'a> ReplayOutput<'a> {
         }
     }
 
-    pub(super) fn emit(&mut self, mut emission: Emission) {
+    pub(super) fn emit(&mut self, emission: Emission) {
         if self.failed.is_some() || self.is_stopped {
             return;
         }
@@ -125,12 +121,7 @@ impl<'a> ReplayOutput<'a> {
             || self.broadcast.is_some()
             || self.alerts.is_some()
             || foresees_now;
-        let mut now = emission.now.take().filter(|_| needs_now).map(|now| self.maker.now(now));
-        let mut lagged = self.maker.picture(emission);
-        self.detector.look(&mut lagged, &self.maker);
-        if let Some(now) = &mut now {
-            now.mark_as(&lagged);
-        }
+        let (lagged, now) = self.series.pictures(emission, needs_now);
         let is_lagged_wanted = self.is_wanted(&lagged);
         if let Some(alerts) = &mut self.alerts {
             let fusion = &self.config.fusion;
@@ -139,11 +130,11 @@ impl<'a> ReplayOutput<'a> {
                 None if fusion.now => None,
                 None => Some(PredictionPicture::Lagged(&lagged, fusion.latency() - fusion.slot / 2)),
             };
-            self.failed = alerts.note(&lagged, ahead, &self.maker, is_lagged_wanted).err();
+            self.failed = alerts.note(&lagged, ahead, self.series.maker(), is_lagged_wanted).err();
         }
         let outlook = self.conflicts.as_mut().and_then(|watch| match watch.on() {
-            PictureKind::Lagged => watch.look(&lagged, &self.maker),
-            PictureKind::Now => watch.look(now.as_ref()?, &self.maker),
+            PictureKind::Lagged => watch.look(&lagged, self.series.maker()),
+            PictureKind::Now => watch.look(now.as_ref()?, self.series.maker()),
         });
         if let Some(outlook) = outlook {
             self.failed = self.failed.take().or_else(|| self.note_outlook(&outlook).err());
@@ -174,8 +165,10 @@ impl<'a> ReplayOutput<'a> {
             broadcast.send(lagged, now.as_ref());
         }
         if let Some(writer) = &mut self.output {
-            self.failed =
-                writer.write(picture, &self.maker).map_err(|error| unwritten(self.args, &error)).err();
+            self.failed = writer
+                .write(picture, self.series.maker())
+                .map_err(|error| unwritten(self.args, &error))
+                .err();
         }
     }
 
@@ -193,7 +186,7 @@ impl<'a> ReplayOutput<'a> {
     /// Prepares for a repetition of the recording.
     pub(super) fn restart(&mut self) {
         self.first = None;
-        self.detector = self.initial.clone();
+        self.series = self.initial.clone();
         self.summary = ReplaySummary::default();
         self.pace.restart(self.config.fusion.slot.unsigned_abs());
     }

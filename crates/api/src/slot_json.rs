@@ -188,7 +188,13 @@ impl SlotJson {
         let mut features = vec![0..0; self.picture().tracks.len()];
         let mut write = |out: &mut Vec<u8>, slice: &TrackSlice| {
             let (track, from) = (self.track(slice), out.len());
-            write_feature(out, &self.frame, &TrackJson::lean(track, &self.maker), track.time, None);
+            write_feature(
+                out,
+                &self.frame,
+                &TrackJson::lean(track, &self.maker).named(track),
+                track.time,
+                None,
+            );
             features[slice.index] = from..out.len();
         };
         for (index, slice) in self.default_tracks().enumerate() {
@@ -258,11 +264,14 @@ impl SlotJson {
             out.into()
         };
         if competitors && !track.point.competitors.is_empty() {
-            return slice.full.get_or_init(|| write(&TrackJson::new(track, &self.maker))).clone();
+            return slice
+                .full
+                .get_or_init(|| write(&TrackJson::new(track, &self.maker).named(track)))
+                .clone();
         }
         let encoded = self.encoded.read().unwrap_or_else(PoisonError::into_inner);
         let cut = |encoded: &EncodedSlot| encoded.octets.slice(encoded.features[slice.index].clone());
-        encoded.as_ref().map_or_else(|| write(&TrackJson::lean(track, &self.maker)), cut)
+        encoded.as_ref().map_or_else(|| write(&TrackJson::lean(track, &self.maker).named(track)), cut)
     }
 
     /// Feature collection of the changed tracks selected by a filter.
@@ -275,7 +284,13 @@ impl SlotJson {
         let encoded = self.write(self.all(), filter, |out, _, slice| {
             let track = self.track(slice);
             let json = if filter.competitors() { TrackJson::new } else { TrackJson::lean };
-            write_feature(out, &self.frame, &json(track, &self.maker), track.time, trails.get(&slice.id));
+            write_feature(
+                out,
+                &self.frame,
+                &json(track, &self.maker).named(track),
+                track.time,
+                trails.get(&slice.id),
+            );
         });
         encoded.into()
     }

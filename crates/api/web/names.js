@@ -42,8 +42,12 @@ function endOf(serial, others) {
   return serial.slice(-length);
 }
 
-/** Callsign or address of an aircraft; end of a serial number; "R 142" for a radar-only track; else the track number. */
+/**
+ * The service's name. The history has none: callsign or address of an aircraft; end of a serial number; "R 142" for a radar-only
+ * track; else the track number.
+ */
 export function shortName(track) {
+  if (track.properties.name) return track.properties.name;
   const { callsign, icao24 } = track.properties.aircraft ?? {};
   if (callsign || icao24) return callsign ?? icao24;
   const { serial } = track;

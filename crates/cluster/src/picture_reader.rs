@@ -28,6 +28,7 @@ use super::region::{CellMessage, CellMessageContent};
 use super::report::CellReport;
 use super::shared_configuration::SharedConfiguration;
 use fusion::slots::SlotGrid;
+use picture::TrackNames;
 use presence::{CellReports, PresentGateways, SensorSettling};
 use reports::merge_reports;
 use service::live::{CellState, ClusterMembers, LineStatus, OperatorDecision, ViewerInput, now};
@@ -127,6 +128,7 @@ async fn forward_slots(
     let locked = || merger.lock().unwrap_or_else(PoisonError::into_inner);
     let compared = || clock.lock().unwrap_or_else(PoisonError::into_inner);
     let mut reading = log.all_outputs(0);
+    let mut names = TrackNames::default();
     loop {
         // A slot that waits for a missing cell is checked again soon.
         let waits = locked().waits_until().is_some();
@@ -174,7 +176,9 @@ async fn forward_slots(
         away.difference(&before)
             .for_each(|cell| warn!(%cell, "the picture goes on without the cell: nobody publishes it"));
         before.difference(&away).for_each(|cell| info!(%cell, "the cell is part of the picture again"));
-        for (picture, now) in ready {
+        for (mut picture, mut now) in ready {
+            names.name(&mut picture);
+            now.iter_mut().for_each(|now| names.label(now));
             if seen.send(ViewerInput::Slot(picture.into(), now.map(Box::new))).is_err() {
                 return;
             }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix2, Matrix4};
 
-use crate::{Picture, PictureMaker, PictureTrack, TrackClass, TrackNames};
+use crate::{Picture, PictureMaker, PictureTrack, TrackClass};
 use fusion::conflicts::{self, ConflictAircraft, Conflicts, HeldLevel, Level, TrafficKind, Volume};
 use fusion::frames::Geodetic;
 use fusion::integrity::State;
@@ -31,7 +31,6 @@ pub struct ConflictWatch {
     max_accuracy_m: f64,
     /// The conflicts that hold a level, as last evaluated with both aircraft present, by id and volume.
     held: BTreeMap<(u64, usize), Conflict>,
-    names: TrackNames,
     ground: GroundMonitor,
 }
 
@@ -123,7 +122,6 @@ impl ConflictWatch {
             age_s: config.fusion.latency_of(on).as_secs_f64(),
             max_accuracy_m: config.output.max_accuracy_m,
             held: BTreeMap::new(),
-            names: TrackNames::default(),
             ground: GroundMonitor::default(),
         }
     }
@@ -146,7 +144,6 @@ impl ConflictWatch {
         let time = Time::from_nanos(picture.time.nanos() + (self.age_s * SECOND as f64) as i64);
         let tracks: BTreeMap<conflicts::ConflictKey, &PictureTrack> =
             picture.within(self.max_accuracy_m).map(|track| (track.key(), track)).collect();
-        self.names.note(picture);
         self.ground.note(picture.time, tracks.values().copied());
         let aircraft = tracks.values().filter_map(|track| self.aircraft(track, maker)).collect();
         let evaluation = self.conflicts.evaluate(time, aircraft);
@@ -175,7 +172,7 @@ impl ConflictWatch {
                 }),
                 integrity: tracks.into_iter().filter_map(|track| Some(track.point.integrity?.state)).max(),
                 trusted: tracks.map(PictureTrack::trusted),
-                names: tracks.map(|track| self.names.track(track)),
+                names: tracks.map(|track| track.name.clone()),
                 failed: tracks.map(PictureTrack::failed),
                 are_heights_known,
                 volume_m: [volumes[found.volume].horizontal_m, volumes[found.volume].vertical_m],

@@ -11,6 +11,7 @@ mod motion;
 mod names;
 pub mod remote_id_json;
 mod rfc3339;
+mod series;
 mod texts;
 mod track_json;
 mod uncooperative_detector;
@@ -35,8 +36,9 @@ pub use class::TrackClass;
 pub use integrity_json::{ReasonName, StateName};
 pub use kinds::TrackSource;
 pub use motion::{Ellipse, PublishedMotion};
-pub use names::TrackNames;
+pub use names::{TrackNames, short_serial};
 pub use rfc3339::Rfc3339;
+pub use series::PictureSeries;
 pub use texts::{serial_text, text};
 pub use track_json::{TrackJson, TransponderId};
 pub use uncooperative_detector::{Resolved, UncooperativeDetector};
@@ -106,6 +108,9 @@ pub struct PictureTrack {
     pub disputed: Vec<String>,
     /// Id of the aircraft, if assigned by a region of several cells.
     pub id: Option<String>,
+    /// Short name, unique among the tracks of a picture; empty until [`TrackNames`] gives it. Each node of a cluster names for itself.
+    #[serde(skip)]
+    pub name: String,
     /// Whether it flies without a transponder where a receiver should hear one; found by [`UncooperativeDetector`].
     pub is_uncooperative: bool,
 }
@@ -273,6 +278,7 @@ impl PictureMaker {
                     .map(|estimate| PublishedMotion::new(estimate, point.position, position, &self.frame)),
                 disputed,
                 id: None,
+                name: String::new(),
                 is_uncooperative: false,
                 point,
             }

@@ -1,9 +1,9 @@
 //! Short names of aircraft, as the map writes them beside a symbol: callsign or address, the end of the serial number, or the
-//! track number. The page names its tracks in the same way (`crates/api/web/names.js`).
+//! track number.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::track_json::text;
+use super::texts::text;
 use super::{Picture, PictureTrack, serial_text};
 use fusion::report::Space;
 use fusion::time::{SECOND, Time};
@@ -15,15 +15,17 @@ const END: usize = 5;
 const FORGET_NS: i64 = 60 * SECOND;
 
 /// Names of the aircraft in successive pictures. A name is unique among the aircraft shown, and stays while one is shown.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct TrackNames {
+    /// Time of the last picture.
+    last: Option<Time>,
     /// Each known transponder.
     known: BTreeMap<Identity, NamedTransponder>,
     /// Transponders that several tracks of the last picture have.
     doubled: BTreeSet<Identity>,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct NamedTransponder {
     serial: String,
     /// End of the serial number that no other one had when it appeared.
@@ -32,8 +34,24 @@ struct NamedTransponder {
 }
 
 impl TrackNames {
+    /// Names the tracks of the next picture. A picture before the last one begins anew.
+    pub fn name(&mut self, picture: &mut Picture) {
+        if self.last.replace(picture.time).is_some_and(|last| picture.time < last) {
+            self.known.clear();
+        }
+        self.note(picture);
+        self.label(picture);
+    }
+
+    /// Names the tracks of a picture that belongs to the last one.
+    pub fn label(&self, picture: &mut Picture) {
+        for track in &mut picture.tracks {
+            track.name = self.track(track);
+        }
+    }
+
     /// Learns the transponders of a picture.
-    pub fn note(&mut self, picture: &Picture) {
+    fn note(&mut self, picture: &Picture) {
         let now = picture.time;
         self.known.retain(|_, known| now.nanos().abs_diff(known.seen.nanos()) <= FORGET_NS.unsigned_abs());
         self.doubled.clear();
@@ -61,14 +79,8 @@ impl TrackNames {
         }
     }
 
-    /// Discards all names.
-    pub fn clear(&mut self) {
-        self.known.clear();
-        self.doubled.clear();
-    }
-
     /// Name of a track.
-    pub fn track(&self, track: &PictureTrack) -> String {
+    fn track(&self, track: &PictureTrack) -> String {
         let number = track.point.number;
         let Some(part) = track.point.source.transponder() else {
             let is_radar = matches!(track.point.source, Source::Radar(_));
@@ -84,9 +96,8 @@ impl TrackNames {
     }
 
     /// Name of a transponder: the end of its serial number.
-    pub fn transponder(&self, identity: Identity) -> String {
-        let known = self.known.get(&identity);
-        known.map_or_else(|| end(&serial_text(identity), END), |known| known.end.clone())
+    fn transponder(&self, identity: Identity) -> String {
+        self.known.get(&identity).map_or_else(|| short_serial(identity), |known| known.end.clone())
     }
 
     /// Shortest end of a serial number, of at least five characters, that no other one has.
@@ -103,6 +114,11 @@ impl TrackNames {
 
 fn identity(track: &PictureTrack) -> Option<Identity> {
     track.point.source.transponder().map(|part| part.identity)
+}
+
+/// End of a serial number, for a transponder that no picture has shown.
+pub fn short_serial(identity: Identity) -> String {
+    end(&serial_text(identity), END)
 }
 
 /// Last characters of a text.

@@ -42,6 +42,7 @@ fn track(estimate: Option<(Basis, f64)>) -> PictureTrack {
         altitude_amsl_m: None,
         disputed: Vec::new(),
         id: None,
+        name: String::new(),
         is_uncooperative: false,
     }
 }

@@ -25,6 +25,10 @@ pub struct TrackJson<'a> {
     /// Id of the track. Operational profile: one per aircraft, `U-…`. Reference profile: `F-…`, `R-…`, `T-…`, which change with
     /// its sources.
     id: String,
+    /// Short name as on the map, unique among the tracks of a picture: callsign or address, end of the serial number, or `R` and the
+    /// number of a radar's track.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    name: Option<&'a str>,
     #[schemars(extend("enum" = TrackSource::NAMES))]
     source: &'static str,
     track_number: u32,
@@ -299,11 +303,18 @@ impl<'a> TrackJson<'a> {
         Self::with(track, &[], maker)
     }
 
+    /// Adds the name. Files have none, since it depends on when a picture was first shown.
+    #[must_use]
+    pub fn named(self, track: &'a PictureTrack) -> Self {
+        Self { name: Some(&*track.name).filter(|name| !name.is_empty()), ..self }
+    }
+
     fn with(track: &'a PictureTrack, competitors: &[Competitor], maker: &'a PictureMaker) -> Self {
         let source = &track.point.source;
         let (motion, vertical) = (track.motion.as_ref(), track.vertical_motion());
         Self {
             id: maker.track_id(track),
+            name: None,
             source: track.source_name(),
             track_number: track.point.number,
             state: if track.is_coasting() { TrackState::Coasting } else { TrackState::Active }.name(),

@@ -46,6 +46,7 @@ pub(super) fn track(number: u32, since: Slot, slot: Slot, east_m: f64) -> Pictur
         altitude_amsl_m: None,
         disputed: Vec::new(),
         id: None,
+        name: String::new(),
         is_uncooperative: false,
     }
 }

@@ -26,7 +26,6 @@ use fusion::Identity;
 use fusion::time::{SECOND, Time};
 
 use areas::Approaches;
-use picture::TrackNames;
 use situations::Situations;
 
 pub use areas::PredictionPicture;
@@ -140,8 +139,8 @@ pub struct AlertMonitor {
     lasting: BTreeMap<AlertKey, (Alert, Time)>,
     /// What is true of each active alert once its cause is gone, in the past tense.
     pasts: BTreeMap<AlertKey, String>,
-    /// Names of the aircraft in the pictures.
-    names: TrackNames,
+    /// Last name of each transponder that was in a picture in the last ten minutes, with the time of the picture.
+    names: BTreeMap<Identity, (String, Time)>,
     /// Situations of aircraft in conflict.
     situations: Situations,
     /// Ended alerts, the latest first.

@@ -19,8 +19,7 @@ use fusion::slots::Slot;
 use fusion::time::Time;
 use input::capture::Reception;
 use input::pipeline::{Event, NotRestored, Output, Pipeline, Selection, Shed, Shedding};
-use picture::PictureMaker;
-use picture::UncooperativeDetector;
+use picture::{PictureMaker, PictureSeries, UncooperativeDetector};
 use site::areas::Masks;
 use site::config::Config;
 
@@ -45,10 +44,9 @@ pub enum DriverEvent {
 #[derive(Debug)]
 pub struct Driver {
     pipeline: Pipeline,
-    maker: PictureMaker,
+    series: PictureSeries,
     health: SensorMonitor,
     registrar: Registrar,
-    detector: UncooperativeDetector,
     flags: Flags,
     /// Time from a slot's centre to its deadline.
     due_after: SignedDuration,
@@ -71,10 +69,12 @@ impl Driver {
     pub fn new(config: &Config, masks: Masks, started: Time, lines: usize) -> Self {
         let pipeline = Pipeline::new(config, masks);
         Self {
-            maker: PictureMaker::new(config, pipeline.normaliser()),
+            series: PictureSeries::new(
+                PictureMaker::new(config, pipeline.normaliser()),
+                UncooperativeDetector::default(),
+            ),
             health: SensorMonitor::new(config, started),
             registrar: Registrar::new(config),
-            detector: UncooperativeDetector::default(),
             flags: Flags::default(),
             due_after: config.fusion.latency() - config.fusion.slot / 2,
             pipeline,
@@ -131,7 +131,7 @@ impl Driver {
     pub fn restore(&mut self, config: &Config, masks: Masks, state: &[u8]) -> Result<(), NotRestored> {
         let state = EngineState::parse(state).ok_or(NotRestored::Unreadable)?;
         self.pipeline = Pipeline::restored(config, masks, state.pipeline)?;
-        self.detector.restore(state.detector);
+        self.series.detector.restore(state.detector);
         Ok(())
     }
 
@@ -144,7 +144,7 @@ impl Driver {
 
     /// Appends the encoded state to a buffer.
     pub fn checkpoint_into(&self, config: &Config, octets: &mut Vec<u8>) {
-        EngineState::begin(&self.detector.checkpoint(), octets);
+        EngineState::begin(&self.series.detector.checkpoint(), octets);
         self.pipeline.checkpoint_into(config, octets);
     }
 
@@ -159,8 +159,9 @@ impl Driver {
     }
 
     /// Adds the detection of drones without a transponder.
-    pub fn with_detector(self, detector: UncooperativeDetector) -> Self {
-        Self { detector, ..self }
+    pub fn with_detector(mut self, detector: UncooperativeDetector) -> Self {
+        self.series.detector = detector;
+        self
     }
 
     /// Time at which an arrival is handled and recorded: its time of reception, or just after the last slot was to be made,
@@ -227,13 +228,7 @@ impl Driver {
                 Output::Emission(mut emission) => {
                     let numbers = std::mem::take(&mut emission.numbers);
                     self.flags.note(&emission.concerns);
-                    let now = emission.now.take().map(|now| self.maker.now(now));
-                    let mut picture = self.maker.picture(emission);
-                    self.detector.look(&mut picture, &self.maker);
-                    let now = now.map(|mut now| {
-                        now.mark_as(&picture);
-                        now
-                    });
+                    let (picture, now) = self.series.pictures(emission, true);
                     self.latest = Some(picture.time);
                     let due = picture.time + self.due_after;
                     self.made_at = Some(due + -self.lead());
@@ -349,6 +344,6 @@ impl Driver {
 
     /// Converts the engine's output to pictures.
     pub fn maker(&self) -> &PictureMaker {
-        &self.maker
+        self.series.maker()
     }
 }

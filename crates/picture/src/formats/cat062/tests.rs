@@ -81,6 +81,7 @@ fn track(number: u32, source: Source, estimate: Option<Estimate>) -> PictureTrac
         motion,
         disputed: Vec::new(),
         id: None,
+        name: String::new(),
         is_uncooperative: false,
     }
 }

@@ -75,7 +75,7 @@ impl AlertMonitor {
                 settings.areas.around(visitor(track, serial.as_deref(), now), maker.geoid_undulation_m())
             {
                 let id = maker.track_id(track);
-                let name = self.names.track(track);
+                let name = track.name.clone();
                 let text = inside(&name, &presence);
                 let severity = match presence.severity {
                     AreaSeverity::Warning => Severity::Warning,
@@ -151,7 +151,7 @@ impl AlertMonitor {
                 areas.ahead(visitor, &path, course_deviation(estimate), age.as_secs_f64(), undulation_m)
             {
                 let id = maker.track_id(track);
-                let name = self.names.track(track);
+                let name = track.name.clone();
                 let text = entering(&name, &entry);
                 let area = entry.label.to_owned();
                 let details = AlertDetails::AreaPredicted {

@@ -10,13 +10,15 @@ use super::wording::{
 };
 use super::{AlertCause, AlertDetails, AlertInput, AlertKind, AlertMonitor, Severity};
 use fusion::integrity::{Concern, State};
-use fusion::time::Time;
+use fusion::time::{SECOND, Time};
 use fusion::{Enu, Identity};
 use input::json::rounded;
-use picture::{Picture, PictureMaker, PictureTrack, serial_text};
+use picture::{Picture, PictureMaker, PictureTrack, serial_text, short_serial};
 
 /// Margin around the last positions of jammed transponders, in metres.
 const HULL_MARGIN_M: f64 = 100.0;
+/// Time for which a name is remembered, in nanoseconds.
+const NAMED_NS: u64 = 600 * SECOND as u64;
 /// Number of corners of a circle around a position.
 const CORNERS: usize = 24;
 
@@ -36,7 +38,7 @@ impl AlertMonitor {
             self.names.clear();
             self.situations.clear();
         }
-        self.names.note(picture);
+        self.note_names(picture);
         self.derive(AlertInput::Picture, now);
         went_back
             | self.note_transponders(picture, maker)
@@ -71,6 +73,22 @@ impl AlertMonitor {
         }
     }
 
+    /// Records the names of transponders, for alerts about those that are no longer in the picture.
+    fn note_names(&mut self, picture: &Picture) {
+        let now = picture.time;
+        self.names.retain(|_, (_, seen)| now.nanos().abs_diff(seen.nanos()) <= NAMED_NS);
+        for track in &picture.tracks {
+            let Some(part) = track.point.source.transponder() else { continue };
+            let (name, seen) = self.names.entry(part.identity).or_default();
+            name.clone_from(&track.name);
+            *seen = now;
+        }
+    }
+
+    fn transponder_name(&self, identity: Identity) -> String {
+        self.names.get(&identity).map_or_else(|| short_serial(identity), |(name, _)| name.clone())
+    }
+
     fn raised(&self, concern: &Concern, picture: &Picture, maker: &PictureMaker) -> (AlertKind, AlertCause) {
         let id_of = |number: Option<u32>| {
             let track = picture.tracks.iter().find(|track| Some(track.point.number) == number)?;
@@ -82,7 +100,7 @@ impl AlertMonitor {
                 Some(track.point.number) == number && part.is_some_and(|part| part.identity == identity)
             };
             let track = picture.tracks.iter().find(is_of);
-            track.map_or_else(|| self.names.transponder(identity), |track| self.names.track(track))
+            track.map_or_else(|| self.transponder_name(identity), |track| track.name.clone())
         };
         match concern {
             Concern::Integrity { identity, track, twin, state, reasons, offset_m } => {
@@ -109,7 +127,7 @@ impl AlertMonitor {
                 };
                 let name = name_of(*identity, *track);
                 let twin = picture.tracks.iter().find(|track| Some(track.point.number) == *twin);
-                let twin = twin.map(|track| self.names.track(track));
+                let twin = twin.map(|track| track.name.clone());
                 let text = lying(&name, twin.as_deref(), &details, since);
                 let was = if *state == State::Failed { "not to be trusted" } else { "suspect" };
                 let past = format!("transponder {name} was {was} from {} on", at(since));
@@ -162,7 +180,7 @@ impl AlertMonitor {
             Concern::Jamming { identities, places, since } => {
                 let details =
                     AlertDetails::Jamming { identities: identities.clone(), hull: hull(places, maker) };
-                let names: Vec<String> = identities.iter().map(|&one| self.names.transponder(one)).collect();
+                let names: Vec<String> = identities.iter().map(|&one| self.transponder_name(one)).collect();
                 let text = jamming(&names, *since);
                 let past = were_jammed(&names, *since);
                 (
@@ -185,7 +203,7 @@ impl AlertMonitor {
         let marked = picture.tracks.iter().filter(|track| track.is_uncooperative && !is_twin(track));
         let found = marked.map(|track| {
             let id = maker.track_id(track);
-            let name = self.names.track(track);
+            let name = track.name.clone();
             let text = uncooperative(&name, self.lasting(kind, &id, now).0);
             let details = AlertDetails::Uncooperative { is_resolved: false };
             AlertCause {
@@ -200,8 +218,8 @@ impl AlertMonitor {
         for one in &picture.resolved {
             let key = (kind, one.id.clone(), String::new());
             let track = picture.tracks.iter().find(|track| maker.track_id(track) == one.id);
-            let name = track.map(|track| self.names.track(track));
-            let transponder = one.identity.map(|identity| self.names.transponder(identity));
+            let name = track.map(|track| track.name.clone());
+            let transponder = one.identity.map(|identity| self.transponder_name(identity));
             if let Some((alert, _)) = self.lasting.get_mut(&key) {
                 alert.text = resolved(name.as_deref(), transponder.as_deref());
                 self.pasts.remove(&key);
@@ -221,7 +239,7 @@ impl AlertMonitor {
         });
         let found = declaring.map(|(track, identity)| {
             let (id, subject) = (maker.track_id(track), subject(identity));
-            let name = self.names.track(track);
+            let name = track.name.clone();
             let text = emergency(&name, self.lasting(kind, &subject, now).0);
             let past = format!("{name} declared an emergency");
             let details = AlertDetails::Emergency { identity, track_id: Some(id) };
