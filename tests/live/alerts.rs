@@ -74,7 +74,17 @@ fn by_kind(alerts: Vec<Value>) -> BTreeMap<String, Vec<Value>> {
             kinds.entry(kind).or_default().push(alert);
         }
     }
+    // The stream also has each wording of an alert whose figures change by the second.
+    kinds.values_mut().for_each(|alerts| alerts.dedup_by_key(|alert| without_figures(alert)));
     kinds
+}
+
+fn without_figures(alert: &Value) -> Value {
+    let mut alert = alert.clone();
+    for member in ["text", "closest", "time_to_entry_s", "earliest_s"] {
+        alert.as_object_mut().unwrap().remove(member);
+    }
+    alert
 }
 
 /// Sends the flight in steps until both alerts are active.

@@ -31,6 +31,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("/cluster.js", JAVASCRIPT, include_str!("../web/cluster.js")),
     ("/condition.js", JAVASCRIPT, include_str!("../web/condition.js")),
     ("/conflicts.js", JAVASCRIPT, include_str!("../web/conflicts.js")),
+    ("/crowds.js", JAVASCRIPT, include_str!("../web/crowds.js")),
     ("/detail.js", JAVASCRIPT, include_str!("../web/detail.js")),
     ("/dom.js", JAVASCRIPT, include_str!("../web/dom.js")),
     ("/exports.js", JAVASCRIPT, include_str!("../web/exports.js")),

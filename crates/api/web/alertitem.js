@@ -23,7 +23,7 @@ export function whoOf({ acknowledged, shelved }) {
 }
 
 /** Severity and text, as in the list, the toast and the history. */
-export const headOf = (alert) => [element("span", { class: "severity" }, severityOf(alert)), alert.text ?? alert.kind];
+export const headOf = (alert) => [element("span", { class: "severity" }, severityOf(alert)), " ", alert.text ?? alert.kind];
 
 /** Severity that counts: of an ended alert the highest that it had. */
 export const severityOf = ({ severity, worst, latched }) => (latched ? (worst ?? severity) : severity);

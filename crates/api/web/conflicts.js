@@ -79,7 +79,7 @@ export class Conflicts {
     const { a, b, level, volume, probability } = conflict;
     const when = ahead(conflict) > 0 ? `in ${Math.round(ahead(conflict))} s` : "now";
     const words = `${nameOf(a)} – ${nameOf(b)}: ${apart(conflict)}, ${when} (${volume}, ${Math.round(100 * probability)} %)`;
-    const show = element("button", { type: "button", class: "situation", title: "Show on the map" }, element("span", { class: "severity" }, level), words);
+    const show = element("button", { type: "button", class: "situation", title: "Show on the map" }, element("span", { class: "severity" }, level), " ", words);
     show.addEventListener("click", () => this.map.go([a, b]));
     return element("li", { "data-severity": level }, show);
   }

@@ -1,5 +1,6 @@
 // The canvas: order of drawing, at most once per screen frame, and the effect of clicks.
 
+import { chosenOf, drawCrowds } from "./crowds.js";
 import { drawRadars, drawRings, drawScale, scaleBox } from "./fixtures.js";
 import { drawLabels } from "./labels.js";
 import { palette } from "./palette.js";
@@ -125,6 +126,7 @@ export class Map2d {
     if (layers.vectors) drawVectors(context, view, this.placed);
     drawTrust(context, view, this.placed);
     this.conflicts?.draw(context, view, this.placed, this.picture.frame);
+    drawCrowds(context, view, this.placed);
     if (layers.labels) drawLabels(context, view, this.placed);
     drawSymbols(context, view, this.placed, time, this.alerted);
     this.tool?.draw(context, view);
@@ -191,11 +193,7 @@ export class Map2d {
   }
 
   click(px, py) {
-    let [best, nearest] = [null, REACH_PX];
-    for (const [track, x, y] of this.placed) {
-      const apart = Math.hypot(x - px, y - py);
-      if (apart <= nearest) [best, nearest] = [track, apart];
-    }
+    const best = chosenOf(this.placed, px, py, REACH_PX, settings.selected);
     if (!this.tool) return change({ selected: best?.id ?? null });
     this.tool.add(...this.view.toLocal(px, py), best);
     this.invalidate();

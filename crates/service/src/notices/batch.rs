@@ -121,7 +121,7 @@ mod tests {
         for id in 1..=16 {
             let name = if id <= 5 { "Airfield".to_owned() } else { format!("Field {id}") };
             let area = AreaName { name, identifier: None, kind: None };
-            let details = AlertDetails::Area { area, is_height_unknown: false };
+            let details = AlertDetails::Area { label: area.name.clone(), area, is_height_unknown: false };
             queue.push(
                 AlertChange::Began,
                 Arc::new(Alert { details, ..Alert::clone(&alert(id)) }),

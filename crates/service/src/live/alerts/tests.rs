@@ -1,6 +1,7 @@
 //! Alerts that begin, change and end.
 
 mod areas;
+mod conflicts;
 mod operators;
 mod rules;
 
@@ -164,6 +165,7 @@ impl Slots {
             newcomers: Vec::new(),
             concerns: concerns.to_vec(),
         });
+        picture::TrackNames::default().name(&mut picture);
         change(&mut picture);
         self.alerts.note_picture(&picture, &self.maker);
         let changes = self.alerts.take_changes();
@@ -190,7 +192,7 @@ fn untrusted_transponder_is_one_alert_with_each_change_once() {
     };
     let told = json!({
         "id": "integrity-1", "kind": "integrity", "severity": "warning", "since": "1970-01-01T01:00:00.000Z",
-        "text": "transponder ALPHA (R-halfmoon-7-0) is suspect since 01:00:00 UTC, because radar sees the aircraft 41 m from \
+        "text": "transponder ALPHA is suspect since 01:00:00 UTC, because radar sees the aircraft 41 m from \
                  where it says it is; its position may be false: do not rely on it until that is cleared up",
         "identity": "ALPHA", "track_id": "R-halfmoon-7-0", "state": "suspect", "reasons": ["radar"], "offset_m": 41.0,
     });
@@ -216,9 +218,30 @@ fn untrusted_transponder_is_one_alert_with_each_change_once() {
         }),
         []
     );
-    let changes = slots.pass(3605, &[], |_| {});
+    // An alert that ends states the worst that was.
+    slots.pass(3605, &[lies(State::Suspect, &[Reason::Radar], None, 44.0)], |_| {});
+    let changes = slots.pass(3606, &[], |_| {});
     let [(AlertChange::Ended, over)] = &changes[..] else { panic!("{changes:?}") };
-    assert_eq!((&over["until"], &over["id"]), (&json!("1970-01-01T01:00:05.000Z"), &json!("integrity-1")));
+    assert_eq!((&over["until"], &over["id"]), (&json!("1970-01-01T01:00:06.000Z"), &json!("integrity-1")));
+    let text = "transponder ALPHA was not to be trusted from 01:00:00 UTC on; over since 01:00:05 UTC";
+    assert_eq!((&over["text"], &over["latched"]), (&json!(text), &json!(true)));
+}
+
+#[test]
+fn lie_covers_silence_heights_and_the_twin() {
+    for (state, kinds) in [
+        (State::Failed, &["integrity"][..]),
+        (State::Suspect, &["height", "integrity", "silent", "uncooperative"]),
+    ] {
+        let mut slots = Slots::new();
+        let silent = Concern::Silent { identity: alpha(), track: Some(7), heard: Time::default() };
+        let height = Concern::Height { identity: alpha(), track: Some(7), offset_m: 30.0, deviation_m: 5.0 };
+        let concerns = [lies(state, &[Reason::Radar], Some(8), 44.0), silent, height];
+        let changes = slots.pass(3600, &concerns, |picture| picture.tracks[1].is_uncooperative = true);
+        let mut raised: Vec<&str> = changes.iter().filter_map(|(_, alert)| alert["kind"].as_str()).collect();
+        raised.sort_unstable();
+        assert_eq!(raised, kinds, "{state:?}");
+    }
 }
 
 #[test]
