@@ -61,3 +61,23 @@ fn distrusted_transponder_is_marked() {
     browser.wait(&format!("{said}.includes('An operator has said: trusted')"), SOON);
     browser.wait(&format!("{failed}.length === 0 && {said}.includes('verified')"), SOON);
 }
+
+/// Number of buttons for decisions on a radar track that is fused with an aircraft's ADS-B, which has no identity of a drone.
+const DECISIONS: &str = "import('./detail.js').then(({Detail}) => { \
+    const radar = {kind: 'radar', sensor: 'gamekeeper', track_number: 7, log_likelihood_ratio: 9}; \
+    const properties = {id: 'U-7', lat: 52, lng: 0, aircraft: {icao24: '3c0001'}, contributors: [radar]}; \
+    const last = {id: 'U-7', name: '7', source: 'fused', time: 0, serial: '3c0001', properties}; \
+    const detail = Object.assign(Object.create(Detail.prototype), {last, picture: {time: 0}, \
+        info: {profile: 'operational', control: true}, verdicts: {section: () => null}}); \
+    return detail.content('U-7', false).flatMap(part => [...part.querySelectorAll('.decide')]).length; })";
+
+#[test]
+fn fused_aircraft_without_a_drone_identity_has_details() {
+    let Some(program) = installed() else { return };
+    let folder = fresh_folder("map-ads-b");
+    let service = Service::demo();
+    let mut browser = Browser::start(&program, &folder.join("profile"));
+    browser.open(&service.url());
+    browser.wait(&format!("{ROWS} > 0"), SOON + SOON);
+    assert_eq!(browser.number(DECISIONS), 0);
+}

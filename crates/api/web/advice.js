@@ -1,5 +1,6 @@
 // What an operator can do about an alert, by kind. Texts of the other kinds say it themselves.
 
+/** @type {Partial<Record<Alert["kind"], string>>} */
 const ADVICE = {
   area: "Call its operator: it has to leave.",
   "area-predicted": "Call its operator before it enters.",
@@ -12,5 +13,5 @@ const ADVICE = {
   uncooperative: "Find its operator; warn traffic nearby.",
 };
 
-/** The advice; "" if the text of the alert has it. */
+/** The advice; "" if the text of the alert has it. @param {Alert} alert */
 export const adviceOf = ({ kind }) => ADVICE[kind] ?? "";

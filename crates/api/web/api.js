@@ -1,12 +1,15 @@
 // The service's HTTP interface. URLs are relative, so that the page works behind a proxy's path too.
 
+/** @param {string} path */
 const address = (path) => new URL(`api/v1/${path}`, document.baseURI);
 
 // A service on the network requires a token. It is stored for this tab only, and removed with it.
 const TOKEN = "utm-fusion-token";
 let askForToken = () => {};
+/** @param {() => void} ask */
 export const onUnauthorized = (ask) => (askForToken = ask);
 export const askForAnother = () => askForToken();
+/** @param {string} token */
 export const setToken = (token) => sessionStorage.setItem(TOKEN, token);
 export const hasToken = () => sessionStorage.getItem(TOKEN) !== null;
 
@@ -18,38 +21,51 @@ function headers() {
   return { accept: "application/json", ...(token ? { authorization: `Bearer ${token}` } : {}) };
 }
 
+/** @template {string} Path @param {Path} path @returns {Promise<Answer<Path>>} */
 export const get = (path) => answer(address(path), {});
 
-/** A binary answer. */
+/** A binary answer. @param {string} path */
 export async function getOctets(path) {
   const response = await exchange(address(path), {});
   if (!response.ok) return answered(response); // throws the problem as text
   return new Uint8Array(await inTime(response.arrayBuffer()));
 }
 
-/** `value` is sent as JSON in the body. */
+/**
+ * `value` is sent as JSON in the body.
+ * @template {string} Path
+ * @param {Path} path @param {Record<string, string | number>} [parameters] @param {object | null} [value]
+ * @returns {Promise<Posted<Path>>}
+ */
 export function post(path, parameters = {}, value = null) {
   const url = address(path);
-  for (const [name, value] of Object.entries(parameters)) url.searchParams.set(name, value);
+  for (const [name, value] of Object.entries(parameters)) url.searchParams.set(name, String(value));
   const body = value === null ? {} : { body: JSON.stringify(value), headers: { "content-type": "application/json" } };
   return answer(url, { method: "POST", ...body });
 }
 
-/** URL of the stream. An EventSource cannot send headers, so with a token the URL contains a short-lived ticket. */
+/**
+ * URL of the stream. An EventSource cannot send headers, so with a token the URL contains a short-lived ticket.
+ * @param {StreamWish} wish
+ */
 async function streamAddress({ at, trailS }) {
   const url = address("stream");
-  url.searchParams.set("trail_s", trailS); // trails are available at once
-  url.searchParams.set("interval_ms", UPDATE_MS);
+  url.searchParams.set("trail_s", String(trailS)); // trails are available at once
+  url.searchParams.set("interval_ms", String(UPDATE_MS));
   if (at !== "lagged") url.searchParams.set("at", at);
   if (sessionStorage.getItem(TOKEN)) url.searchParams.set("ticket", (await post("stream-tickets")).ticket);
   return url;
 }
 
-/** The answer, or an error with a message for the operator: that of the service (RFC 9457) if there is one. */
+/**
+ * The answer, or an error with a message for the operator: that of the service (RFC 9457) if there is one.
+ * @param {URL} url @param {RequestInit} options
+ */
 async function answer(url, options) {
   return answered(await exchange(url, options));
 }
 
+/** @param {Response} response */
 async function answered(response) {
   if (response.status === 401) askForToken();
   const value = parsed(await bodyOf(response));
@@ -61,12 +77,14 @@ async function answered(response) {
   return value;
 }
 
+/** @param {URL} url @param {RequestInit} options */
 const exchange = (url, options) =>
   inTime(fetch(url, { ...options, headers: { ...headers(), ...options.headers }, signal: AbortSignal.timeout(LONGEST_ANSWER_MS) }));
 
+/** @param {Response} response */
 const bodyOf = (response) => inTime(response.text());
 
-/** Replaces a browser's message about a connection by one for the operator. */
+/** Replaces a browser's message about a connection by one for the operator. @template T @param {Promise<T>} promise */
 async function inTime(promise) {
   try {
     return await promise;
@@ -75,7 +93,7 @@ async function inTime(promise) {
   }
 }
 
-/** Parsed JSON; undefined if the text is not JSON. */
+/** Parsed JSON; undefined if the text is not JSON. @param {string} text */
 function parsed(text) {
   try {
     return JSON.parse(text);
@@ -84,12 +102,17 @@ function parsed(text) {
   }
 }
 
-/** A list in an answer. An answer without it is an error, not an empty list. */
+/**
+ * A list in an answer. An answer without it is an error, not an empty list.
+ * @template {string} Name @template {{ [name in Name]: unknown[] }} Value
+ * @param {Value} value @param {Name} name
+ */
 export function list(value, name) {
   if (!Array.isArray(value?.[name])) throw new Error(`the answer has no list of ${name}`);
   return value[name];
 }
 
+/** @type {EventName[]} */
 const EVENTS = ["snapshot", "tracks", "ended", "sensor", "integrity", "alert", "heartbeat", "resync", "closed"];
 const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 15000;
@@ -100,11 +123,15 @@ export class Stream {
   /**
    * `asked()` returns the picture `at` ("lagged" or "now") and the length of its trails, `trailS`. `on` has a function for each
    * event, `opened`, and `failed` with the seconds until the next attempt and the cause.
+   * @param {() => StreamWish} asked @param {StreamHandlers} on
    */
   constructor(asked, on) {
-    [this.asked, this.on] = [asked, on];
+    this.asked = asked;
+    this.on = on;
     this.wait = FIRST_WAIT_MS;
+    /** @type {EventSource | null} */
     this.source = null;
+    this.heard = 0; // on the page's monotonic clock
     this.opening = 0; // number of the attempt: results of earlier attempts are ignored
     this.open();
     setInterval(() => {
@@ -143,13 +170,16 @@ export class Stream {
     for (const name of EVENTS) source.addEventListener(name, (event) => this.take(name, event.data));
   }
 
-  /** After an event that cannot be processed the state is unknown, so a new stream starts with a snapshot. */
+  /**
+   * After an event that cannot be processed the state is unknown, so a new stream starts with a snapshot.
+   * @param {EventName} name @param {string} data
+   */
   take(name, data) {
     this.heard = performance.now();
     try {
       const value = JSON.parse(data);
       if (name === "closed") return this.again(value.reason);
-      this.on[name](value);
+      /** @type {(data: unknown) => void} */ (this.on[name])(value);
     } catch (error) {
       console.error(error);
       return this.again(`an event "${name}" could not be read`);
@@ -157,6 +187,7 @@ export class Stream {
     if (name === "heartbeat") this.wait = FIRST_WAIT_MS; // it worked for a second
   }
 
+  /** @param {string} why */
   again(why) {
     this.source?.close();
     this.source = null;

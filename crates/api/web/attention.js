@@ -3,7 +3,7 @@
 import { settings } from "./settings.js";
 import { isFlagged } from "./trust.js";
 
-/** Lower values come first in the table. On the map they are drawn last, so on top, and are labelled first. */
+/** Lower values come first in the table. On the map they are drawn last, so on top, and are labelled first. @param {Track} track */
 export function precedence(track) {
   if (settings.watched.has(track.watchId)) return 0;
   if (track.isUnknown) return 1;

@@ -6,10 +6,17 @@ const LOOK_MS = 250;
 
 /** Times are in ms since 1970 (UTC), and moments are on the page's monotonic clock. */
 export class ServiceClock {
-  sample = null; // {offset, error, at}: UTC minus monotonic clock, maximum error, and moment of the answer
+  /**
+   * UTC minus monotonic clock, maximum error, and moment of the answer.
+   * @type {{ offset: number, error: number, at: number } | null}
+   */
+  sample = null;
   published = NaN; // the same offset from the last event, which is too small by the event's delay
 
-  /** `jumped(ms)` is called after the display slept or its clock was set: time that the monotonic clock may have missed. */
+  /**
+   * `jumped(ms)` is called after the display slept or its clock was set: time that the monotonic clock may have missed.
+   * @param {(ms: number) => void} jumped
+   */
   constructor(jumped) {
     let before = Date.now() - performance.now();
     setInterval(() => {
@@ -22,7 +29,10 @@ export class ServiceClock {
     }, LOOK_MS);
   }
 
-  /** Takes the time in an answer to a request that was sent at `asked` and answered at `received`. */
+  /**
+   * Takes the time in an answer to a request that was sent at `asked` and answered at `received`.
+   * @param {number} time @param {number} asked @param {number} received
+   */
   answered(time, asked, received) {
     if (!Number.isFinite(time)) return;
     const sample = { offset: time - (asked + received) / 2, error: (received - asked) / 2, at: received };
@@ -31,7 +41,10 @@ export class ServiceClock {
     if (sample.error <= error || received - at > KEPT_MS || isContradicted) this.sample = sample;
   }
 
-  /** Takes the time at which an event was published; it was received at `received`. */
+  /**
+   * Takes the time at which an event was published; it was received at `received`.
+   * @param {number} time @param {number} received
+   */
   noted(time, received) {
     if (Number.isFinite(time)) this.published = time - received;
   }

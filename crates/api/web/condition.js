@@ -7,11 +7,13 @@ const NO_SLOT = "no slot has been published yet";
 
 /** Last answer of /status, and the states of the sensors. */
 export class Condition {
-  answer = null; // {state, ready, reasons}
+  /** @type {StatusAnswer | null} */
+  answer = null;
   isKnown = false;
-  sensors = []; // properties of all sensors
+  /** @type {SensorProperties[]} */
+  sensors = [];
 
-  /** Takes the answer of /status. */
+  /** Takes the answer of /status. @param {StatusAnswer} answer */
   take(answer) {
     if (typeof answer?.state !== "string") throw new Error("the answer has no state");
     this.answer = answer;
@@ -49,7 +51,7 @@ export class Condition {
     return (this.answer.reasons ?? []).join("; ") || "no reason was given";
   }
 
-  /** "radar silent since 2026-03-14 03:15:20 UTC"; "" while every sensor delivers. */
+  /** "radar silent since 2026-03-14 03:15:20 UTC"; "" while every sensor delivers. @param {number} now */
   silence(now) {
     const { silent } = this;
     if (silent.length <= MOST) return silent.map((sensor) => silenceOf(sensor, now)).join("; ");
@@ -59,6 +61,7 @@ export class Condition {
   }
 }
 
+/** @param {SensorProperties} sensor @param {number} now */
 function silenceOf({ id, last_seen }, now) {
   const time = Date.parse(last_seen);
   return Number.isFinite(time) ? `${id} silent since ${format.moment(time, now)}` : `nothing received from ${id}`;

@@ -8,6 +8,7 @@ import { change, settings, toggled } from "./settings.js";
 import { say, trustProperties, Verdicts } from "./trust.js";
 import * as units from "./units.js";
 
+/** @type {Record<string, string | undefined>} */
 const TYPE_WORDS = { crewed: "an aircraft with somebody on board", vehicle: "a vehicle on the ground" };
 
 const SOURCE_WORDS = {
@@ -15,30 +16,46 @@ const SOURCE_WORDS = {
   radar: "radar only",
   transponder: "transponder only",
 };
+/** @type {Record<string, string | undefined>} */
 const STATE_WORDS = {
   coasting: "coasting: extrapolated from the last measurement",
 };
+/** A radar track and a transponder. @typedef {{ sensor: string, track: number, uas: string, country?: string }} Pair */
+/** @typedef {"correlated" | "decorrelated" | "automatic"} Decision */
+/** @typedef {(about: Pair, decision: Decision) => void} Decide */
+
 const EVERY_MS = 500;
 const ASK_MS = 1000;
 
+/** @param {boolean | undefined} value */
 const yes = (value) => (value == null ? null : value ? "yes" : "no");
+/**
+ * The text of a value; null if it is unknown.
+ * @template T @param {T | null | undefined} value @param {(value: T) => string} text
+ */
 const known = (value, text) => (value == null || Number.isNaN(value) ? null : text(value));
 
+/** @param {number} ms */
 const preciseTime = (ms) => `${format.utc(ms, 2)} UTC`;
 
-/** Confidence that two tracks are one aircraft, from the natural logarithm of the likelihood ratio: 20 to 1, and 3 to 1. */
+/**
+ * Confidence that two tracks are one aircraft, from the natural logarithm of the likelihood ratio: 20 to 1, and 3 to 1.
+ * @param {number} value
+ */
 const confidence = (value) => (value >= Math.log(20) ? "high" : value >= Math.log(3) ? "medium" : "low");
 
-/** Bound of 95 % of the errors, and its class in ASTM F3411. */
+/** Bound of 95 % of the errors, and its class in ASTM F3411. @param {number} value @param {string | undefined} name */
 const accuracy = (value, name) => `${format.metres(value, 1)} (95${format.THIN}%)${name ? `, ${name}` : ""}`;
 
-/** Heading and text of each property; null if the service does not provide it. */
+/** The known properties of a track. @param {Track} track @param {number} time @returns {Property[]} */
 function properties(track, time) {
   const p = track.properties;
   const uas = p.uas_id ?? {};
   const derived = track.derived ? " (derived from the last 5 s of positions)" : "";
+  /** @param {string} text */
   const radar = (text) => `${text} (radar)`;
-  return [
+  /** @type {Property[]} */
+  const all = [
     ["Callsign", p.aircraft?.callsign],
     ["Serial number", uas.serial_number],
     ["Registration", uas.registration_id],
@@ -52,9 +69,9 @@ function properties(track, time) {
     ["Course", known(track.course, (value) => `${format.direction(value)}${derived}`)],
     ...trustProperties(track),
     ["Source", SOURCE_WORDS[track.source] ?? track.source],
-    ["State", STATE_WORDS[p.state] ?? p.state],
+    ["State", STATE_WORDS[p.state ?? ""] ?? p.state],
     ["Drone", known(p.uav_probability, (value) => radar(`${format.percent(value)} likely`))],
-    ["Type", TYPE_WORDS[p.aircraft_type]],
+    ["Type", TYPE_WORDS[p.aircraft_type ?? ""]],
     ["Position", format.position(p.lat, p.lng)],
     ["From the radar", known(track.range, (value) => `${units.distance(value)} at ${track.bearing.toFixed(1)}°`)],
     ["Accuracy, horizontal", known(p.accuracy_h_m, (value) => accuracy(value, p.accuracy_h)) ?? p.accuracy_h],
@@ -81,15 +98,17 @@ function properties(track, time) {
     ["Geoid separation", known(p.geoid_separation, (value) => format.metres(value, 1))],
     ["Track number", track.name],
     ["Id", track.id],
-  ].filter(([, text]) => text != null && text !== "");
+  ];
+  return all.filter(([, text]) => text != null && text !== "");
 }
 
 /**
  * Reason of an association: "radar track 134: 88.3 m of 152.4 m allowed, within in 72 of 72 slots (needs 90 %)", or a likelihood
  * ratio and the threshold below which the pair is separated.
+ * @param {Contributor} contributor @param {number | undefined} needed
  */
 function reason(contributor, needed) {
-  const { kind, sensor, track_number, weight, distance_m, threshold_m, within, co_present, ratio, log_likelihood_ratio, threshold, manual } = contributor;
+  const { kind, track_number, distance_m, threshold_m, within, co_present, ratio, log_likelihood_ratio, threshold, manual } = contributor;
   const parts = [];
   if (Number.isFinite(distance_m)) {
     parts.push(`${distance_m.toFixed(1)} m` + (Number.isFinite(threshold_m) ? ` of ${threshold_m.toFixed(1)} m allowed` : " apart"));
@@ -107,19 +126,25 @@ function reason(contributor, needed) {
   const own = `${kind} track ${track_number}`;
   const limit = manual || !threshold ? "" : `; separated below ${threshold.part}`;
   const title = Number.isFinite(log_likelihood_ratio) ? `Log-likelihood ratio ${log_likelihood_ratio.toFixed(1)}${limit}` : null;
-  return { own, sensor, weight, why: parts.join(", "), title, ...contributor };
+  return { ...contributor, own, why: parts.join(", "), title };
 }
 
-/** Radar track and transponder of a decision: a part of this track, with the rest of it or with a competitor. */
+/**
+ * Radar track and transponder of a decision: a part of this track, with the rest of it or with a competitor.
+ * @param {Track} track @param {Contributor} part @param {Competitor} [competitor]
+ */
 function pair(track, part, competitor) {
   const radar = part.kind === "radar" ? part : competitor;
   const uas = competitor?.uas_id ?? track.properties.uas_id;
-  if (!radar || !uas) return null;
+  if (radar?.track_number === undefined || !uas) return null;
   const country = uas.registration_country;
   return { sensor: radar.sensor, track: radar.track_number, uas: idOf(uas), ...(country ? { country } : {}) };
 }
 
-/** A button for a decision. Its id stays the same at a refresh. */
+/**
+ * A button for a decision. Its id stays the same at a refresh.
+ * @param {string} words @param {Pair} about @param {Decision} verdict @param {Decide} decide
+ */
 function button(words, about, verdict, decide) {
   const id = `decide-${verdict}-${about.sensor}-${about.track}-${about.uas}`;
   const made = element("button", { type: "button", id, class: "decide" }, words);
@@ -127,7 +152,10 @@ function button(words, about, verdict, decide) {
   return made;
 }
 
-/** Competing associations of a part of the track, with buttons for decisions; `decide` is null if the user may not decide. */
+/**
+ * Competing associations of a part of the track, with buttons for decisions; `decide` is null if the user may not decide.
+ * @param {Track} track @param {Contributor} part @param {Decide | null} decide
+ */
 function competitors(track, part, decide) {
   return (part.competitors ?? []).map((competitor) => {
     const { sensor, track_number, uas_id, log_likelihood_ratio, decorrelated } = competitor;
@@ -142,7 +170,10 @@ function competitors(track, part, decide) {
   });
 }
 
-/** `whole` is the track as requested separately, because the stream leaves competitors out. */
+/**
+ * `whole` is the track as requested separately, because the stream leaves competitors out.
+ * @param {Track} track @param {TrackFeature | null} whole @param {Info | null} info @param {Decide | null} decide
+ */
 function contributors(track, whole, info, decide) {
   const needed = info?.settings?.ratio_min;
   const list = element("ul", { class: "contributors" });
@@ -162,11 +193,12 @@ function contributors(track, whole, info, decide) {
       height_measured === false ? "no height of its own" : null,
     ];
     item.append(element("small", {}, small.filter(Boolean).join(" · ")));
-    if (decide && track.source === "fused" && kind === "radar") {
-      const about = pair(track, contributor);
+    const about = track.source === "fused" && kind === "radar" ? pair(track, contributor) : null;
+    if (decide && about) {
       if (manual) item.append(button("Decide automatically", about, "automatic", decide), " ");
       item.append(button("Not one aircraft", about, "decorrelated", decide));
     }
+    /** @param {Contributor} part */
     const isIt = (part) => part.kind === kind && part.sensor === sensor && part.track_number === contributor.track_number;
     item.append(...competitors(track, whole?.properties.contributors?.find(isIt) ?? contributor, decide));
     list.append(item);
@@ -174,6 +206,7 @@ function contributors(track, whole, info, decide) {
   return list;
 }
 
+/** @param {Track} track */
 function watchButton({ watchId }) {
   const isWatched = settings.watched.has(watchId);
   const made = element("button", { type: "button", id: "watch", "aria-pressed": String(isWatched), title: "Watch list (w)" }, isWatched ? "★ Watched" : "☆ Watch");
@@ -193,12 +226,17 @@ const WHY_OPERATIONAL = {
 };
 
 export class Detail {
+  /** @type {Picture | null} */
   picture = null;
+  /** @type {Info | null} */
   info = null;
+  /** @type {Track | null} */
   last = null; // last state of the track, shown after it ends
+  /** @type {TrackFeature | null} */
   whole = null; // selected track with its competitors
-  asked = { id: null, next: 0 }; // id of the requested track, and time of the next request
+  asked = { id: "", next: 0 }; // id of the requested track, and time of the next request
   verdicts = new Verdicts();
+  /** @type {{ id: string | null, text: string } | null} */
   said = null; // answer to the last decision, and the id of its track
 
   constructor() {
@@ -222,13 +260,13 @@ export class Detail {
     else if (this.last?.id !== selected) this.last = null;
     // A text selection for copying is lost at a refresh, so the panel is not refreshed meanwhile.
     const marked = getSelection();
-    if (!marked.isCollapsed && this.node.contains(marked.anchorNode)) return;
+    if (marked && !marked.isCollapsed && this.node.contains(marked.anchorNode)) return;
     if (this.node.querySelector("button:active")) return; // nor while a button is pressed
-    const focused = this.node.contains(document.activeElement) ? document.activeElement.id : "";
+    const focused = this.node.contains(document.activeElement) ? document.activeElement?.id : "";
     const { scrollTop } = this.node;
     this.node.replaceChildren(...this.content(selected, isGone));
     this.node.scrollTop = scrollTop;
-    if (focused) byId(focused)?.focus();
+    if (focused) document.getElementById(focused)?.focus();
   }
 
   /** Requests the competitors once a second, and at once for another track. */
@@ -245,7 +283,7 @@ export class Detail {
     if (this.asked.id === selected) this.asked.next = performance.now() + ASK_MS;
   }
 
-  /** Records a decision on a radar track and a transponder, if the user may. */
+  /** Records a decision on a radar track and a transponder, if the user may. @param {Pair} about @param {Decision} verdict */
   async decide(about, verdict) {
     const id = settings.selected;
     try {
@@ -257,7 +295,7 @@ export class Detail {
     this.refresh();
   }
 
-  /** Records a verdict on a transponder, if the user may. */
+  /** Records a verdict on a transponder, if the user may. @param {UasId} transponder @param {Verdict} verdict */
   async judge(transponder, verdict) {
     const id = settings.selected;
     try {
@@ -269,6 +307,7 @@ export class Detail {
     this.refresh();
   }
 
+  /** @param {string} selected @param {boolean} isGone */
   content(selected, isGone) {
     const track = this.last;
     const close = element("button", { type: "button", id: "detail-close", "aria-label": "Close the details", title: "Close (Esc)" }, "×");
@@ -279,8 +318,8 @@ export class Detail {
     const why = this.info?.profile === "operational" ? WHY_OPERATIONAL : WHY;
     const mayDecide = !isGone && this.info?.profile === "operational" && this.info.control;
     const entries = element("dl");
-    for (const [term, text, title] of properties(track, this.picture.time)) {
-      entries.append(element("dt", { title }, term), element("dd", { title }, text));
+    for (const [term, text, title] of properties(track, this.picture?.time ?? NaN)) {
+      entries.append(element("dt", { title }, term), element("dd", { title }, String(text)));
     }
     return [
       heading,
@@ -290,6 +329,6 @@ export class Detail {
       contributors(track, this.whole?.id === track.id ? this.whole : null, this.info, mayDecide ? (about, verdict) => this.decide(about, verdict) : null),
       this.verdicts.section(track, mayDecide ? (transponder, verdict) => this.judge(transponder, verdict) : null),
       this.said?.id === selected ? element("p", { role: "status" }, this.said.text) : null,
-    ].filter(Boolean);
+    ].filter((part) => part !== null);
   }
 }

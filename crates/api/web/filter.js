@@ -3,9 +3,15 @@
 import { KINDS, settings, SOURCES } from "./settings.js";
 import { isFlagged, stateOf } from "./trust.js";
 
-let zones = []; // {name, floor_m, ceiling_m, rings} of the areas' polygons; a ring is [[lng, lat], ...]
+/**
+ * A polygon of an area, with limits in metres above sea level; a ring is [[lng, lat], ...].
+ * @typedef {{ name: string, floor_m: number, ceiling_m: number, rings: number[][][] }} Zone
+ */
 
-/** Takes the answer of /areas. */
+/** @type {Zone[]} */
+let zones = [];
+
+/** Takes the answer of /areas. @param {AreasAnswer} areas */
 export function takeZones({ features }) {
   zones = features.flatMap(({ properties, geometry }) => {
     const { name = "", floor_m = -Infinity, ceiling_m = Infinity } = properties ?? {};
@@ -15,12 +21,13 @@ export function takeZones({ features }) {
 
 export const zoneNames = () => [...new Set(zones.map(({ name }) => name).filter(Boolean))];
 
+/** @param {AreasAnswer["features"][number]["geometry"]} geometry */
 function polygonsOf(geometry) {
   if (geometry?.type === "Polygon") return [geometry.coordinates];
   return geometry?.type === "MultiPolygon" ? geometry.coordinates : [];
 }
 
-/** Whether a track is shown. */
+/** Whether a track is shown. @param {Track} track */
 export function matches(track) {
   return (
     settings.sources.has(track.source) &&
@@ -34,20 +41,26 @@ export function matches(track) {
   );
 }
 
+/** @param {Track} track */
 function kindOf(track) {
   if (track.isDoubtful) return "doubtful";
   return track.serial || track.source !== "radar" ? "identified" : "unknown";
 }
 
-/** A track of unknown height may be anywhere, so a height filter never hides it. */
+/**
+ * A track of unknown height may be anywhere, so a height filter never hides it.
+ * @param {number | undefined} height @param {number} low @param {number} high
+ */
 const isBetween = (height, low, high) => !Number.isFinite(height) || (height >= low && height <= high);
 
-/** Even-odd rule: a hole is outside. */
+/** Even-odd rule: a hole is outside. @param {TrackData} track */
 function isInZone({ lat, lng, alt_msl }) {
+  /** @param {Zone} zone */
   const isInside = ({ floor_m, ceiling_m, rings }) => isBetween(alt_msl, floor_m, ceiling_m) && rings.filter((ring) => isInRing(ring, lng, lat)).length % 2 === 1;
   return zones.some((zone) => zone.name === settings.zone && isInside(zone));
 }
 
+/** @param {number[][]} ring @param {number} x @param {number} y */
 function isInRing(ring, x, y) {
   let isInside = false;
   for (let i = 0, j = ring.length - 1; i < ring.length; j = i++) {
@@ -57,6 +70,7 @@ function isInRing(ring, x, y) {
   return isInside;
 }
 
+/** @param {Track} track */
 function wordsOf(track) {
   const { contributors = [], uas_id = {}, aircraft = {}, also = [] } = track.properties;
   const words = [track.id, track.name, ...Object.values(uas_id), ...Object.values(aircraft)];
@@ -65,7 +79,7 @@ function wordsOf(track) {
   return words.join(" ").toLowerCase();
 }
 
-/** Text of the filter for the screen and prints: "radar only; above 60 m". */
+/** Text of the filter for the screen and prints: "radar only; above 60 m". @param {(metres: number) => string} height */
 export function filterWords(height) {
   const { text, sources, kinds, flagged, watchedOnly, integrity, zone, low, high } = settings;
   return [

@@ -6,9 +6,12 @@ const E2 = FLATTENING * (2 - FLATTENING);
 const SEMI_MINOR = SEMI_MAJOR * (1 - FLATTENING);
 const EP2 = E2 / (1 - E2);
 
+/** @param {number} degrees */
 const radians = (degrees) => (degrees * Math.PI) / 180;
+/** @param {number} value */
 const degrees = (value) => (value * 180) / Math.PI;
 
+/** @param {number} lat @param {number} lng */
 function earthCentred(lat, lng) {
   const phi = radians(lat);
   const lambda = radians(lng);
@@ -18,16 +21,19 @@ function earthCentred(lat, lng) {
 
 /** East and north of an origin. Bearings are exact, and ranges within millimetres over tens of kilometres. */
 export class Frame {
+  /** @param {number} lat @param {number} lng @param {boolean} [isRadar] */
   constructor(lat, lng, isRadar = true) {
     this.isRadar = isRadar;
     this.lat = lat;
     this.lng = lng;
     this.origin = earthCentred(lat, lng);
-    [this.sinPhi, this.cosPhi] = [Math.sin(radians(lat)), Math.cos(radians(lat))];
-    [this.sinLambda, this.cosLambda] = [Math.sin(radians(lng)), Math.cos(radians(lng))];
+    this.sinPhi = Math.sin(radians(lat));
+    this.cosPhi = Math.cos(radians(lat));
+    this.sinLambda = Math.sin(radians(lng));
+    this.cosLambda = Math.cos(radians(lng));
   }
 
-  /** [east, north] of a position. */
+  /** [east, north] of a position. @param {number} lat @param {number} lng @returns {Point} */
   toLocal(lat, lng) {
     const point = earthCentred(lat, lng);
     const dx = point[0] - this.origin[0];
@@ -37,7 +43,11 @@ export class Frame {
     return [-this.sinLambda * dx + this.cosLambda * dy, -this.sinPhi * towards + this.cosPhi * dz];
   }
 
-  /** [latitude, longitude] of a point in the frame, corrected for the ellipsoid's curvature below the tangent plane. */
+  /**
+   * [latitude, longitude] of a point in the frame, corrected for the ellipsoid's curvature below the tangent plane.
+   * @param {number} x @param {number} y
+   * @returns {Point}
+   */
   toGeodetic(x, y) {
     const up = -(x * x + y * y) / (2 * SEMI_MAJOR);
     const towards = -this.sinPhi * y + this.cosPhi * up;
@@ -51,5 +61,5 @@ export class Frame {
   }
 }
 
-/** Degrees from true north, 0 to 360. */
+/** Degrees from true north, 0 to 360. @param {number} x @param {number} y */
 export const bearing = (x, y) => (degrees(Math.atan2(x, y)) + 360) % 360;

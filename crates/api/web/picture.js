@@ -7,21 +7,26 @@ import { idOf, nameTracks } from "./names.js";
 import { onChange, TRAILS_S } from "./settings.js";
 
 const TRAIL_STEP_MS = 1000; // one trail point per second is enough, and needs a quarter of the memory
-const TRAIL_POINTS = TRAILS_S.at(-1) + 4;
+const TRAIL_POINTS = Math.max(...TRAILS_S) + 4;
 const RECENT_MS = 5000; // over a shorter time the radar's noise would look like speed
 const RECENT_POINTS = 24;
 const FORGET_MS = 60000; // a track that the service neither updates nor ends must disappear
 
 const SAME_AIRCRAFT_M = 500; // distance of a 10 s gap at 50 m/s
 
+/** @param {Track} track @param {Point} place */
 const apart = (track, [x, y]) => Math.hypot(track.x - x, track.y - y);
 
 /** Ring buffer of times and places; the oldest are overwritten. */
 class Ring {
+  next = 0;
+  length = 0;
+  last = -Infinity; // time of the latest place
+
+  /** @param {number} size */
   constructor(size) {
     this.size = size;
     this.values = new Float64Array(size * 3);
-    this.clear();
   }
 
   clear() {
@@ -30,6 +35,7 @@ class Ring {
     this.last = -Infinity;
   }
 
+  /** @param {number} time @param {number} x @param {number} y */
   push(time, x, y) {
     this.values.set([time, x, y], this.next * 3);
     this.next = (this.next + 1) % this.size;
@@ -37,12 +43,13 @@ class Ring {
     this.last = time;
   }
 
+  /** @param {Ring} other */
   copy(other) {
     this.values.set(other.values);
     [this.next, this.length, this.last] = [other.next, other.length, other.last];
   }
 
-  /** Moves each place to `to(x, y)`. */
+  /** Moves each place to `to(x, y)`. @param {Move} to */
   move(to) {
     for (let i = 0; i < this.length; i++) {
       const at = this.at(i);
@@ -50,20 +57,33 @@ class Ring {
     }
   }
 
-  /** Index in `values` of the i-th place, oldest first. */
+  /** Index in `values` of the i-th place, oldest first. @param {number} i */
   at(i) {
     return ((this.next - this.length + i + this.size) % this.size) * 3;
   }
 }
 
-class Track {
-  constructor(id) {
-    this.id = id;
+export class Track {
+  time = NaN;
+  x = NaN; // metres east and north
+  y = NaN;
+  range = NaN; // distance from the radar, in metres
+  bearing = NaN;
+  speed = NaN; // metres per second
+  course = NaN;
+  derived = false; // speed and course are derived from recent positions
+
+  /** @param {TrackData} properties */
+  constructor(properties) {
+    this.id = properties.id;
+    this.properties = properties;
+    this.source = properties.source;
     this.trail = new Ring(TRAIL_POINTS);
     this.recent = new Ring(RECENT_POINTS);
     this.place = 0; // previous position of its label
   }
 
+  /** @param {TrackData} properties @param {Frame} frame */
   update(properties, frame) {
     this.properties = properties;
     this.source = properties.source;
@@ -78,16 +98,17 @@ class Track {
     if (this.time >= this.trail.last + TRAIL_STEP_MS) this.trail.push(this.time, this.x, this.y);
     this.derived = !Number.isFinite(properties.speed);
     if (this.derived) this.deriveVelocity();
-    else [this.speed, this.course] = [properties.speed, properties.track ?? NaN];
+    else [this.speed, this.course] = [properties.speed ?? NaN, properties.track ?? NaN];
   }
 
+  /** @param {Frame} frame */
   locate(frame) {
     [this.x, this.y] = frame.toLocal(this.properties.lat, this.properties.lng);
     // Without a radar the origin is arbitrary, so distances from it are meaningless.
     [this.range, this.bearing] = frame.isRadar ? [Math.hypot(this.x, this.y), bearing(this.x, this.y)] : [NaN, NaN];
   }
 
-  /** Adds past positions from the service, where they are unknown. */
+  /** Adds past positions from the service, where they are unknown. @param {TrackData["trail"]} trail @param {Frame} frame */
   remember(trail, frame) {
     trail?.times.forEach((text, i) => {
       const [time, [lng, lat]] = [Date.parse(text), trail.coordinates[i]];
@@ -146,7 +167,7 @@ class Track {
 
   /** Radar tracks may be birds; the classifier gives the probability of a drone. */
   get isDoubtful() {
-    return this.source === "radar" && this.properties.uav_probability < 0.5;
+    return this.source === "radar" && (this.properties.uav_probability ?? 1) < 0.5;
   }
 
   /** Unidentified, and possibly a drone. */
@@ -161,17 +182,21 @@ class Track {
 }
 
 export class Picture {
+  /** @type {Map<string, Track>} */
   tracks = new Map();
+  /** @type {Map<string, Track>} */
   lastOf = new Map(); // last track of each aircraft, by serial number
   time = NaN;
+  /** @type {Track[] | null} */
   shown = null; // tracks selected by the filter, until they change
 
+  /** @param {Frame} frame */
   constructor(frame) {
     this.frame = frame;
     onChange(() => (this.shown = null));
   }
 
-  /** Changes the frame; everything keeps its position on the ground. */
+  /** Changes the frame; everything keeps its position on the ground. @param {Frame} frame */
   reframe(frame) {
     const before = this.frame;
     this.frame = frame;
@@ -181,7 +206,10 @@ export class Picture {
     }
   }
 
-  /** Takes the whole picture: tracks missing in it are removed. Trails of the others are kept, unless time went back. */
+  /**
+   * Takes the whole picture: tracks missing in it are removed. Trails of the others are kept, unless time went back.
+   * @param {TrackCollection} collection
+   */
   snapshot(collection) {
     const features = list(collection, "features");
     const named = new Set(features.map((feature) => feature.properties.id));
@@ -198,15 +226,14 @@ export class Picture {
     this.shown = null;
   }
 
+  /** @param {TrackCollection} collection */
   update(collection) {
     this.shown = null;
-    for (const { properties, geometry } of list(collection, "features")) {
-      const [lng, lat] = geometry?.coordinates ?? [];
-      const whole = { lat, lng, ...properties };
-      if (!Number.isFinite(whole.lat) || !Number.isFinite(whole.lng)) continue;
-      let track = this.tracks.get(whole.id);
-      if (!track) this.tracks.set(whole.id, (track = this.newTrack(whole)));
-      track.update(whole, this.frame);
+    for (const { properties } of list(collection, "features")) {
+      if (!Number.isFinite(properties.lat) || !Number.isFinite(properties.lng)) continue;
+      let track = this.tracks.get(properties.id);
+      if (!track) this.tracks.set(properties.id, (track = this.newTrack(properties)));
+      track.update(properties, this.frame);
       if (track.serial) this.lastOf.set(track.serial, track);
     }
     const time = Date.parse(collection.time);
@@ -217,16 +244,20 @@ export class Picture {
     nameTracks([...this.tracks.values()], new Set(this.lastOf.keys()));
   }
 
-  /** In the reference profile an aircraft's id changes with its radar track; the new track keeps the trail. */
-  newTrack({ id, uas_id, aircraft, lat, lng }) {
-    const track = new Track(id);
-    const before = this.lastOf.get(idOf(uas_id) || aircraft?.icao24);
+  /**
+   * In the reference profile an aircraft's id changes with its radar track; the new track keeps the trail.
+   * @param {TrackData} properties
+   */
+  newTrack(properties) {
+    const { uas_id, aircraft, lat, lng } = properties;
+    const track = new Track(properties);
+    const before = this.lastOf.get(idOf(uas_id) || (aircraft?.icao24 ?? ""));
     // Two distant tracks with the same serial number are different aircraft.
     if (before && apart(before, this.frame.toLocal(lat, lng)) < SAME_AIRCRAFT_M) track.trail.copy(before.trail);
     return track;
   }
 
-  /** Track under which an aircraft continues after one of its tracks has ended; null if there is none. */
+  /** Track under which an aircraft continues after one of its tracks has ended; null if there is none. @param {Track} track */
   heirOf({ serial, x, y }) {
     if (!serial) return null;
     const near = [...this.tracks.values()]
@@ -235,6 +266,7 @@ export class Picture {
     return near.find((track) => track.source === "fused") ?? near[0] ?? null;
   }
 
+  /** @param {string[]} ids */
   end(ids) {
     this.shown = null;
     for (const id of ids) this.tracks.delete(id);

@@ -6,7 +6,10 @@ import * as format from "./format.js";
 import { idOf, nameOf } from "./names.js";
 import { palette } from "./palette.js";
 
-/** States: severity, mark in the table, and meaning. */
+/**
+ * States: severity, mark in the table, and meaning.
+ * @type {Record<string, [number, string, string] | undefined>}
+ */
 const STATES = {
   failed: [4, "✕", "failed: its position is not to be used"],
   suspect: [3, "?", "suspect: its position may be false"],
@@ -15,6 +18,7 @@ const STATES = {
   verified: [0, "✓", "verified: radar agrees"],
 };
 
+/** @type {Record<NonNullable<TrackProperties["reasons"]>[number], string>} */
 const REASONS = {
   radar: "radar sees the aircraft elsewhere",
   jump: "its position jumped",
@@ -26,22 +30,31 @@ const REASONS = {
   time: "its time stamps are off",
 };
 
-/** Evidence that a transponder's position is false, from its integrity index: strong from the usual threshold on. */
+/**
+ * Evidence that a transponder's position is false, from its integrity index: strong from the usual threshold on.
+ * @param {number} index
+ */
 const evidence = (index) => (index >= 8.5 ? "strong" : index >= Math.log(20) ? "medium" : "low");
 
 const SMALLEST_PX = 14; // minimum radius of a ring, so that the symbol does not hide it
+/** @type {Record<string, [number, number] | undefined>} */
 const DASHES = { suspect: [6, 4], failed: [12, 3] }; // distinguishable without colour
 
-/** State of a track, including "uncooperative"; "" if integrity is not evaluated. */
+/** State of a track, including "uncooperative"; "" if integrity is not evaluated. @param {Track} track */
 export const stateOf = ({ properties }) => (properties.uncooperative ? "uncooperative" : (properties.integrity ?? ""));
-export const isFlagged = (track) => STATES[stateOf(track)]?.[0] >= 2;
+/** @param {Track} track */
+export const isFlagged = (track) => (STATES[stateOf(track)]?.[0] ?? 0) >= 2;
+/** @param {Track} track */
 export const rankOf = (track) => STATES[stateOf(track)]?.[0];
+/** @param {Track} track */
 export const markOf = (track) => STATES[stateOf(track)]?.[1] ?? "";
+/** @param {Track} track */
 export const wordsOf = (track) => STATES[stateOf(track)]?.[2] ?? stateOf(track);
 
-/** Heading and text of known properties, with an explanation if there is one; null if the service does not provide them. */
+/** Properties about the integrity of a transponder. @param {Track} track @returns {Property[]} */
 export function trustProperties(track) {
   const { reasons = [], integrity_index, protection_level_m, offset_m, linked = [] } = track.properties;
+  /** @param {number | undefined} value */
   const metres = (value) => (Number.isFinite(value) ? format.metres(value) : null);
   return [
     ["Integrity", stateOf(track) && wordsOf(track)],
@@ -53,18 +66,25 @@ export function trustProperties(track) {
   ];
 }
 
-/** A dashed ring about a suspect or failed track, as large as the offset, and a line between disputed tracks. */
+/** Places on the screen by the id of the track. @param {Placed[]} placed @returns {Map<string, Point>} */
+export const placesOf = (placed) => new Map(placed.map(([track, px, py]) => [track.id, [px, py]]));
+
+/**
+ * A dashed ring about a suspect or failed track, as large as the offset, and a line between disputed tracks.
+ * @param {Context} context @param {View} view @param {Placed[]} placed
+ */
 export function drawTrust(context, view, placed) {
   context.save();
   const joined = new Set();
-  const places = new Map(placed.map(([track, px, py]) => [track.id, [px, py]]));
+  const places = placesOf(placed);
   for (const [track, px, py] of placed) {
     const { integrity, offset_m, linked = [] } = track.properties;
     const colour = integrity === "failed" ? palette.critical : palette.warning;
     context.strokeStyle = colour;
     context.lineWidth = 2;
-    if (DASHES[integrity]) {
-      context.setLineDash(DASHES[integrity]);
+    const dashes = DASHES[integrity ?? ""];
+    if (dashes) {
+      context.setLineDash(dashes);
       context.beginPath();
       context.arc(px, py, Math.max(SMALLEST_PX, (offset_m ?? 0) * view.scale), 0, 2 * Math.PI);
       context.stroke();
@@ -83,6 +103,9 @@ export function drawTrust(context, view, placed) {
   context.restore();
 }
 
+/** @typedef {"trusted" | "distrusted" | "automatic"} Verdict */
+
+/** @type {[Verdict, string][]} */
 const VERDICTS = [
   ["trusted", "It can be trusted"],
   ["distrusted", "It is not to be trusted"],
@@ -91,28 +114,34 @@ const VERDICTS = [
 
 /** Operator verdicts on transponders, as received by the page. */
 export class Verdicts {
+  /** @type {Map<string, Verdict>} */
   said = new Map(); // "trusted" or "distrusted", by serial number and country
 
-  /** Takes the answer of /integrity: transponders missing in it are unknown. */
+  /** Takes the answer of /integrity: transponders missing in it are unknown. @param {IdentityIntegrity[]} identities */
   replace(identities) {
     this.said.clear();
     for (const one of identities) this.note(one);
   }
 
+  /** @param {IdentityIntegrity} one */
   note({ uas_id, verdict }) {
     if (verdict) this.said.set(keyOf(uas_id), verdict);
     else this.said.delete(keyOf(uas_id));
   }
 
-  /** Verdict on a track's transponder, with buttons if `decide` is given; null if there is nothing to show. */
+  /**
+   * Verdict on a track's transponder, with buttons if `decide` is given; null if there is nothing to show.
+   * @param {Track} track @param {((transponder: UasId, verdict: Verdict) => void) | null} decide
+   */
   section(track, decide) {
     const { uas_id, integrity } = track.properties;
     if (!uas_id || !integrity) return null;
     const said = this.said.get(keyOf(uas_id));
     const words = said ? `An operator has said: ${said}. ` : "";
-    const buttons = VERDICTS.filter(([verdict]) => decide && verdict !== (said ?? "automatic")).map(([verdict, text]) => {
+    const others = decide ? VERDICTS.filter(([verdict]) => verdict !== (said ?? "automatic")) : [];
+    const buttons = others.map(([verdict, text]) => {
       const button = element("button", { type: "button", id: `trust-${verdict}`, class: "decide" }, text);
-      button.addEventListener("click", () => decide(uas_id, verdict));
+      button.addEventListener("click", () => decide?.(uas_id, verdict));
       return button;
     });
     if (!words && !buttons.length) return null;
@@ -120,9 +149,10 @@ export class Verdicts {
   }
 }
 
+/** @param {UasId} uas */
 const keyOf = (uas) => `${idOf(uas)} ${uas.registration_country ?? ""}`;
 
-/** Records a verdict on a transponder, if the user may. */
+/** Records a verdict on a transponder, if the user may. @param {UasId} uas @param {Verdict} verdict */
 export function say(uas, verdict) {
   const country = uas.registration_country ?? "none";
   return post(`integrity/${encodeURIComponent(idOf(uas))}`, { country }, { verdict });
