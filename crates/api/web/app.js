@@ -43,16 +43,16 @@ const sensors = new Sensors(() => {
   map.invalidate();
 });
 const cluster = new Cluster();
-map.raw = new Raw(map);
-map.conflicts = new Conflicts(map);
+const raw = (map.raw = new Raw(map));
+const conflicts = (map.conflicts = new Conflicts(map));
 
 // ── data from the service
 
 const reads = new Reads(showKnown, () => status.utc());
 const alerts = new Alerts({
-  changed(byTrack, conflicts) {
+  changed(byTrack, covered) {
     map.alerted = byTrack;
-    map.conflicts.cover(conflicts);
+    conflicts.cover(covered);
     map.invalidate();
   },
   renewHistory: () => reads.renew("history"),
@@ -63,7 +63,7 @@ const ground = new Ground(
   (picture) => {
     [map.picture, table.picture, detail.picture] = [picture, picture, picture];
   },
-  (layer, isGood, why) => {
+  (layer, isGood, why = "") => {
     map.invalidate();
     if (isGood) reads.good(layer);
     else reads.failed(layer, why);
@@ -77,12 +77,11 @@ reads.add("sensors", "Sensors", { ask: () => get("sensors"), take: takeSensors, 
 reads.add("cluster", "Cluster", { ask: () => get("cluster"), take: takeCluster, everyMs: CLUSTER_MS, isWanted: () => status.info?.cluster === true });
 reads.add("alerts", "Alerts", { ask: () => get("alerts"), take: (answer) => alerts.replace(answer), everyMs: RENEW_MS });
 reads.add("history", "Alert history", { ask: () => alerts.history.ask(), take: (answer) => alerts.history.take(answer), everyMs: RENEW_MS, isWanted: () => alerts.history.isWanted });
-reads.add("conflicts", "Conflicts", { ask: () => get("conflicts?level=advisory"), take: (answer) => map.conflicts.take(answer), everyMs: CONFLICTS_MS, isWanted: () => map.conflicts.isWanted && !past.isOn });
+reads.add("conflicts", "Conflicts", { ask: () => get("conflicts?level=advisory"), take: (answer) => conflicts.take(answer), everyMs: CONFLICTS_MS, isWanted: () => conflicts.isWanted && !past.isOn });
 reads.add("integrity", "Integrity", { ask: () => get("integrity"), take: (answer) => detail.verdicts.replace(list(answer, "identities")) });
-for (const [name, title] of [["coverage", "Coverage"], ["areas", "Areas"]]) {
-  reads.add(name, title, { ask: () => get(name), take: (answer) => takeShapes(name, answer) });
-}
-reads.add("raw", "Raw inputs", { ask: () => map.raw.ask(), take: (answer) => map.raw.take(answer), everyMs: RAW_MS, isWanted: () => map.raw.isWanted });
+reads.add("coverage", "Coverage", { ask: () => get("coverage"), take: takeCoverage });
+reads.add("areas", "Areas", { ask: () => get("areas"), take: takeAreas });
+reads.add("raw", "Raw inputs", { ask: () => raw.ask(), take: (answer) => raw.take(answer), everyMs: RAW_MS, isWanted: () => raw.isWanted });
 reads.add("base", "Base map");
 reads.add("tiles", "Map tiles");
 reads.add("page", "This page");
@@ -91,11 +90,11 @@ reads.add("page", "This page");
 function showKnown() {
   status.condition.isKnown = reads.state("state") === "good";
   showFailures(reads.failures());
-  alerts.setRead(reads.all.get("alerts"));
-  sensors.setRead(reads.all.get("sensors"));
-  cluster.setRead(reads.all.get("cluster"));
-  const { state, why } = reads.all.get("conflicts");
-  if (state !== "good") map.conflicts.forget(why);
+  alerts.setRead(reads.of("alerts"));
+  sensors.setRead(reads.of("sensors"));
+  cluster.setRead(reads.of("cluster"));
+  const { state, why } = reads.of("conflicts");
+  if (state !== "good") conflicts.forget(why);
   table.refresh();
   frameOnce();
 }
@@ -111,14 +110,15 @@ async function askState() {
   return { answer, asked, received: performance.now() };
 }
 
+/** @param {Info} info */
 function takeInfo(info) {
   if (typeof info?.profile !== "string") throw new Error("the answer has no profile");
   status.info = info;
   detail.info = info;
   cluster.offer(info.cluster === true);
-  const site = typeof info.site === "object" ? info.site?.name : info.site;
-  setText(byId("site"), site ?? "");
-  alerts.site = site ?? "";
+  const site = info.site?.name ?? "";
+  setText(byId("site"), site);
+  alerts.site = site;
   alerts.setControl(info.control === true);
   byId("site").title = `version ${info.version ?? "?"}, profile ${info.profile}`;
   if (Number.isFinite(info.latency_s) && !status.isNow) status.latency = info.latency_s;
@@ -133,30 +133,37 @@ function takeInfo(info) {
   if (status.isReplay) replay.update(info.replay ?? {});
 }
 
+/** @param {SensorsAnswer} collection */
 function takeSensors(collection) {
   ground.takeSensors(collection);
   sensors.replace(collection);
 }
 
-function takeShapes(name, collection) {
-  ground.takeShapes(name, collection);
-  if (name === "areas") {
-    takeZones(collection);
-    renewWhenZonesChange(collection);
-  }
+/** @param {Answer<"coverage">} coverage */
+function takeCoverage(coverage) {
+  ground.takeShapes("coverage", coverage);
   frameOnce();
 }
 
-let zonesTimer = null;
+/** @param {AreasAnswer} areas */
+function takeAreas(areas) {
+  ground.takeAreas(areas);
+  takeZones(areas);
+  renewWhenZonesChange(areas);
+  frameOnce();
+}
 
-/** Takes the members of the cluster, and its cells for the map. */
+/** @type {number | undefined} */
+let zonesTimer;
+
+/** Takes the members of the cluster, and its cells for the map. @param {Members} answer */
 function takeCluster(answer) {
   cluster.replace(answer);
   ground.takeShapes("cells", cluster.outlines());
   offerLayer("cells", cluster.outlines().features.length > 0);
 }
 
-/** Requests the zones again when one of them comes into force or ends. */
+/** Requests the zones again when one of them comes into force or ends. @param {AreasAnswer} areas */
 function renewWhenZonesChange({ features }) {
   const times = features.map(({ properties }) => Date.parse(properties?.changes_at)).filter(Number.isFinite);
   const wait = Math.max(MIN_ZONES_MS, Math.min(...times) - status.utc());
@@ -168,19 +175,21 @@ function frameOnce() {
   if (reads.state("sensors") !== "unknown" || performance.now() >= FRAME_MS) map.frameOnce();
 }
 
+/** @type {Track | null} */
 let chosen = null; // last known state of the selected track
 
 /** If the selected track has ended and its aircraft continues under another id, the selection follows. */
 function keepSelection() {
-  const track = map.picture?.tracks.get(settings.selected);
+  const track = map.picture?.tracks.get(settings.selected ?? "");
   if (track) {
     chosen = track;
   } else if (chosen) {
-    const heir = map.picture.heirOf(chosen);
+    const heir = map.picture?.heirOf(chosen);
     if (heir) change({ selected: heir.id });
   }
 }
 
+/** @param {TrackCollection} collection */
 function took(collection) {
   status.took(collection);
   keepSelection();
@@ -190,13 +199,15 @@ function took(collection) {
 }
 
 /** Identities as known now, because the history has none. */
+/** @type {Map<string, UasId | undefined>} */
 let identities = new Map();
 
-/** Shows a past picture instead of the stream. */
+/** Shows a past picture instead of the stream. @param {TrackCollection} collection */
 function showPast(collection) {
   const { picture } = map;
+  if (!picture) return;
   if (!status.past) identities = new Map([...picture.tracks.values()].map(({ id, properties }) => [id, properties.uas_id]));
-  for (const { id, properties } of list(collection, "features")) properties.uas_id = identities.get(id);
+  for (const { properties } of list(collection, "features")) properties.uas_id = identities.get(properties.id);
   picture.snapshot(collection);
   status.past = Date.parse(collection.time);
   status.show();
@@ -269,7 +280,7 @@ const operator = new Operator({ map, status, replay, alerts, reads, isPictureKno
 
 onChange((patch) => {
   if ("selected" in patch) {
-    chosen = map.picture?.tracks.get(settings.selected) ?? null;
+    chosen = map.picture?.tracks.get(settings.selected ?? "") ?? null;
     detail.refresh();
   }
   if ("units" in patch || "groundM" in patch) ground.nameZones();

@@ -4,9 +4,14 @@ import { list } from "./api.js";
 import { byId, element, setText } from "./dom.js";
 import { nameOf } from "./names.js";
 import { palette } from "./palette.js";
+import { placesOf } from "./trust.js";
 import { distance } from "./units.js";
 
+/** @typedef {Exclude<Conflict["level"], "none">} Level */
+
+/** @type {Record<Level, number>} */
 const RANK = { violation: 0, warning: 1, advisory: 2 };
+/** @type {Record<Level, Colour>} */
 const COLOURS = { violation: "critical", warning: "warning", advisory: "quiet" };
 const MOST = 50; // maximum shown; a count covers the rest
 const REASK_MS = 10000; // used if the service computes none
@@ -15,14 +20,17 @@ const OLD_MS = 3000; // they come every second; older ones are misleading
 const CROSS_PX = 4;
 
 export class Conflicts {
+  /** @type {(Conflict & { level: Level })[]} */
   known = []; // highest level first, then soonest
   reason = ""; // reason why there are no current ones
   isComputed = true; // until the service states otherwise
   wereComputed = false; // on this page: a user who relied on them must see that they are missing
   takenAt = -Infinity; // on the page's monotonic clock
+  /** @type {Set<string>[]} */
   covered = []; // tracks of each conflict that has an alert
   next = 0; // time of the next request to a service that computes none, on the same clock
 
+  /** @param {Map2d} map */
   constructor(map) {
     this.map = map;
     byId("other-conflicts").addEventListener("toggle", () => this.show());
@@ -37,10 +45,10 @@ export class Conflicts {
     return this.isComputed || performance.now() >= this.next;
   }
 
-  /** Takes the answer of /conflicts. */
+  /** Takes the answer of /conflicts. @param {ConflictsAnswer} answer */
   take(answer) {
     this.known = list(answer, "conflicts")
-      .filter(({ level }) => level in RANK)
+      .filter(hasLevel)
       .sort((a, b) => RANK[a.level] - RANK[b.level] || ahead(a) - ahead(b));
     this.takenAt = performance.now();
     this.isComputed = answer.computed === true;
@@ -51,7 +59,7 @@ export class Conflicts {
     this.map.invalidate();
   }
 
-  /** Discards the known conflicts; `why` is the reason to show, if any. */
+  /** Discards the known conflicts; `why` is the reason to show, if any. @param {string} why */
   forget(why) {
     if (why) this.reason = why;
     this.known = [];
@@ -59,7 +67,7 @@ export class Conflicts {
     this.map.invalidate();
   }
 
-  /** `covered`: tracks of each conflict that has an alert. */
+  /** `covered`: tracks of each conflict that has an alert. @param {Set<string>[]} covered */
   cover(covered) {
     this.covered = covered;
     this.show();
@@ -72,9 +80,10 @@ export class Conflicts {
     const others = this.known.filter(({ a, b }) => !this.covered.some((tracks) => tracks.has(a) && tracks.has(b)));
     byId("other-conflicts").hidden = !others.length;
     setText(byId("other-count"), String(others.length));
-    if (byId("other-conflicts").open) byId("other-list").replaceChildren(...others.slice(0, MOST).map((conflict) => this.row(conflict)));
+    if (byId("other-conflicts", HTMLDetailsElement).open) byId("other-list").replaceChildren(...others.slice(0, MOST).map((conflict) => this.row(conflict)));
   }
 
+  /** @param {Conflict} conflict */
   row(conflict) {
     const { a, b, level, volume, probability } = conflict;
     const when = ahead(conflict) > 0 ? `in ${Math.round(ahead(conflict))} s` : "now";
@@ -84,16 +93,19 @@ export class Conflicts {
     return element("li", { "data-severity": level }, show);
   }
 
-  /** Draws lines from both aircraft to their closest point of approach. */
+  /**
+   * Draws lines from both aircraft to their closest point of approach.
+   * @param {Context} context @param {View} view @param {Placed[]} placed @param {Frame} frame
+   */
   draw(context, view, placed, frame) {
     if (!this.known.length) return;
-    const places = new Map(placed.map(([track, px, py]) => [track.id, [px, py]]));
+    const places = placesOf(placed);
     context.save();
     for (const conflict of this.known) {
       const colour = palette[COLOURS[conflict.level]];
-      const ends = ["a", "b"].map((side) => {
+      const ends = /** @type {const} */ (["a", "b"]).map((side) => {
         const [longitude, latitude] = conflict.cpa[side];
-        return [places.get(conflict[side]), view.toScreen(...frame.toLocal(latitude, longitude))];
+        return /** @type {const} */ ([places.get(conflict[side]), view.toScreen(...frame.toLocal(latitude, longitude))]);
       });
       if (!ends.some(([, [x, y]]) => view.contains(x, y, 50))) continue;
       context.strokeStyle = colour;
@@ -116,10 +128,16 @@ export class Conflicts {
   }
 }
 
-/** Seconds to the closest approach; to the entry of the volume if they are nearest over ground now, as in a descent. */
+/** @param {Conflict} conflict @returns {conflict is Conflict & { level: Level }} */
+const hasLevel = (conflict) => conflict.level in RANK;
+
+/**
+ * Seconds to the closest approach; to the entry of the volume if they are nearest over ground now, as in a descent.
+ * @param {Conflict} conflict
+ */
 const ahead = ({ t_cpa_s, t_entry_s }) => (t_cpa_s > 0 ? t_cpa_s : (t_entry_s ?? 0));
 
-/** Distances as text: "34 m, 7 m in height". */
+/** Distances as text: "34 m, 7 m in height". @param {Conflict} conflict */
 function apart({ t_cpa_s, d_cpa_h_m, d_cpa_v_m, d_now_h_m, d_now_v_m }) {
   const [over, above] = t_cpa_s > 0 ? [d_cpa_h_m, d_cpa_v_m] : [d_now_h_m, d_now_v_m];
   const words = Number.isFinite(above) ? `${distance(above)} in height` : "height not known";

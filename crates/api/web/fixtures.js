@@ -7,7 +7,10 @@ export const FONT = '11px ui-monospace, "Cascadia Mono", "DejaVu Sans Mono", Men
 const RING_APART_PX = 90;
 const LINE_EVERY_DEG = 30;
 
-/** Text with an outline in the map's colour, readable on any background. */
+/**
+ * Text with an outline in the map's colour, readable on any background.
+ * @param {Context} context @param {string} text @param {number} x @param {number} y @param {string} [colour]
+ */
 export function write(context, text, x, y, colour = palette.quiet) {
   context.lineWidth = 3;
   context.strokeStyle = palette.halo;
@@ -16,18 +19,25 @@ export function write(context, text, x, y, colour = palette.quiet) {
   context.fillText(text, x, y);
 }
 
+/** @type {Partial<Record<CanvasTextAlign, [number, number]>>} */
 const EXTENT = { left: [0, 1], center: [0.5, 0.5], right: [1, 0] }; // shares of a text's width on either side
 
-/** Writes text if its place is free, otherwise leaves it out. Its position follows the context's alignment. */
+/**
+ * Writes text if its place is free, otherwise leaves it out. Its position follows the context's alignment.
+ * @param {Context} context @param {View} view @param {string} text @param {number} x @param {number} y
+ * @param {string} [colour]
+ */
 export function writeFree(context, view, text, x, y, colour = palette.quiet) {
   const { width } = context.measureText(text);
-  const [before, behind] = EXTENT[context.textAlign];
+  const [before, behind] = EXTENT[context.textAlign] ?? [0, 1];
+  /** @type {Box} */
   const box = [x - before * width, y - 7, x + behind * width, y + 7];
   if (!view.space.isFree(box)) return;
   view.space.occupy(box);
   write(context, text, x, y, colour);
 }
 
+/** @param {Context} context @param {View} view */
 export function drawRings(context, view) {
   const [cx, cy] = view.toScreen(0, 0);
   const step = roundDistance(RING_APART_PX / view.scale);
@@ -59,6 +69,7 @@ export function drawRings(context, view) {
   }
 }
 
+/** @param {Context} context @param {View} view @param {number} cx @param {number} cy @param {number} from @param {number} to */
 function drawBearings(context, view, cx, cy, from, to) {
   context.textAlign = "center";
   context.textBaseline = "middle";
@@ -77,7 +88,10 @@ function drawBearings(context, view, cx, cy, from, to) {
   }
 }
 
-/** Distance along a ray from a point to the view's edge, minus a margin; 0 if the ray does not cross the view. */
+/**
+ * Distance along a ray from a point to the view's edge, minus a margin; 0 if the ray does not cross the view.
+ * @param {number} cx @param {number} cy @param {number} dx @param {number} dy @param {View} view
+ */
 function exit(cx, cy, dx, dy, view) {
   const inset = 18;
   let [enter, leave] = [0, Infinity];
@@ -93,7 +107,7 @@ function exit(cx, cy, dx, dy, view) {
   return enter < leave ? leave : 0;
 }
 
-/** Draws each radar as a square with its beam, and its name. */
+/** Draws each radar as a square with its beam, and its name. @param {Context} context @param {View} view @param {Radar[]} radars */
 export function drawRadars(context, view, radars) {
   context.font = FONT;
   context.textAlign = "left";
@@ -114,9 +128,10 @@ export function drawRadars(context, view, radars) {
   }
 }
 
-/** Box of the scale and the north arrow. */
+/** Box of the scale and the north arrow. @param {View} view @returns {Box} */
 export const scaleBox = (view) => [0, view.height - 46, 190, view.height];
 
+/** @param {Context} context @param {View} view */
 export function drawScale(context, view) {
   const metres = roundDistance(60 / view.scale);
   const length = metres * view.scale;

@@ -5,22 +5,25 @@ const TRACE_PX = 8;
 
 /** Boxes are [left, top, right, bottom]. An instance is used for one frame. */
 export class FreeSpace {
-  /** `covered`: boxes of elements above the canvas. */
+  /** `covered`: boxes of elements above the canvas. @param {number} width @param {number} height @param {Box[]} covered */
   constructor(width, height, covered) {
-    Object.assign(this, { width, height, covered });
+    this.width = width;
+    this.height = height;
+    this.covered = covered;
     this.columns = Math.ceil(width / CELL_PX) + 1;
     this.cells = Array.from({ length: this.columns * (Math.ceil(height / CELL_PX) + 1) }, () => []);
     this.across = Math.ceil(width / TRACE_PX) + 1;
     this.traces = new Uint8Array(this.across * (Math.ceil(height / TRACE_PX) + 1));
   }
 
-  /** Whether a box is completely on the canvas and free. */
+  /** Whether a box is completely on the canvas and free. @param {Box} box */
   isFree(box) {
     const [left, top, right, bottom] = box;
     if (left < 0 || top < 0 || right > this.width || bottom > this.height) return false;
     return !this.covered.some((other) => meet(box, other)) && !this.someCell(box, (boxes) => boxes.some((other) => meet(box, other)));
   }
 
+  /** @param {Box} box */
   occupy(box) {
     this.someCell(box, (boxes) => {
       boxes.push(box);
@@ -28,7 +31,7 @@ export class FreeSpace {
     });
   }
 
-  /** Whether `is` holds for one of the cells that a box touches. */
+  /** Whether `is` holds for one of the cells that a box touches. @param {Box} box @param {(boxes: Box[]) => boolean} is */
   someCell([left, top, right, bottom], is) {
     const last = Math.min(this.columns - 1, Math.floor(right / CELL_PX));
     const lowest = Math.min(this.cells.length / this.columns - 1, Math.floor(bottom / CELL_PX));
@@ -38,13 +41,13 @@ export class FreeSpace {
     return false;
   }
 
-  /** Marks a point of a trail. */
+  /** Marks a point of a trail. @param {number} px @param {number} py */
   trace(px, py) {
     if (px < 0 || py < 0 || px > this.width || py > this.height) return;
     this.traces[Math.floor(py / TRACE_PX) * this.across + Math.floor(px / TRACE_PX)] = 1;
   }
 
-  /** Number of 8-pixel cells of a box that trails cross. */
+  /** Number of 8-pixel cells of a box that trails cross. @param {Box} box */
   traced([left, top, right, bottom]) {
     let count = 0;
     for (let y = Math.floor(top / TRACE_PX); y <= Math.floor(bottom / TRACE_PX); y++) {
@@ -54,6 +57,7 @@ export class FreeSpace {
   }
 }
 
+/** @param {Box} a @param {Box} b */
 const meet = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
 
 /**
@@ -61,10 +65,11 @@ const meet = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
  * frame.
  */
 export class Covers {
+  /** @type {Box[]} */
   boxes = [];
   isKnown = false;
 
-  /** `changed` is called when they may have moved. */
+  /** `changed` is called when they may have moved. @param {HTMLCanvasElement} canvas @param {() => void} changed */
   constructor(canvas, changed) {
     this.canvas = canvas;
     const observer = new ResizeObserver(() => {
@@ -76,7 +81,7 @@ export class Covers {
 
   /** Elements; a container is replaced by its children. */
   nodes() {
-    return this.canvas.parentElement.querySelectorAll(":scope > :not(canvas, .tool), .tool > *");
+    return (this.canvas.parentElement ?? this.canvas).querySelectorAll(":scope > :not(canvas, .tool), .tool > *");
   }
 
   find() {

@@ -11,19 +11,30 @@ import { VectorTiles } from "./vectortiles.js";
 import { Zones } from "./zones.js";
 
 export class Ground {
-  radars = []; // {id, lat, lng}
-  collections = new Map(); // GeoJSON by layer name
-  sources = new Map(); // sources of tiles, by layer name
+  /** @type {{ id: string, lat: number, lng: number }[]} */
+  radars = [];
+  /** @type {Map<"coverage" | "cells", GeoJson>} */
+  shapes = new Map(); // by layer
+  /** @type {AreasAnswer | null} */
+  areas = null;
+  /** @type {VectorTiles | null} */
+  base = null;
+  /** @type {PictureTiles | null} */
+  tiles = null;
 
   /**
    * `began` receives the picture as soon as there is one; `tileCame` receives a layer, and whether its latest tiles arrive or the
    * reason why not.
+   * @param {Map2d} map @param {(picture: Picture) => void} began
+   * @param {(layer: TileLayer, ...came: Parameters<TilesCame>) => void} tileCame
    */
   constructor(map, began, tileCame) {
-    Object.assign(this, { map, began, tileCame });
+    this.map = map;
+    this.began = began;
+    this.tileCame = tileCame;
   }
 
-  /** Takes the answer of /sensors. */
+  /** Takes the answer of /sensors. @param {SensorsAnswer} collection */
   takeSensors(collection) {
     this.radars = list(collection, "features")
       .filter(({ geometry, properties }) => properties.kind === "radar" && geometry?.type === "Point")
@@ -32,7 +43,7 @@ export class Ground {
     this.lay();
   }
 
-  /** Takes a collection of tracks. */
+  /** Takes a collection of tracks. @param {TrackCollection} collection */
   takeTracks(collection) {
     if (this.map.picture) return;
     const [first] = list(collection, "features");
@@ -41,29 +52,40 @@ export class Ground {
     this.lay();
   }
 
-  /** Takes the answer of /coverage or /areas. */
+  /**
+   * Takes the coverage, or the cells of a cluster.
+   * @param {"coverage" | "cells"} name @param {Collection} collection
+   */
   takeShapes(name, collection) {
     list(collection, "features");
-    this.collections.set(name, collection);
+    this.shapes.set(name, collection);
     this.lay();
   }
 
-  /** Takes the tiles of /info: {url, attribution} of raster tiles, {min_zoom, max_zoom, attribution} of the site's base map. */
+  /** Takes the answer of /areas. @param {AreasAnswer} areas */
+  takeAreas(areas) {
+    list(areas, "features");
+    this.areas = areas;
+    this.lay();
+  }
+
+  /**
+   * Takes the tiles of /info: {url, attribution} of raster tiles, {min_zoom, max_zoom, attribution} of the site's base map.
+   * @param {Info} info
+   */
   takeTiles({ tiles, basemap }) {
-    const add = (name, what, Source) => {
-      if (what && !this.sources.has(name)) this.sources.set(name, new Source(what, (isGood, why) => this.tileCame(name, isGood, why)));
-    };
-    add("tiles", tiles, PictureTiles);
-    add("base", basemap, VectorTiles);
+    if (tiles) this.tiles ??= new PictureTiles(tiles, (...came) => this.tileCame("tiles", ...came));
+    if (basemap) this.base ??= new VectorTiles(basemap, (...came) => this.tileCame("base", ...came));
     this.lay();
   }
 
   /** Labels the zones with heights in the selected units. */
   nameZones() {
     const { map } = this;
-    if (map.areas) map.areas = map.areas.in(map.picture.frame);
+    if (map.areas && map.picture) map.areas = map.areas.in(map.picture.frame);
   }
 
+  /** @param {number} lat @param {number} lng @param {boolean} isRadar */
   originate(lat, lng, isRadar) {
     const { picture } = this.map;
     if (picture && (picture.frame.isRadar || !isRadar)) return; // the origin stays
@@ -82,11 +104,12 @@ export class Ground {
       const [x, y] = frame.toLocal(lat, lng);
       return { id, x, y };
     });
-    for (const [name, collection] of this.collections) {
-      if (map[name]?.geojson === collection) continue;
-      map[name] = name === "areas" ? new Zones(collection, frame) : new Shapes(name, collection, frame);
+    for (const [name, collection] of this.shapes) {
+      if (map[name]?.geojson !== collection) map[name] = new Shapes(name, collection, frame);
     }
-    for (const [name, source] of this.sources) map[name] ??= new Tiles(source, frame);
+    if (this.areas && map.areas?.geojson !== this.areas) map.areas = new Zones(this.areas, frame);
+    if (this.base) map.base ??= new Tiles(this.base, frame);
+    if (this.tiles) map.tiles ??= new Tiles(this.tiles, frame);
     map.invalidate();
   }
 }

@@ -12,6 +12,10 @@ const BEYOND_BRACKET_PX = 17;
 const SIDES = 4; // above right and left, below right and left
 const STAY = 2; // number of trails across a label before it changes sides: a jumping label cannot be read
 const LAST_TO_REACH = 1; // last precedence with distant labels: selected, alerts, watch list and unidentified tracks
+/** @typedef {Pick<FreeSpace, "isFree" | "traced">} Space */
+/** @typedef {{ side: number, reach: number, box: Box, left: number, top: number, lines: string[] }} Spot */
+
+/** @type {Space} */
 const ANYWHERE = { isFree: () => true, traced: () => 0 }; // free space everywhere
 const NEAR = [0];
 const FAR = [0, 16, 34]; // further distances in pixels, with a line to the symbol, for important tracks
@@ -21,7 +25,7 @@ onChange((patch) => {
   if (["units", "groundM", "labelBy"].some((name) => name in patch)) known = new WeakMap();
 });
 
-/** Name, and below it height, vertical trend and speed in the units of the legend. */
+/** Name, and below it height, vertical trend and speed in the units of the legend. @param {Track} track */
 function labelLines(track) {
   const before = known.get(track.properties);
   if (before) return before;
@@ -33,7 +37,7 @@ function labelLines(track) {
   return lines;
 }
 
-/** `placed`: most important last. */
+/** `placed`: most important last. @param {Context} context @param {View} view @param {Placed[]} placed */
 export function drawLabels(context, view, placed) {
   context.font = FONT;
   context.textAlign = "left";
@@ -55,6 +59,8 @@ export function drawLabels(context, view, placed) {
 /**
  * Position for both lines if free, else for the name; important tracks may be labelled at a distance. Null if nothing fits,
  * unless the track is selected.
+ * @param {Space} space @param {Track} track @param {Point} place @param {number} rank @param {string[]} lines
+ * @param {number} character
  */
 function spotFor(space, track, place, rank, lines, character) {
   for (const reach of rank <= LAST_TO_REACH ? FAR : NEAR) {
@@ -66,16 +72,23 @@ function spotFor(space, track, place, rank, lines, character) {
   return track.id === settings.selected ? bestSpot(ANYWHERE, track, place, 0, lines, character) : null;
 }
 
-/** The free side with the fewest trails, preferably the previous one; null if none is free. */
+/**
+ * The free side with the fewest trails, preferably the previous one; null if none is free.
+ * @param {Space} space @param {Track} track @param {Point} place @param {number} reach @param {string[]} lines
+ * @param {number} character
+ */
 function bestSpot(space, track, [px, py], reach, lines, character) {
   const width = Math.max(...lines.map((line) => line.length)) * character;
   const height = lines.length * LINE_PX;
   const beside = (track.id === settings.selected ? BEYOND_BRACKET_PX : BESIDE_PX) + reach;
-  let [best, least] = [null, Infinity];
+  /** @type {Spot | null} */
+  let best = null;
+  let least = Infinity;
   for (let i = 0; i < SIDES; i++) {
     const side = (track.place + i) % SIDES;
     const left = side % 2 === 0 ? px + beside : px - beside - width;
     const top = side < 2 ? py - height - 1 - reach : py + 1 + reach;
+    /** @type {Box} */
     const box = [left - 2, top, left + width + 2, top + height];
     if (!space.isFree(box)) continue;
     const crowd = space.traced(box) + (i ? STAY : 0);
@@ -84,7 +97,7 @@ function bestSpot(space, track, [px, py], reach, lines, character) {
   return best;
 }
 
-/** A thin line from a symbol to its distant label. */
+/** A thin line from a symbol to its distant label. @param {Context} context @param {Point} place @param {Spot} spot */
 function lead(context, [px, py], { box: [left, top, right, bottom] }) {
   context.strokeStyle = palette.quiet;
   context.lineWidth = 1;

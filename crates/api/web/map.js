@@ -1,6 +1,7 @@
 // The canvas: order of drawing, at most once per screen frame, and the effect of clicks.
 
 import { chosenOf, drawCrowds } from "./crowds.js";
+import { contextOf } from "./dom.js";
 import { drawRadars, drawRings, drawScale, scaleBox } from "./fixtures.js";
 import { drawLabels } from "./labels.js";
 import { palette } from "./palette.js";
@@ -15,29 +16,47 @@ import { steer, View } from "./view.js";
 const REACH_PX = 16; // maximum distance of a click from a symbol
 const PAN_PX = 80;
 
+/** @type {(thing: { x: number, y: number }) => Point} */
+const placeOf = ({ x, y }) => [x, y];
+
 export class Map2d {
   view = new View();
+  /** @type {Picture | null} */
   picture = null; // until there is an origin
+  /** @type {Radar[]} */
   radars = [];
+  /** @type {Shapes | null} */
   coverage = null;
+  /** @type {Shapes | null} */
   cells = null;
+  /** @type {Zones | null} */
   areas = null;
+  /** @type {Shapes[]} */
   overlays = [];
+  /** @type {Tiles<VectorTiles> | null} */
   base = null;
+  /** @type {Tiles<PictureTiles> | null} */
   tiles = null;
+  /** @type {Raw | null} */
   raw = null;
+  /** @type {Conflicts | null} */
   conflicts = null; // predicted conflicts
-  tool = null; // the tool that receives clicks: {add(x, y, track), draw(context, view)}
+  /** @type {Tool | null} */
+  tool = null;
+  /** @type {Map<string, Severity>} */
   alerted = new Map(); // severity by track id
+  /** @type {Placed[]} */
   placed = [];
   waiting = false;
   framed = false; // whether the view was set by the hash, the user or the first picture
 
+  /** @type {Steering["hovered"]} */
   hovered = () => {}; // called with the pointer's position, or without arguments when it has left the canvas
 
+  /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.canvas = canvas;
-    this.context = canvas.getContext("2d", { alpha: false });
+    this.context = contextOf(canvas, { alpha: false });
     this.covers = new Covers(canvas, () => this.invalidate());
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
@@ -48,13 +67,16 @@ export class Map2d {
     });
   }
 
-  /** Changes the origin; everything keeps its position on the ground. */
+  /** Changes the origin; everything keeps its position on the ground. @param {Frame} frame */
   reframe(frame) {
+    if (!this.picture) return;
     const before = this.picture.frame;
+    /** @param {number} x @param {number} y */
     const moved = (x, y) => frame.toLocal(...before.toGeodetic(x, y));
     this.picture.reframe(frame);
     [this.view.x, this.view.y] = moved(this.view.x, this.view.y);
-    for (const name of ["coverage", "areas", "cells"]) this[name] = this[name]?.in(frame) ?? null;
+    [this.coverage, this.cells] = [this.coverage?.in(frame) ?? null, this.cells?.in(frame) ?? null];
+    this.areas = this.areas?.in(frame) ?? null;
     this.overlays = this.overlays.map((overlay) => overlay.in(frame));
     for (const tiles of [this.base, this.tiles]) if (tiles) tiles.frame = frame;
     this.raw?.move(moved);
@@ -104,7 +126,7 @@ export class Map2d {
     if (!this.picture) return;
     view.space = new FreeSpace(view.width, view.height, [...this.covers.find(), scaleBox(view)]);
     const { layers } = settings;
-    const selected = this.picture.tracks.get(settings.selected);
+    const selected = this.picture.tracks.get(settings.selected ?? "");
     if (settings.follow && selected) [view.x, view.y] = [selected.x, selected.y];
     const tracks = this.picture.visible();
     const { time } = this.picture;
@@ -133,7 +155,7 @@ export class Map2d {
     drawScale(context, view);
   }
 
-  /** Called after the user moved the view. A pan ends following. */
+  /** Called after the user moved the view. A pan ends following. @param {boolean} isPan */
   moved(isPan) {
     this.framed = true;
     change({
@@ -144,21 +166,23 @@ export class Map2d {
     this.invalidate();
   }
 
+  /** @param {number} dx @param {number} dy */
   pan(dx, dy) {
     this.view.pan(dx * PAN_PX, dy * PAN_PX);
     this.moved(true);
   }
 
+  /** @param {number} factor */
   zoom(factor) {
     this.view.zoomAt(this.view.width / 2, this.view.height / 2, factor);
     this.moved(false);
   }
 
-  /** Selects the first of these tracks, and shows them all in the middle. */
+  /** Selects the first of these tracks, and shows them all in the middle. @param {string[]} ids */
   go(ids) {
-    const tracks = ids.map((id) => this.picture?.tracks.get(id)).filter(Boolean);
+    const tracks = ids.map((id) => this.picture?.tracks.get(id)).filter((track) => track !== undefined);
     if (!tracks.length) return;
-    const places = tracks.map(({ x, y }) => [x, y]);
+    const places = tracks.map(placeOf);
     const { scale } = this.view;
     this.view.fit(places);
     this.view.setScale(Math.min(scale, this.view.scale)); // zooms out if they do not fit, and never in
@@ -168,9 +192,9 @@ export class Map2d {
 
   /** Fits all tracks selected by the filter; without tracks, the coverage of the sensors. */
   fit() {
-    const places = (this.picture?.visible() ?? []).map(({ x, y }) => [x, y]);
+    const places = (this.picture?.visible() ?? []).map(placeOf);
     if (!places.length) places.push(...(this.coverage?.places ?? []));
-    this.view.fit([...places, ...this.radars.map(({ x, y }) => [x, y])]);
+    this.view.fit([...places, ...this.radars.map(placeOf)]);
     this.moved(true);
   }
 
@@ -183,7 +207,7 @@ export class Map2d {
       this.framed = true;
     } else if (this.picture.tracks.size) {
       const { follow } = settings;
-      this.view.fitMost(this.picture.visible().map(({ x, y }) => [x, y]));
+      this.view.fitMost(this.picture.visible().map(placeOf));
       this.moved(true);
       change({ follow });
     } else {
@@ -192,6 +216,7 @@ export class Map2d {
     this.invalidate();
   }
 
+  /** @param {number} px @param {number} py */
   click(px, py) {
     const best = chosenOf(this.placed, px, py, REACH_PX, settings.selected);
     if (!this.tool) return change({ selected: best?.id ?? null });

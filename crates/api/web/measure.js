@@ -9,8 +9,10 @@ import { distance } from "./units.js";
 export class Measure {
   title = "Measure";
   hint = "Click places or tracks; Enter takes the middle of the map.";
-  points = []; // {x, y}, or tracks
+  /** @type {{ x: number, y: number }[]} */
+  points = []; // places or tracks
 
+  /** @param {number} x @param {number} y @param {Track | null} track */
   add(x, y, track) {
     this.points.push(track ?? { x, y });
   }
@@ -32,12 +34,14 @@ export class Measure {
 
   words() {
     const legs = this.legs();
-    if (!legs.length) return this.points.length ? "1 place" : "";
-    const { length, course } = legs.at(-1);
+    const latest = legs.at(-1);
+    if (!latest) return this.points.length ? "1 place" : "";
+    const { length, course } = latest;
     const total = legs.reduce((sum, leg) => sum + leg.length, 0);
     return `${distance(length)} at ${direction(course)}${legs.length > 1 ? `; ${legs.length} legs, together ${distance(total)}` : ""}`;
   }
 
+  /** @param {Context} context @param {View} view */
   draw(context, view) {
     const places = this.points.map(({ x, y }) => view.toScreen(x, y));
     drawCorners(context, places, false);
@@ -51,7 +55,10 @@ export class Measure {
   }
 }
 
-/** A line through points on the screen, open or closed, with a square at each. */
+/**
+ * A line through points on the screen, open or closed, with a square at each.
+ * @param {Context} context @param {Point[]} places @param {boolean} isClosed
+ */
 export function drawCorners(context, places, isClosed) {
   context.save();
   context.strokeStyle = palette.selected;

@@ -5,13 +5,35 @@ const text = new TextDecoder();
 const [POINT, LINE, POLYGON] = [1, 2, 3];
 const [MOVE, DRAW, CLOSE] = [1, 2, 7];
 
+/** @typedef {"point" | "line" | "polygon"} Shape */
+/** @typedef {string | number | boolean | null} Value */
+/** @typedef {{ kind: Shape, parts: number[][], attributes: Record<string, Value> }} DecodedFeature */
+/** @typedef {{ name: string, extent: number, features: DecodedFeature[] }} DecodedLayer */
+
+/** @type {Record<number, Shape | undefined>} */
+const SHAPES = { [POINT]: "point", [LINE]: "line", [POLYGON]: "polygon" };
+
+/** The octets of a field. Throws if it has a number. @param {number | Uint8Array} value */
+function octetsOf(value) {
+  if (typeof value === "number") throw new Error("not a vector tile");
+  return value;
+}
+
+/** The number of a field. Throws if it has octets. @param {number | Uint8Array} value */
+function numberOf(value) {
+  if (typeof value !== "number") throw new Error("not a vector tile");
+  return value;
+}
+
 /** Fields of a protocol buffer, in sequence. A length beyond the end is an error. */
 class Fields {
+  /** @param {Uint8Array} octets */
   constructor(octets) {
     this.octets = octets;
     this.at = 0;
   }
 
+  /** @returns {Generator<[number, number | Uint8Array], void>} */
   *[Symbol.iterator]() {
     while (this.at < this.octets.length) {
       const key = this.varint();
@@ -35,11 +57,13 @@ class Fields {
     }
   }
 
+  /** @param {number} length */
   take(length) {
     if (this.at + length > this.octets.length) throw new Error("not a vector tile");
     return this.octets.subarray(this.at, (this.at += length));
   }
 
+  /** @param {Uint8Array} octets */
   static integers(octets) {
     const packed = new Fields(octets);
     const values = [];
@@ -51,56 +75,68 @@ class Fields {
 /**
  * Decodes the layers selected by `wants(name)`: {name, extent, features}, each feature {kind, parts, attributes}. `kind` is
  * "point", "line" or "polygon"; `parts` are lists of [x, y, x, y, ...] within the tile's `extent`, y downwards.
+ * @param {Uint8Array} octets @param {(name: string) => boolean} wants
  */
 export function decode(octets, wants) {
   const layers = [];
-  for (const [field, value] of new Fields(octets)) if (field === 3) layers.push(layerOf(value, wants));
-  return layers.filter(Boolean);
+  for (const [field, value] of new Fields(octets)) if (field === 3) layers.push(layerOf(octetsOf(value), wants));
+  return layers.filter((layer) => layer !== null);
 }
 
+/** @param {Uint8Array} octets @param {(name: string) => boolean} wants */
 function layerOf(octets, wants) {
-  const layer = { name: "", extent: 4096, features: [] };
-  const [keys, values, features] = [[], [], []];
+  let [name, extent] = ["", 4096];
+  /** @type {string[]} */
+  const keys = [];
+  /** @type {Value[]} */
+  const values = [];
+  const features = [];
   for (const [field, value] of new Fields(octets)) {
-    if (field === 1) layer.name = text.decode(value);
-    else if (field === 2) features.push(value);
-    else if (field === 3) keys.push(text.decode(value));
-    else if (field === 4) values.push(valueOf(value));
-    else if (field === 5) layer.extent = value;
+    if (field === 1) name = text.decode(octetsOf(value));
+    else if (field === 2) features.push(octetsOf(value));
+    else if (field === 3) keys.push(text.decode(octetsOf(value)));
+    else if (field === 4) values.push(valueOf(octetsOf(value)));
+    else if (field === 5) extent = numberOf(value);
   }
-  if (!wants(layer.name)) return null;
-  layer.features = features.map((feature) => featureOf(feature, keys, values)).filter(Boolean);
-  return layer;
+  if (!wants(name)) return null;
+  return { name, extent, features: features.map((feature) => featureOf(feature, keys, values)).filter((feature) => feature !== null) };
 }
 
-/** Texts and whole numbers, as used in classes and names of maps; other values are null. */
+/** Texts and whole numbers, as used in classes and names of maps; other values are null. @param {Uint8Array} octets */
 function valueOf(octets) {
   for (const [field, value] of new Fields(octets)) {
-    if (field === 1) return text.decode(value);
-    if (field === 4 || field === 5) return value;
-    if (field === 6) return unzigzag(value);
+    if (field === 1) return text.decode(octetsOf(value));
+    if (field === 4 || field === 5) return numberOf(value);
+    if (field === 6) return unzigzag(numberOf(value));
     if (field === 7) return value !== 0;
   }
   return null;
 }
 
+/** @param {Uint8Array} octets @param {string[]} keys @param {Value[]} values */
 function featureOf(octets, keys, values) {
-  let [kind, geometry, tags] = [0, [], []];
+  let kind = 0;
+  /** @type {number[]} */
+  let geometry = [];
+  /** @type {number[]} */
+  let tags = [];
   for (const [field, value] of new Fields(octets)) {
-    if (field === 2) tags = Fields.integers(value);
-    else if (field === 3) kind = value;
-    else if (field === 4) geometry = Fields.integers(value);
+    if (field === 2) tags = Fields.integers(octetsOf(value));
+    else if (field === 3) kind = numberOf(value);
+    else if (field === 4) geometry = Fields.integers(octetsOf(value));
   }
-  const name = { [POINT]: "point", [LINE]: "line", [POLYGON]: "polygon" }[kind];
-  if (!name) return null;
+  const shape = SHAPES[kind];
+  if (!shape) return null;
+  /** @type {DecodedFeature["attributes"]} */
   const attributes = {};
   for (let i = 0; i + 1 < tags.length; i += 2) attributes[keys[tags[i]]] = values[tags[i + 1]];
-  return { kind: name, parts: partsOf(geometry), attributes };
+  return { kind: shape, parts: partsOf(geometry), attributes };
 }
 
+/** @param {number} value */
 const unzigzag = (value) => (value % 2 ? -(value + 1) / 2 : value / 2);
 
-/** Geometry commands, each with a repeat count, and the steps between points. */
+/** Geometry commands, each with a repeat count, and the steps between points. @param {number[]} geometry */
 function partsOf(geometry) {
   const parts = [];
   let [x, y, at] = [0, 0, 0];

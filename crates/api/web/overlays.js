@@ -5,7 +5,7 @@ import { Shapes } from "./shapes.js";
 
 const LARGEST_FILE = 20e6; // octets; larger files block the browser
 
-/** Shapes of a file; throws with a message for the user. */
+/** Shapes of a file; throws with a message for the user. @param {File} file @param {Frame | undefined} frame */
 async function shapesOf(file, frame) {
   if (!frame) throw new Error("The map has no origin yet: neither a radar nor a track is known");
   if (file.size > LARGEST_FILE) throw new Error(`${file.name}: larger than 20 MB`);
@@ -25,7 +25,9 @@ async function shapesOf(file, frame) {
   return shapes;
 }
 
+/** @param {Map2d} map */
 export function listenForOverlays(map) {
+  /** @param {File[]} files */
   async function add(files) {
     for (const file of files) {
       try {
@@ -52,9 +54,10 @@ export function listenForOverlays(map) {
     map.invalidate();
   }
 
-  byId("overlay-file").addEventListener("change", async (event) => {
-    await add([...event.target.files]);
-    event.target.value = ""; // allows the same file to be selected again
+  const input = byId("overlay-file", HTMLInputElement);
+  input.addEventListener("change", async () => {
+    await add([...(input.files ?? [])]);
+    input.value = ""; // allows the same file to be selected again
   });
   addEventListener("dragover", (event) => {
     event.preventDefault();
@@ -66,6 +69,6 @@ export function listenForOverlays(map) {
   addEventListener("drop", (event) => {
     event.preventDefault(); // otherwise the browser would open the file instead of the map
     byId("drop-hint").hidden = true;
-    add([...event.dataTransfer.files]);
+    add([...(event.dataTransfer?.files ?? [])]);
   });
 }

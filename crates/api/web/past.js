@@ -9,33 +9,41 @@ const SKIP_MS = 10000;
 const SPANS_MIN = [10, 60, 360, 1440];
 
 export class Past {
+  /** @type {number | null} */
   time = null; // time of the picture shown or requested, in ms since 1970; null while live
+  /** @type {number | null} */
   wanted = null; // time to request after the pending answer
+  latest = NaN; // time of the latest available picture
   isAsking = false;
   isPlaying = false;
 
-  /** `on.show(collection)` shows a past picture, `on.live()` returns to the present; `now()` is the latest available time. */
+  /**
+   * `on.show(collection)` shows a past picture, `on.live()` returns to the present; `now()` is the latest available time.
+   * @param {() => number} now @param {{ show: (collection: TrackCollection) => void, live: () => void }} on
+   */
   constructor(now, on) {
-    Object.assign(this, { now, on });
-    this.slider = byId("past-position");
+    this.now = now;
+    this.on = on;
+    this.slider = byId("past-position", HTMLInputElement);
     byId("past-button").addEventListener("click", () => this.open());
     byId("past-live").addEventListener("click", () => this.close());
     byId("past-toggle").addEventListener("click", () => this.play(!this.isPlaying));
-    byId("past-back").addEventListener("click", () => this.go(this.time - SKIP_MS));
-    byId("past-forward").addEventListener("click", () => this.go(this.time + SKIP_MS));
+    byId("past-back").addEventListener("click", () => this.skip(-SKIP_MS));
+    byId("past-forward").addEventListener("click", () => this.skip(SKIP_MS));
     byId("past-span").addEventListener("change", () => this.show());
     this.slider.addEventListener("input", () => this.go(this.latest + Number(this.slider.value) * 1000));
     for (const minutes of SPANS_MIN) {
       const option = new Option(minutes < 60 ? `${minutes} min` : `${minutes / 60} h`, String(minutes), minutes === 60, minutes === 60);
       byId("past-span").append(option);
     }
-    setInterval(() => this.isPlaying && this.go(this.time + STEP_MS), STEP_MS);
+    setInterval(() => this.isPlaying && this.skip(STEP_MS), STEP_MS);
   }
 
-  /** Length of the history in hours; undefined if none is kept. */
-  offer(hours) {
+  /** Length of the history in hours; undefined if none is kept. @param {number} [hours] */
+  offer(hours = 0) {
     byId("past-button").hidden = !(hours > 0);
-    for (const option of byId("past-span").options) option.hidden = Number(option.value) > Math.max(SPANS_MIN[0], hours * 60);
+    const most = Math.max(SPANS_MIN[0], hours * 60);
+    for (const option of byId("past-span", HTMLSelectElement).options) option.hidden = Number(option.value) > most;
   }
 
   get isOn() {
@@ -58,12 +66,18 @@ export class Past {
     this.on.live();
   }
 
+  /** @param {boolean} isPlaying */
   play(isPlaying) {
     this.isPlaying = isPlaying;
     setText(byId("past-toggle"), isPlaying ? "Pause" : "Play");
   }
 
-  /** One request at a time. Of those made meanwhile the last one is sent. */
+  /** @param {number} ms */
+  skip(ms) {
+    if (this.time !== null) this.go(this.time + ms);
+  }
+
+  /** One request at a time. Of those made meanwhile the last one is sent. @param {number} time */
   async go(time) {
     this.latest = this.now();
     this.wanted = this.time = Math.min(time, this.latest);
@@ -78,6 +92,7 @@ export class Past {
     this.isAsking = false;
   }
 
+  /** @param {number} time */
   async ask(time) {
     try {
       const collection = await get(`snapshot?time=${new Date(time).toISOString()}`);
@@ -90,8 +105,9 @@ export class Past {
   }
 
   show() {
-    const span = Number(byId("past-span").value) * 60;
+    const span = Number(byId("past-span", HTMLSelectElement).value) * 60;
     this.slider.min = String(-span);
+    if (this.time === null) return;
     this.slider.value = String((this.time - this.latest) / 1000);
     setText(byId("past-at"), `${format.date(this.time)} ${format.utc(this.time)}`);
   }

@@ -10,17 +10,22 @@ export class PictureTiles {
   pictures = new Map(); // by URL, most recently used last
   missing = 0; // number of failures since the last success
 
-  /** `came` receives whether the latest tiles arrive. A single missing tile at the edge of a tile set is not a failure. */
+  /**
+   * `came` receives whether the latest tiles arrive. A single missing tile at the edge of a tile set is not a failure.
+   * @param {{ url: string }} server @param {TilesCame} came
+   */
   constructor({ url }, came) {
-    Object.assign(this, { url, came });
+    this.url = url;
+    this.came = came;
   }
 
   alpha() {
     return palette.isDark ? 0.45 : 0.8;
   }
 
+  /** @param {number} zoom @param {number} x @param {number} y */
   picture(zoom, x, y) {
-    const address = this.url.replace("{z}", zoom).replace("{x}", x).replace("{y}", y);
+    const address = this.url.replace("{z}", String(zoom)).replace("{x}", String(x)).replace("{y}", String(y));
     let picture = this.pictures.get(address);
     if (!picture) {
       picture = new Image();
@@ -35,6 +40,7 @@ export class PictureTiles {
     return picture.complete && picture.naturalWidth ? picture : null;
   }
 
+  /** @param {number} missing */
   note(missing) {
     this.missing = missing;
     this.came(missing < MANY_MISSING, "their server does not send them");

@@ -10,9 +10,11 @@ const SHOWN_MS = 5000;
 const MOST = 40000;
 
 export class Raw {
-  reports = []; // {time, x, y, kind}
+  /** @type {{ time: number, x: number, y: number, kind: "radar" | "transponder" }[]} */
+  reports = [];
   last = 0;
 
+  /** @param {Map2d} map */
   constructor(map) {
     this.map = map;
   }
@@ -28,10 +30,11 @@ export class Raw {
     return get(`raw?after=${this.last}`);
   }
 
-  /** Takes the answer of /raw. */
+  /** Takes the answer of /raw. @param {RawAnswer} collection */
   take(collection) {
     const features = list(collection, "features");
     this.last = collection.last ?? 0;
+    if (!this.map.picture) return;
     const { frame, time: now } = this.map.picture;
     for (const { geometry, properties } of features) {
       const [lng, lat] = geometry.coordinates;
@@ -42,16 +45,19 @@ export class Raw {
     this.map.invalidate();
   }
 
-  /** Moves each report to `to(x, y)`. */
+  /** Moves each report to `to(x, y)`. @param {Move} to */
   move(to) {
     for (const report of this.reports) [report.x, report.y] = to(report.x, report.y);
   }
 
-  /** Small crosses for radar and small squares for transponders, fading with age, distinct from track symbols. */
+  /**
+   * Small crosses for radar and small squares for transponders, fading with age, distinct from track symbols.
+   * @param {Context} context @param {View} view @param {number} now
+   */
   draw(context, view, now) {
     context.save();
     context.lineWidth = 1;
-    for (const kind of ["radar", "transponder"]) {
+    for (const kind of /** @type {const} */ (["radar", "transponder"])) {
       context.strokeStyle = palette[kind];
       for (const isOld of [true, false]) {
         context.globalAlpha = isOld ? 0.45 : 0.9;
@@ -69,6 +75,7 @@ export class Raw {
   }
 }
 
+/** @param {Context} context @param {string} kind @param {number} px @param {number} py */
 function mark(context, kind, px, py) {
   if (kind === "transponder") {
     context.rect(px - 3, py - 3, 6, 6);

@@ -3,26 +3,34 @@
 import { FONT, writeFree } from "./fixtures.js";
 import { palette } from "./palette.js";
 
+/** A name and its place. @typedef {[...Point, string]} Named */
+
 /** A GeoJSON object as paths in metres, made once. Drawing takes one stroke at any zoom. */
 export class Shapes {
+  /** @param {string} name @param {GeoJson} geojson @param {Frame} frame */
   constructor(name, geojson, frame) {
     this.name = name;
     this.geojson = geojson;
     this.frame = frame;
     this.lines = new Path2D();
     this.surfaces = new Path2D();
-    this.points = []; // [x, y, name]
-    this.names = []; // [x, y, name] for surfaces and lines
-    this.boxes = []; // [left, top, right, bottom, name] of surfaces
+    /** @type {Named[]} */
+    this.points = [];
+    /** @type {Named[]} */
+    this.names = []; // of surfaces and lines
+    /** @type {[...Box, string][]} */
+    this.boxes = []; // of surfaces, in metres, with their names
+    /** @type {Point[]} */
     this.places = []; // all places, to fit the view
     this.add(geojson, "");
   }
 
-  /** The same shapes in another frame. */
+  /** The same shapes in another frame. @param {Frame} frame */
   in(frame) {
     return new Shapes(this.name, this.geojson, frame);
   }
 
+  /** @param {GeoJson | null | undefined} object @param {string} name */
   add(object, name) {
     switch (object?.type) {
       case "FeatureCollection":
@@ -57,6 +65,7 @@ export class Shapes {
     }
   }
 
+  /** @param {number[]} place */
   local([lng, lat]) {
     const place = this.frame.toLocal(lat, lng);
     if (!place.every(Number.isFinite)) throw new Error("a coordinate is not a number");
@@ -64,10 +73,12 @@ export class Shapes {
     return place;
   }
 
+  /** @param {number[]} coordinates @param {string} name */
   addPoint(coordinates, name) {
     this.points.push([...this.local(coordinates), name]);
   }
 
+  /** @param {number[][][]} rings @param {string} name */
   addSurface(rings, name) {
     const before = this.places.length;
     rings.forEach((ring, i) => this.addLine(this.surfaces, ring, i ? "" : name));
@@ -75,6 +86,7 @@ export class Shapes {
     if (name && x.length) this.boxes.push([Math.min(...x), Math.max(...y), Math.max(...x), Math.min(...y), name]);
   }
 
+  /** @param {Path2D} path @param {number[][]} coordinates @param {string} name */
   addLine(path, coordinates, name) {
     coordinates.forEach((coordinate, i) => {
       const [x, y] = this.local(coordinate);
@@ -84,7 +96,11 @@ export class Shapes {
     if (name && coordinates.length) this.names.push([...this.local(northmost(coordinates)), name]);
   }
 
-  /** Names are at the northernmost point or, if `inside`, at the top of the visible part of the surface. */
+  /**
+   * Names are at the northernmost point or, if `inside`, at the top of the visible part of the surface.
+   * @param {Context} context @param {View} view @param {string} colour
+   * @param {{ fill?: number, dash?: number[], inside?: boolean }} [look]
+   */
   draw(context, view, colour, { fill = 0.08, dash = [], inside = false } = {}) {
     context.save();
     context.translate(view.width / 2, view.height / 2);
@@ -116,6 +132,7 @@ export class Shapes {
     for (const [px, py, name] of inside ? this.namesInside(view) : this.namesAbove(view)) writeFree(context, view, name, px, py, colour);
   }
 
+  /** @param {View} view @returns {Named[]} */
   namesAbove(view) {
     return this.names.map(([x, y, name]) => {
       const [px, py] = view.toScreen(x, y);
@@ -123,6 +140,7 @@ export class Shapes {
     });
   }
 
+  /** @param {View} view @returns {Named[]} */
   namesInside(view) {
     return this.boxes.flatMap(([left, top, right, bottom, name]) => {
       const [[pxLeft, pyTop], [pxRight, pyBottom]] = [view.toScreen(left, top), view.toScreen(right, bottom)];
@@ -134,17 +152,20 @@ export class Shapes {
 
 const BELOW_PX = 40; // distance from the edge, below the names of bearings
 
+/** @param {number[][]} coordinates */
 const northmost = (coordinates) => coordinates.reduce((best, at) => (at[1] > best[1] ? at : best));
 
+/** @param {Context} context @param {View} view @param {Shapes} shapes */
 export function drawCoverage(context, view, shapes) {
   shapes.draw(context, view, palette.coverage, { fill: 0, dash: [6, 4] });
 }
 
-/** Cells of a cluster, each with its owner. */
+/** Cells of a cluster, each with its owner. @param {Context} context @param {View} view @param {Shapes} shapes */
 export function drawCells(context, view, shapes) {
   shapes.draw(context, view, palette.quiet, { fill: 0, dash: [12, 4, 2, 4], inside: true });
 }
 
+/** @param {Context} context @param {View} view @param {Shapes} shapes */
 export function drawOverlay(context, view, shapes) {
   shapes.draw(context, view, palette.overlay, { fill: 0.06 });
 }

@@ -1,8 +1,11 @@
 // Images of symbols, drawn once and copied often: a copy is cheaper than a path with a halo.
 
+import { contextOf } from "./dom.js";
+
 const MOST = 500;
 
 export class Sprites {
+  /** @type {Map<string, HTMLCanvasElement>} */
   known = new Map();
   ratio = 1; // screen pixels per page pixel
 
@@ -12,7 +15,11 @@ export class Sprites {
     this.ratio = window.devicePixelRatio || 1;
   }
 
-  /** Copies to (px, py) the image that `draw(context)` draws about the origin within `radius`. */
+  /**
+   * Copies to (px, py) the image that `draw(context)` draws about the origin within `radius`.
+   * @param {Context} context @param {string} key @param {number} radius @param {number} px @param {number} py
+   * @param {(context: Context) => void} draw
+   */
   put(context, key, radius, px, py, draw) {
     let sprite = this.known.get(key);
     if (!sprite) {
@@ -27,10 +34,11 @@ export class Sprites {
   }
 }
 
+/** @param {number} radius @param {number} ratio @param {(context: Context) => void} draw */
 function picture(radius, ratio, draw) {
   const sprite = document.createElement("canvas");
   sprite.width = sprite.height = 2 * Math.ceil(radius * ratio);
-  const context = sprite.getContext("2d");
+  const context = contextOf(sprite);
   context.scale(ratio, ratio);
   context.translate(sprite.width / ratio / 2, sprite.height / ratio / 2);
   draw(context);

@@ -10,6 +10,7 @@ const AHEAD_S = 10;
 const QUIET_MS = 2000; // a track without news for this time is drawn faint
 const LEAST_PX = 6; // minimum size of an ellipse or circle that the symbol does not hide
 
+/** @type {Record<Source, (path: CanvasPath, x: number, y: number, r: number) => void>} */
 const SHAPES = {
   fused: (path, x, y, r) => {
     path.moveTo(x + r, y);
@@ -33,6 +34,7 @@ const SHAPES = {
 /** Symbol of crewed aircraft, whatever the sensor: nose, wings and tail, the nose to the north. */
 const AEROPLANE = [[0, -2], [0.3, -0.7], [1.9, 0.3], [1.9, 0.75], [0.3, 0.35], [0.2, 1.2], [0.75, 1.7], [0.75, 2], [0, 1.75]];
 
+/** @param {CanvasPath} path @param {number} r */
 function aeroplane(path, r) {
   const outline = [...AEROPLANE, ...AEROPLANE.toReversed().map(([x, y]) => [-x, y])];
   outline.forEach(([x, y], i) => (i ? path.lineTo(x * r, y * r) : path.moveTo(x * r, y * r)));
@@ -41,11 +43,15 @@ function aeroplane(path, r) {
 
 const TURN = 10; // degrees between two images of an aeroplane
 
-/** Heading of the nearest aeroplane image, in degrees. */
+/** Heading of the nearest aeroplane image, in degrees. @param {Track} track */
 const headingOf = (track) => (track.isCrewed && Number.isFinite(track.course) ? Math.round(track.course / TURN) * TURN : 0);
 
-/** Places of the tracks, [track, px, py, rank], for labels and clicks; the most important last, so on top. */
+/**
+ * Places of the tracks, [track, px, py, rank], for labels and clicks; the most important last, so on top.
+ * @param {View} view @param {Track[]} tracks @param {Map<string, Severity>} alerted
+ */
 export function place(view, tracks, alerted) {
+  /** @type {Placed[]} */
   const placed = [];
   for (const track of tracks) {
     const [px, py] = view.toScreen(track.x, track.y);
@@ -54,7 +60,10 @@ export function place(view, tracks, alerted) {
   return placed.sort((one, other) => other[3] - one[3]);
 }
 
-/** Lower is more important: selected track, alerts, then as in the table. */
+/**
+ * Lower is more important: selected track, alerts, then as in the table.
+ * @param {Track} track @param {Map<string, Severity>} alerted
+ */
 const rankOf = (track, alerted) => (track.id === settings.selected ? -2 : alerted.has(track.id) ? -1 : precedence(track));
 
 const sprites = new Sprites();
@@ -62,9 +71,13 @@ const sprites = new Sprites();
 /** After a change of colours or screen all symbols are drawn again. */
 export const forgetSymbols = () => sprites.clear();
 
-/** Unidentified tracks are larger. */
+/** Unidentified tracks are larger. @param {Track} track @param {View} view */
 const radiusOf = (track, view) => (view.scale > 0.02 ? 4.2 : 3.3) * (track.isUnknown ? 1.3 : 1);
 
+/**
+ * @param {Context} context @param {View} view @param {Placed[]} placed @param {number} now
+ * @param {Map<string, Severity>} alerted
+ */
 export function drawSymbols(context, view, placed, now, alerted) {
   for (const [track, px, py] of placed) {
     const radius = radiusOf(track, view);
@@ -81,7 +94,10 @@ export function drawSymbols(context, view, placed, now, alerted) {
   }
 }
 
-/** Symbol about the origin: filled; hollow if it is unlikely to be a drone; dashed if extrapolated. */
+/**
+ * Symbol about the origin: filled; hollow if it is unlikely to be a drone; dashed if extrapolated.
+ * @param {Context} context @param {Track} track @param {number} radius @param {string} colour
+ */
 function symbol(context, track, radius, colour) {
   const isHollow = track.isDoubtful || track.isExtrapolated;
   context.beginPath();
@@ -102,13 +118,14 @@ function symbol(context, track, radius, colour) {
 /**
  * Uncertainty of positions (95 %). Predicted tracks have ellipses. Otherwise the selected track has a circle, and on demand all
  * tracks. Left out if the symbol covers it.
+ * @param {Context} context @param {View} view @param {Placed[]} placed
  */
 export function drawUncertainty(context, view, placed) {
   context.save();
   context.lineWidth = 1;
   for (const [track, px, py] of placed) {
     const isSelected = track.id === settings.selected;
-    const { accuracy_ellipse: ellipse, accuracy_h_m } = track.properties;
+    const { accuracy_ellipse: ellipse, accuracy_h_m = NaN } = track.properties;
     if (!ellipse && !isSelected && !settings.layers.ellipses) continue;
     const [major, minor] = ellipse ? [ellipse.major_m * view.scale, ellipse.minor_m * view.scale] : [accuracy_h_m * view.scale, accuracy_h_m * view.scale];
     if (!(major > LEAST_PX)) continue;
@@ -126,7 +143,10 @@ export function drawUncertainty(context, view, placed) {
   context.restore();
 }
 
-/** Predicted straight movement, dashed to distinguish it from a trail. */
+/**
+ * Predicted straight movement, dashed to distinguish it from a trail.
+ * @param {Context} context @param {View} view @param {Placed[]} placed
+ */
 export function drawVectors(context, view, placed) {
   context.save();
   context.setLineDash([5, 3]);
@@ -147,6 +167,10 @@ export function drawVectors(context, view, placed) {
   context.restore();
 }
 
+/**
+ * @param {Context} context @param {number} px @param {number} py @param {number} radius @param {string} colour
+ * @param {number} width
+ */
 function ring(context, px, py, radius, colour, width) {
   context.strokeStyle = colour;
   context.lineWidth = width;
@@ -155,7 +179,10 @@ function ring(context, px, py, radius, colour, width) {
   context.stroke();
 }
 
-/** Four corners about the selected track, which hide nothing and differ from all symbols. */
+/**
+ * Four corners about the selected track, which hide nothing and differ from all symbols.
+ * @param {Context} context @param {number} px @param {number} py @param {number} r
+ */
 function bracket(context, px, py, r) {
   context.strokeStyle = palette.selected;
   context.lineWidth = 2;

@@ -7,9 +7,10 @@ import { ZoneTool } from "./zonetool.js";
 const NOTE_MS = 500; // measurements from a track change by themselves
 
 export class Tools {
+  /** @param {Map2d} map */
   constructor(map) {
     this.map = map;
-    this.zone = new ZoneTool(() => map.picture.frame);
+    this.zone = new ZoneTool(() => map.picture?.frame);
     this.measure = new Measure();
     byId("measure-button").addEventListener("click", () => this.use(this.measure));
     byId("zone-button").addEventListener("click", () => this.use(this.zone));
@@ -24,6 +25,7 @@ export class Tools {
     return this.map.tool !== null;
   }
 
+  /** @param {Tool} tool */
   use(tool) {
     if (!this.map.picture) return;
     byId("tools").hidePopover();
@@ -43,8 +45,9 @@ export class Tools {
     else this.use(this.measure);
   }
 
+  /** @param {(tool: Tool) => void} act */
   do(act) {
-    if (!this.isUsed) return;
+    if (!this.map.tool) return;
     act(this.map.tool);
     this.note();
     this.map.invalidate();
@@ -58,7 +61,7 @@ export class Tools {
     this.map.invalidate();
   }
 
-  /** Keyboard control: arrow keys pan, Enter acts on the middle. */
+  /** Keyboard control: arrow keys pan, Enter acts on the middle. @param {KeyboardEvent} event */
   key(event) {
     if (!this.isUsed || event.key !== "Enter") return;
     event.preventDefault();
@@ -68,6 +71,6 @@ export class Tools {
   }
 
   note() {
-    if (this.isUsed) setText(byId("tool-words"), this.map.tool.words());
+    if (this.map.tool) setText(byId("tool-words"), this.map.tool.words());
   }
 }

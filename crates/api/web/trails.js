@@ -8,6 +8,7 @@ const BREAK_MS = 5000; // a longer silence is a gap in the trail, not a straight
 const STEP_PX = 4;
 const THIN_PX = 1; // wider lines are drawn as surfaces, which is several times slower
 
+/** @param {Context} context @param {View} view @param {Track[]} tracks @param {number} now */
 export function drawTrails(context, view, tracks, now) {
   context.lineJoin = "bevel";
   const chosen = tracks.find((track) => track.id === settings.selected);
@@ -24,6 +25,7 @@ export function drawTrails(context, view, tracks, now) {
   context.globalAlpha = 1;
 }
 
+/** @param {Context} context @param {Path2D[]} paths @param {string} colour @param {number} width @param {number} strongest */
 function stroke(context, paths, colour, width, strongest) {
   context.strokeStyle = colour;
   context.lineWidth = width;
@@ -33,7 +35,10 @@ function stroke(context, paths, colour, width, strongest) {
   });
 }
 
-/** From the track backwards, one line through each band. Points at the same pixel are skipped. */
+/**
+ * From the track backwards, one line through each band. Points at the same pixel are skipped.
+ * @param {Path2D[]} paths @param {View} view @param {Track} track @param {number} now
+ */
 function addTrail(paths, view, track, now) {
   const { trail } = track;
   const longest = settings.trailS * 1000;

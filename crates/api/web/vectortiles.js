@@ -1,6 +1,7 @@
 // The site's own base map: vector tiles of its PMTiles file, each drawn once into an image in the page's colours.
 
 import { getOctets } from "./api.js";
+import { contextOf } from "./dom.js";
 import { decode } from "./mvt.js";
 import { palette } from "./palette.js";
 
@@ -9,7 +10,18 @@ const [KEPT_TILES, KEPT_PICTURES] = [200, 100]; // an image takes 1 MB
 const AGAIN_MS = 3000;
 const AT_ONCE = 4; // further tiles are requested when one has arrived, if they are still visible
 
-/** Styles of layers, from the ground up, by the names of OpenMapTiles and Protomaps. Other layers are left out. */
+/** @typedef {"green" | "water" | "building" | "road" | "border"} MapColour */
+/**
+ * A surface has a fill, a line has a stroke and its width in pixels.
+ * @typedef {{ fill: MapColour, stroke?: undefined, width?: undefined, isMinor?: undefined }} SurfaceStyle
+ * @typedef {{ fill?: undefined, stroke: MapColour, width: number, isMinor?: boolean }} LineStyle
+ * @typedef {SurfaceStyle | LineStyle} Style
+ */
+
+/**
+ * Styles of layers, from the ground up, by the names of OpenMapTiles and Protomaps. Other layers are left out.
+ * @type {[string[], DecodedFeature["kind"], Style][]}
+ */
 const STYLES = [
   [["landcover", "landuse", "natural", "park"], "polygon", { fill: "green" }],
   [["water", "ocean"], "polygon", { fill: "water" }],
@@ -24,18 +36,27 @@ const PLACES = ["place", "places"];
 const WANTED = new Set([...STYLES.flatMap(([names]) => names), ...PLACES]);
 const MAJOR = ["motorway", "trunk", "primary", "secondary", "highway", "major_road"];
 
-/** Colour "green", "water", ... of the style sheet. */
+/** @param {MapColour} name */
 const colour = (name) => palette[`map-${name}`];
 
+/** A name, its rank, and its place in a tile: x and y from 0 to 1. @typedef {[string, number, number, number]} PlaceName */
+
 export class VectorTiles {
-  tiles = new Map(); // {layers, names} by "z/x/y" in the file; null while requested
+  /** @type {Map<string, { layers: DecodedLayer[], names: PlaceName[] } | null>} */
+  tiles = new Map(); // by "z/x/y" in the file; null while requested
+  /** @type {Map<string, HTMLCanvasElement>} */
   pictures = new Map(); // canvases by "z/x/y" on the screen
   alpha = () => 1; // opaque, because the colours are the page's own
   asking = 0;
 
-  /** `came` receives whether tiles arrive, and the reason if not. */
+  /**
+   * `came` receives whether tiles arrive, and the reason if not.
+   * @param {{ min_zoom: number, max_zoom: number }} map @param {TilesCame} came
+   */
   constructor({ min_zoom, max_zoom }, came) {
-    Object.assign(this, { smallest: min_zoom, deepest: max_zoom, came });
+    this.smallest = min_zoom;
+    this.deepest = max_zoom;
+    this.came = came;
   }
 
   get tilePx() {
@@ -47,7 +68,10 @@ export class VectorTiles {
     this.pictures.clear();
   }
 
-  /** A canvas; null until it can be drawn. Beyond the zoom of the file, a part of its deepest tile is enlarged. */
+  /**
+   * A canvas; null until it can be drawn. Beyond the zoom of the file, a part of its deepest tile is enlarged.
+   * @param {number} zoom @param {number} x @param {number} y
+   */
   picture(zoom, x, y) {
     if (zoom < this.smallest) return null;
     const key = `${zoom}/${x}/${y}`;
@@ -61,11 +85,15 @@ export class VectorTiles {
     return drawn;
   }
 
-  /** Names of the tile under a place: [name, rank, x, y] with x and y from 0 to 1 within the tile. */
+  /**
+   * Names of the tile under a place: [name, rank, x, y] with x and y from 0 to 1 within the tile.
+   * @param {number} zoom @param {number} x @param {number} y
+   */
   names(zoom, x, y) {
     return zoom < this.smallest || zoom > this.deepest ? [] : (this.tile(zoom, x, y)?.names ?? []);
   }
 
+  /** @param {number} zoom @param {number} x @param {number} y */
   tile(zoom, x, y) {
     const key = `${zoom}/${x}/${y}`;
     const tile = this.tiles.get(key);
@@ -73,6 +101,7 @@ export class VectorTiles {
     return tile ?? null;
   }
 
+  /** @param {string} key @param {number} z @param {number} x @param {number} y */
   async ask(key, z, x, y) {
     keep(this.tiles, key, null, KEPT_TILES);
     this.asking += 1;
@@ -90,24 +119,31 @@ export class VectorTiles {
   }
 }
 
+/** @param {DecodedLayer[]} layers */
 function namesOf(layers) {
   return layers.filter(({ name }) => PLACES.includes(name)).flatMap(({ extent, features }) =>
     features
       .filter(({ kind, parts, attributes }) => kind === "point" && parts.length && attributes.name)
-      .map(({ parts: [[px, py]], attributes: { name, rank, population_rank } }) => [String(name), rank ?? -(population_rank ?? 0), px / extent, py / extent]),
+      .map(({ parts: [[px, py]], attributes: { name, rank, population_rank } }) => (
+        /** @type {PlaceName} */ ([String(name), Number(rank ?? -Number(population_rank ?? 0)), px / extent, py / extent])
+      )),
   );
 }
 
+/** @template T @param {Map<string, T>} known @param {string} key @param {T} value @param {number} most */
 function keep(known, key, value, most) {
   known.set(key, value);
-  if (known.size > most) known.delete(known.keys().next().value);
+  if (known.size > most) known.delete(known.keys().next().value ?? "");
 }
 
-/** Draws the part (across, down) of a tile that is `times` as large as an image. */
+/**
+ * Draws the part (across, down) of a tile that is `times` as large as an image.
+ * @param {DecodedLayer[]} layers @param {number} times @param {number} across @param {number} down
+ */
 function draw(layers, times, across, down) {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = TILE_PX;
-  const context = canvas.getContext("2d");
+  const context = contextOf(canvas);
   context.translate(-across * TILE_PX, -down * TILE_PX);
   for (const [names, kind, style] of STYLES) {
     for (const { name, extent, features } of layers) {
@@ -123,8 +159,10 @@ function draw(layers, times, across, down) {
   return canvas;
 }
 
-const isMinor = ({ attributes }) => !MAJOR.includes(attributes.class ?? attributes.kind);
+/** @param {DecodedFeature} feature */
+const isMinor = ({ attributes }) => !MAJOR.includes(String(attributes.class ?? attributes.kind));
 
+/** @param {Path2D} path @param {number[][]} parts @param {number} scale */
 function trace(path, parts, scale) {
   for (const part of parts) {
     for (let i = 0; i < part.length; i += 2) {
@@ -134,6 +172,7 @@ function trace(path, parts, scale) {
   }
 }
 
+/** @param {Context} context @param {Path2D} path @param {Style} style @param {number} times */
 function paint(context, path, { fill, stroke, width }, times) {
   if (fill) {
     context.fillStyle = colour(fill);

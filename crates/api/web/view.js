@@ -16,23 +16,27 @@ export class View {
   height = 1;
   space = new FreeSpace(1, 1, []); // for text, renewed at each frame
 
+  /** @param {number} x @param {number} y @returns {Point} */
   toScreen(x, y) {
     return [this.width / 2 + (x - this.x) * this.scale, this.height / 2 - (y - this.y) * this.scale];
   }
 
+  /** @param {number} px @param {number} py @returns {Point} */
   toLocal(px, py) {
     return [this.x + (px - this.width / 2) / this.scale, this.y - (py - this.height / 2) / this.scale];
   }
 
+  /** @param {number} px @param {number} py @param {number} [margin] */
   contains(px, py, margin = 0) {
     return px >= -margin && py >= -margin && px <= this.width + margin && py <= this.height + margin;
   }
 
+  /** @param {number} scale */
   setScale(scale) {
     this.scale = Math.min(LARGEST, Math.max(SMALLEST, scale));
   }
 
-  /** Zooms; the place under the pointer stays there. */
+  /** Zooms; the place under the pointer stays there. @param {number} px @param {number} py @param {number} factor */
   zoomAt(px, py, factor) {
     const [x, y] = this.toLocal(px, py);
     this.setScale(this.scale * factor);
@@ -41,22 +45,28 @@ export class View {
     this.y += y - nowY;
   }
 
+  /** @param {number} dx @param {number} dy */
   pan(dx, dy) {
     this.x -= dx / this.scale;
     this.y += dy / this.scale;
   }
 
-  /** Fits the places that are near most others: an outlier does not set the scale. */
+  /** Fits the places that are near most others: an outlier does not set the scale. @param {Point[]} places */
   fitMost(places) {
     if (places.length < FEW) return this.fit(places, LEAST_VIEW_M);
+    /** @param {number[]} values */
     const median = (values) => values.sort((a, b) => a - b)[Math.floor(values.length / 2)];
     const [x, y] = [0, 1].map((axis) => median(places.map((place) => place[axis])));
+    /** @param {Point} place */
     const apart = ([px, py]) => Math.hypot(px - x, py - y);
     const usual = median(places.map(apart));
     this.fit(places.filter((place) => apart(place) <= Math.max(LEAST_M, FAR * usual)), LEAST_VIEW_M);
   }
 
-  /** Fits all places, [x, y] each, with a margin that is smaller on a phone. The view is at least `least` metres wide and high. */
+  /**
+   * Fits all places, [x, y] each, with a margin that is smaller on a phone. The view is at least `least` metres wide and high.
+   * @param {Point[]} places @param {number} [least]
+   */
   fit(places, least = 200) {
     if (!places.length) return;
     const margin = Math.min(MARGIN_PX, Math.min(this.width, this.height) / 8);
@@ -73,10 +83,14 @@ export class View {
   }
 }
 
-/** Callbacks: `on.moved(isPan)`, `on.clicked(px, py)`, and `on.hovered(px, py)`, or `on.hovered()` when the pointer has left. */
+/**
+ * Callbacks: `on.moved(isPan)`, `on.clicked(px, py)`, and `on.hovered(px, py)`, or `on.hovered()` when the pointer has left.
+ * @param {HTMLCanvasElement} canvas @param {View} view @param {Steering} on
+ */
 export function steer(canvas, view, on) {
   const pointers = new Map();
   let travelled = 0;
+  /** @param {MouseEvent} event @returns {Point} */
   const place = (event) => {
     const box = canvas.getBoundingClientRect();
     return [event.clientX - box.left, event.clientY - box.top];
@@ -110,6 +124,7 @@ export function steer(canvas, view, on) {
     }
     on.moved(true);
   });
+  /** @param {PointerEvent} event */
   const up = (event) => {
     if (!pointers.delete(event.pointerId)) return;
     if (event.type === "pointerup" && travelled < CLICK_PX) on.clicked(...place(event));

@@ -9,12 +9,15 @@ import { metresOf } from "./units.js";
 const DIGITS = 6; // decimals of degrees: 0.1 m
 const LEAST_CORNERS = 3;
 
+/** @typedef {{ x: number, y: number }} Corner */
+
 export class ZoneTool {
   title = "Draw a zone";
   hint = "Click its corners in turn; Enter takes the middle of the map.";
-  points = []; // {x, y}
+  /** @type {Corner[]} */
+  points = [];
 
-  /** `frame()`: frame of the picture, with its position on Earth. */
+  /** `frame()`: frame of the picture, with its position on Earth. @param {() => Frame | undefined} frame */
   constructor(frame) {
     this.frame = frame;
     byId("zone-form").addEventListener("submit", (event) => {
@@ -24,6 +27,7 @@ export class ZoneTool {
     byId("zone-form").addEventListener("input", () => this.showLines());
   }
 
+  /** @param {number} x @param {number} y */
   add(x, y) {
     this.points.push({ x, y });
     this.showLines();
@@ -44,6 +48,7 @@ export class ZoneTool {
     return left > 0 ? `${left} more corner${left > 1 ? "s" : ""} needed` : `${this.points.length} corners`;
   }
 
+  /** @param {Context} context @param {View} view */
   draw(context, view) {
     const places = this.points.map(({ x, y }) => view.toScreen(x, y));
     context.save();
@@ -58,8 +63,8 @@ export class ZoneTool {
 
   /** Name and heights as entered; metres above sea level, null without a limit. */
   typed() {
-    const [floor_m, ceiling_m] = ["zone-floor", "zone-ceiling"].map((id) => metresOf(byId(id).value));
-    return { name: byId("zone-name").value.trim() || "zone", floor_m, ceiling_m };
+    const [floor_m, ceiling_m] = ["zone-floor", "zone-ceiling"].map((id) => metresOf(byId(id, HTMLInputElement).value));
+    return { name: byId("zone-name", HTMLInputElement).value.trim() || "zone", floor_m, ceiling_m };
   }
 
   /** Error of the input, as text; "" if there is none. */
@@ -73,8 +78,8 @@ export class ZoneTool {
   /** Configuration lines for the zone, updated while the operator types. */
   showLines() {
     const { name, floor_m, ceiling_m } = this.typed();
-    const limits = Object.entries({ floor_m, ceiling_m }).filter(([, value]) => value !== null);
-    const lines = limits.map(([key, value]) => `${key} = ${value.toFixed(1)}\n`).join("");
+    const limits = Object.entries({ floor_m, ceiling_m });
+    const lines = limits.map(([key, value]) => (value === null ? "" : `${key} = ${value.toFixed(1)}\n`)).join("");
     setText(byId("zone-lines"), `[[areas]]\nkind = "alert"\nfile = "${fileName(name)}"\n${lines}`);
     setText(byId("zone-fault"), "");
   }
@@ -82,38 +87,43 @@ export class ZoneTool {
   save() {
     const fault = this.fault();
     setText(byId("zone-fault"), fault);
-    if (fault) return;
+    const frame = this.frame();
+    if (fault || !frame) return;
     const { name, floor_m, ceiling_m } = this.typed();
-    saveText(fileName(name), "application/geo+json", `${JSON.stringify(geojsonOf(name, floor_m, ceiling_m, this.ring()), null, 2)}\n`);
+    const zone = geojsonOf(name, floor_m, ceiling_m, this.ring(frame));
+    saveText(fileName(name), "application/geo+json", `${JSON.stringify(zone, null, 2)}\n`);
   }
 
-  /** Corners in GeoJSON order: longitude first, counterclockwise, the first one repeated at the end. */
-  ring() {
+  /** Corners in GeoJSON order: longitude first, counterclockwise, the first one repeated at the end. @param {Frame} frame */
+  ring(frame) {
     const corners = area(this.points) < 0 ? this.points.toReversed() : this.points;
     const ring = corners.map(({ x, y }) => {
-      const [lat, lng] = this.frame().toGeodetic(x, y);
+      const [lat, lng] = frame.toGeodetic(x, y);
       return [Number(lng.toFixed(DIGITS)), Number(lat.toFixed(DIGITS))];
     });
     return [...ring, ring[0]];
   }
 }
 
+/** @param {string} name @param {number | null} floor_m @param {number | null} ceiling_m @param {number[][]} ring */
 const geojsonOf = (name, floor_m, ceiling_m, ring) => ({
   type: "FeatureCollection",
   features: [{ type: "Feature", properties: { name, floor_m, ceiling_m }, geometry: { type: "Polygon", coordinates: [ring] } }],
 });
 
-/** Letters, digits and hyphens of any language: safe in a path and in a TOML string. */
+/** Letters, digits and hyphens of any language: safe in a path and in a TOML string. @param {string} name */
 const fileName = (name) => `${name.replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-+|-+$/g, "").toLowerCase() || "zone"}.geojson`;
 
-/** Twice the area, positive for counterclockwise corners. */
+/** Twice the area, positive for counterclockwise corners. @param {Corner[]} points */
 const area = (points) => points.reduce((sum, { x, y }, i) => {
   const next = points[(i + 1) % points.length];
   return sum + x * next.y - next.x * y;
 }, 0);
 
+/** @param {Corner} a @param {Corner} b @param {Corner} c */
 const turn = (a, b, c) => Math.sign((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
 
+/** @param {Corner[]} points */
 function crossesItself(points) {
   const edges = points.map((point, i) => [point, points[(i + 1) % points.length]]);
   return edges.some(([a, b], i) =>
