@@ -44,7 +44,22 @@ fn service_without_input_shows_no_data() {
         SOON + SOON,
     );
     browser.wait(&format!("{BADGE} === 'NO DATA since 03:15:20'"), SOON);
+    sensor_without_a_state_is_not_known(&mut browser);
 }
+
+/// A camera has neither SAC nor SIC, and no state before its first report.
+fn sensor_without_a_state_is_not_known(browser: &mut Browser) {
+    browser.fail(&[("/api/v1/sensors", 200, CAMERA)]);
+    let light = "document.querySelector('#sensors [data-id=mast] button')";
+    browser.wait(&format!("{light}?.getAttribute('aria-label') === 'Sensor mast: not known'"), SOON + SOON);
+    browser.run(&format!("{light}.click()"));
+    let terms = "[...document.querySelectorAll('#sensor-panel dt')].map(term => term.textContent).join()";
+    browser.wait(&format!("{terms} === 'Kind,State'"), SOON);
+    browser.wait("!document.getElementById('sensor-panel').textContent.includes('undefined')", SOON);
+}
+
+const CAMERA: &str = r#"{"type": "FeatureCollection", "time": "2026-03-14T03:15:41Z", "unknown": [], "features": [
+    {"type": "Feature", "geometry": null, "properties": {"id": "mast", "kind": "camera"}}]}"#;
 
 const SILENT: &str = r#"{"type": "FeatureCollection", "time": "2026-03-14T03:15:41Z", "unknown": [], "features": [
     {"type": "Feature", "geometry": null, "properties": {"id": "radar", "kind": "radar", "sac": 25, "sic": 200,

@@ -11,11 +11,12 @@ const KINDS = ["area", "area-predicted", "conflict", "integrity", "jamming", "si
 
 export class AlertHistory {
   limit = PAGE;
+  shown = ""; // data from which the list was made
 
-  /** `renew` requests the alerts again. */
+  /** `renew` requests the alerts again. @param {() => void} renew */
   constructor(renew) {
-    this.panel = byId("alert-history");
-    this.kind = byId("history-kind");
+    this.panel = byId("alert-history", HTMLDetailsElement);
+    this.kind = byId("history-kind", HTMLSelectElement);
     this.kind.append(...KINDS.map((kind) => element("option", { value: kind }, kind.replaceAll("-", " "))));
     const again = () => {
       this.limit = PAGE;
@@ -34,9 +35,9 @@ export class AlertHistory {
   }
 
   ask() {
-    const query = new URLSearchParams({ limit: this.limit });
+    const query = new URLSearchParams({ limit: String(this.limit) });
     if (this.kind.value) query.set("kind", this.kind.value);
-    const texts = ["since", "until"].map((name) => byId(`history-${name}`).value.trim());
+    const texts = ["since", "until"].map((name) => byId(`history-${name}`, HTMLInputElement).value.trim());
     const [since, until] = texts.map(utc);
     const isBackwards = since && until && until < since;
     if (since) query.set("since", since);
@@ -44,9 +45,10 @@ export class AlertHistory {
     const isWrong = texts.some((text) => text && !utc(text));
     const fault = isWrong ? "Not a time: write 2026-03-14 09:01:20 (UTC). It is left out." : isBackwards ? "“To” is before “from”: it is left out." : "";
     setText(byId("history-fault"), fault);
-    return get(`alerts?${query}`);
+    return get(`alerts?${query.toString()}`);
   }
 
+  /** @param {AlertsAnswer} answer */
   take(answer) {
     const ended = list(answer, "ended");
     byId("history-more").hidden = !answer.more || ended.length >= MOST;
@@ -59,13 +61,14 @@ export class AlertHistory {
   }
 }
 
-/** UTC time in ISO form from a date, or a date and a time, as typed; "" if it is neither. */
+/** UTC time in ISO form from a date, or a date and a time, as typed; "" if it is neither. @param {string} text */
 function utc(text) {
   const [, date, minute = "00:00", second = ":00"] = /^(\d{4}-\d\d-\d\d)(?:[T ](\d\d:\d\d)(:\d\d)?)?Z?$/.exec(text) ?? [];
   const time = `${date}T${minute}${second}Z`;
   return Number.isFinite(Date.parse(time)) ? time : "";
 }
 
+/** @param {Alert} alert */
 function row(alert) {
   const { kind, severity, since, until } = alert;
   const [from, to] = [Date.parse(since), Date.parse(until)];

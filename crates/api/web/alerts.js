@@ -9,24 +9,36 @@ import * as format from "./format.js";
 import { News } from "./news.js";
 import { Sound } from "./sound.js";
 
+/** @param {Alert} alert */
 const isCritical = (alert) => severityOf(alert) === "critical";
+/** @param {Alert} alert */
 const isQuiet = ({ acknowledged, shelved }) => Boolean(acknowledged ?? shelved);
 
 const SMALL = "(max-width: 600px), (max-height: 480px)"; // as in the style sheet
 
 export class Alerts {
+  /** @type {Map<string, Alert> | null} */
   known = null; // active ones by id; null until the first answer or event
+  /** @type {Map<string, Alert>} */
   latched = new Map(); // ended ones that wait for an acknowledgement, by id
-  read = null; // {state, since, why}: whether the known alerts are complete
+  /** @type {Read | null} */
+  read = null; // whether the known alerts are complete
   site = "";
+  /** @type {boolean | null} */
   mayControl = null; // whether the user may act on alerts; null while unknown
 
   /**
    * `changed` receives the severity by track, and the tracks of each conflict that has an alert; `renewHistory` requests the ended
    * alerts; `go(ids)` shows these tracks on the map.
+   * @param {{
+   *   changed: (byTrack: Map<string, Severity>, conflicts: Set<string>[]) => void,
+   *   renewHistory: () => void,
+   *   go: (ids: string[]) => void,
+   * }} callbacks
    */
   constructor({ changed, renewHistory, go }) {
-    Object.assign(this, { changed, renewHistory });
+    this.changed = changed;
+    this.renewHistory = renewHistory;
     this.panel = byId("alerts");
     this.panel.hidden = matchMedia(SMALL).matches;
     this.button = byId("alerts-button");
@@ -46,7 +58,7 @@ export class Alerts {
     this.show();
   }
 
-  /** Opening the panel moves the focus into it; closing it moves the focus back. */
+  /** Opening the panel moves the focus into it; closing it moves the focus back. @param {boolean} isOpen */
   open(isOpen) {
     this.panel.hidden = !isOpen;
     setAttribute(this.button, "aria-expanded", String(isOpen));
@@ -54,14 +66,14 @@ export class Alerts {
       this.news.seen();
       this.cameFrom = document.activeElement;
       this.panel.focus();
-    } else if (this.cameFrom?.isConnected) {
+    } else if (this.cameFrom instanceof HTMLElement && this.cameFrom.isConnected) {
       this.cameFrom.focus();
     }
     this.renewHistory();
   }
 
   toggle() {
-    this.open(this.panel.hidden);
+    this.open(Boolean(this.panel.hidden));
   }
 
   /** Whether the focus is in the panel. */
@@ -69,7 +81,7 @@ export class Alerts {
     return this.panel.contains(document.activeElement);
   }
 
-  /** Takes the answer of /alerts; alerts missing in it have ended. */
+  /** Takes the answer of /alerts; alerts missing in it have ended. @param {AlertsAnswer} answer */
   replace(answer) {
     const before = this.known;
     this.latched = new Map(list(answer, "latched").map((alert) => [alert.id, alert]));
@@ -80,6 +92,7 @@ export class Alerts {
     this.show();
   }
 
+  /** @param {Alert} alert */
   update(alert) {
     this.known ??= new Map();
     if (alert.until) {
@@ -96,19 +109,23 @@ export class Alerts {
     this.show();
   }
 
-  /** Reports an alert as news if it has begun or become critical. Compares the start too, because a restarted service reuses ids. */
+  /**
+   * Reports an alert as news if it has begun or become critical. Compares the start too, because a restarted service reuses ids.
+   * @param {Alert | undefined} before @param {Alert} alert
+   */
   compare(before, alert) {
     if (isQuiet(alert)) return this.news.settle(alert);
     const isWorse = isCritical(alert) && !isCritical(before ?? alert);
     if (before?.since !== alert.since || isWorse || isQuiet(before)) this.news.note(alert, !this.panel.hidden);
   }
 
-  /** Whether the answer of /alerts is known. */
+  /** Whether the answer of /alerts is known. @param {Read} read */
   setRead(read) {
     this.read = read;
     this.show();
   }
 
+  /** @param {boolean} mayControl */
   setControl(mayControl) {
     this.mayControl = mayControl;
     this.show();
@@ -155,10 +172,10 @@ export class Alerts {
 
   /** Note about information that the list alone does not show. */
   note() {
-    const { state, since, why } = this.read ?? { state: "unknown" };
+    const { state, since, why } = this.read ?? { state: "unknown", since: NaN, why: "" };
     if (state === "unknown") return "Not known yet";
     if (state === "failed") return `Not known since ${format.utc(since)} UTC (${why}); there may be others than these`;
-    return this.known.size + this.latched.size ? "" : "Nothing needs attention";
+    return (this.known?.size ?? 0) + this.latched.size ? "" : "Nothing needs attention";
   }
 
   /** The title is the only visible part of a background page: it starts with the count, marked if an alert is critical. */

@@ -1,27 +1,33 @@
 // Members of a cluster: a light beside those of the sensors, and a panel.
 
 import { list } from "./api.js";
-import { byId, element, setAttribute, setText } from "./dom.js";
+import { byId, element, find, setAttribute, setText } from "./dom.js";
 import * as format from "./format.js";
 
+/** @type {Record<string, string>} */
 const LOOKS = { ok: "●", warning: "▲", critical: "■", unknown: "?" };
 
 export class Cluster {
+  /** @type {Members | null} */
   members = null; // last answer of /cluster
-  read = null; // {state, since, why}
-  drawn = null; // {text, collection}
+  /** @type {Read | null} */
+  read = null;
+  /** @type {{ text: string, collection: Collection } | null} */
+  drawn = null;
 
   constructor() {
     this.button = byId("cluster");
+    this.lamp = find(this.button, ".lamp");
+    this.words = find(this.button, ".lamp + span");
     this.panel = byId("cluster-panel");
   }
 
-  /** Shows or hides the light, depending on whether there is a cluster. */
+  /** Shows or hides the light, depending on whether there is a cluster. @param {boolean} isCluster */
   offer(isCluster) {
     this.button.hidden = !isCluster;
   }
 
-  /** Takes the answer of /cluster. */
+  /** Takes the answer of /cluster. @param {Members} members */
   replace(members) {
     list(members, "cells");
     this.members = members;
@@ -31,16 +37,21 @@ export class Cluster {
   /** Outlines of the cells as GeoJSON, each named by itself and its owner. The same object as long as nothing changes. */
   outlines() {
     const cells = this.members?.cells.filter(({ corners }) => corners.length) ?? [];
-    const named = cells.map(({ cell, owner, corners }) => [`${cell}: ${owner ?? "nobody"}`, corners]);
+    const named = cells.map(({ cell, owner, corners }) => ({ name: `${cell}: ${owner ?? "nobody"}`, corners }));
     const text = JSON.stringify(named);
     if (text !== this.drawn?.text) {
-      const feature = ([name, corners]) => ({ type: "Feature", properties: { name }, geometry: { type: "Polygon", coordinates: [[...corners, corners[0]]] } });
-      this.drawn = { text, collection: { type: "FeatureCollection", features: named.map(feature) } };
+      /** @type {GeoJson[]} */
+      const features = named.map(({ name, corners }) => ({
+        type: "Feature",
+        properties: { name },
+        geometry: { type: "Polygon", coordinates: [[...corners, corners[0]]] },
+      }));
+      this.drawn = { text, collection: { type: "FeatureCollection", features } };
     }
     return this.drawn.collection;
   }
 
-  /** Whether the answer is known. */
+  /** Whether the answer is known. @param {Read} read */
   setRead(read) {
     this.read = { ...read };
     this.show();
@@ -51,8 +62,8 @@ export class Cluster {
     setAttribute(this.button, "data-look", look);
     setAttribute(this.button, "title", why);
     setAttribute(this.button, "aria-label", `Cluster: ${why}`);
-    setText(this.button.firstElementChild, LOOKS[look]);
-    setText(this.button.lastElementChild, text);
+    setText(this.lamp, LOOKS[look]);
+    setText(this.words, text);
     this.panel.replaceChildren(...this.describe());
   }
 
@@ -98,16 +109,17 @@ export class Cluster {
   }
 }
 
+/** @param {number} seconds */
 const milliseconds = (seconds) => `${(seconds * 1000).toFixed(Math.abs(seconds) < 0.01 ? 1 : 0)} ms`;
 
 const CLOCKS = { good: "", warning: "▲", degraded: "▲ degraded", unbounded: "synchronised, how well is not known", unsynchronised: "▲ not synchronised", unknown: "not known" };
 
-/** Text about a gateway's clock. */
+/** Text about a gateway's clock. @param {GatewayState} gateway */
 function clock({ clock: standing, clock_bound_s: bound, silent }) {
   return [bound === undefined ? "" : `±${milliseconds(bound)}`, CLOCKS[standing] ?? standing, silent ? "silent" : ""].filter(Boolean).join(" ");
 }
 
-/** Doubts about the clocks of gateways. An unknown clock is not in doubt. */
+/** Doubts about the clocks of gateways. An unknown clock is not in doubt. @param {Members} members */
 function clockDoubts({ gateways, clocks }) {
   const doubted = gateways.filter(({ clock: standing }) => !["good", "unbounded", "unknown"].includes(standing));
   const apart = clocks.filter((of) => of.apart);
@@ -117,7 +129,9 @@ function clockDoubts({ gateways, clocks }) {
   ];
 }
 
+/** @param {string[]} names @param {(string | number)[][]} rows */
 function table(names, rows) {
+  /** @param {(string | number)[]} cells @param {"th" | "td"} kind */
   const row = (cells, kind) => element("tr", {}, ...cells.map((cell) => element(kind, {}, String(cell))));
   return element("table", { class: "lines" }, element("thead", {}, row(names, "th")), element("tbody", {}, ...rows.map((cells) => row(cells, "td"))));
 }

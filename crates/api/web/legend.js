@@ -9,7 +9,7 @@ import { heightWords } from "./units.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 
-/** A mark of 16 pixels, made of shapes: a tag, its style class, and its attributes. */
+/** A mark of 16 pixels. @param {...MarkShape} shapes */
 function mark(...shapes) {
   const svg = document.createElementNS(SVG, "svg");
   svg.setAttribute("viewBox", "-8 -8 16 16");
@@ -17,7 +17,7 @@ function mark(...shapes) {
   for (const [tag, look, attributes] of shapes) {
     const shape = document.createElementNS(SVG, tag);
     shape.setAttribute("class", look);
-    for (const [name, value] of Object.entries(attributes)) shape.setAttribute(name, value);
+    for (const [name, value] of Object.entries(attributes)) shape.setAttribute(name, String(value));
     svg.append(shape);
   }
   return svg;
@@ -26,7 +26,12 @@ function mark(...shapes) {
 const TRIANGLE = { d: "M0-6 6 5H-6Z" };
 const LINE = { d: "M-7 5 7-5" };
 
-/** Entries, with the layer they belong to, if any. */
+/**
+ * A shape of a mark: a tag, its style class, and its attributes.
+ * @typedef {[string, string, Record<string, string | number>]} MarkShape
+ */
+
+/** Entries, with the layer they belong to, if any. @type {[Layer | null, MarkShape[], string][]} */
 const ENTRIES = [
   [null, [["path", "radar", TRIANGLE]], "radar only: unidentified"],
   [null, [["circle", "fused", { r: 5 }]], "fused: radar and transponder"],

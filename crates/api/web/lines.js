@@ -4,13 +4,17 @@ import { element } from "./dom.js";
 import * as format from "./format.js";
 
 /** Counters of received datagrams that were not used. */
+/** @type {("foreign" | "duplicates" | "queue_full" | "kernel_dropped")[]} */
 const REFUSED = ["foreign", "duplicates", "queue_full", "kernel_dropped"];
 
 export class LineRates {
   before = new Map(); // {time, received} by sensor and line
   rates = new Map(); // datagrams per second, by sensor and line
 
-  /** Takes the sensors at a time, in ms since 1970. Rates are computed between two answers. */
+  /**
+   * Takes the sensors at a time, in ms since 1970. Rates are computed between two answers.
+   * @param {number} time @param {Iterable<SensorProperties>} sensors
+   */
   note(time, sensors) {
     for (const { id, lines } of sensors) {
       for (const { name, received } of lines ?? []) {
@@ -23,7 +27,8 @@ export class LineRates {
     }
   }
 
-  table({ id, lines }) {
+  /** @param {SensorProperties} sensor */
+  table({ id, lines = [] }) {
     const head = ["Address", "State", "a second", "Refused"].map((text) => element("th", { scope: "col" }, text));
     const body = element("tbody");
     for (const line of lines) {
@@ -41,6 +46,7 @@ export class LineRates {
   }
 }
 
+/** @param {Line} line */
 function state({ joined, last_received }) {
   if (!joined) return "not open";
   return last_received ? `open, last ${format.utc(Date.parse(last_received))}` : "open, nothing yet";

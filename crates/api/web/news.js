@@ -10,23 +10,33 @@ const APART_MS = 5000; // time between two announcements, enough for a screen re
 const OVER_MS = 60000; // an ended warning stays visible for this time; a critical alert stays
 const SHOWN = 3;
 
-/** Subject of an alert. An alert that ends and begins again has another id and the same subject. */
+/** Subject of an alert. An alert that ends and begins again has another id and the same subject. @param {Alert} alert */
 const about = ({ kind, sensor, track, part, identity, conflict, area }) =>
   [kind, sensor ?? track ?? part ?? identity ?? conflict, area?.identifier ?? area?.name].join(" ");
+/** @param {Alert} alert */
 const rank = ({ severity }) => ({ critical: 2, warning: 1 })[severity] ?? 0;
 
+/** An alert, and the time of its end, in ms since 1970. @typedef {{ alert: Alert, over: number | null }} Unseen */
+
 export class News {
-  unseen = new Map(); // {alert, over} by subject; `over`: time of its end, in ms since 1970
-  told = new Map(); // [time, rank] by subject, on the page's monotonic clock
+  /** @type {Map<string, Unseen>} */
+  unseen = new Map(); // by subject
+  /** @type {Map<string, [number, number]>} */
+  told = new Map(); // time and rank by subject, on the page's monotonic clock
+  /** @type {Alert[]} */
   unsaid = []; // alerts to announce
   saidAt = -Infinity;
 
   /**
    * `open` shows the panel; `changed` is called when the news change; `told` receives each new alert; `acknowledge` acknowledges
    * one, and opens nothing.
+   * @param {{
+   *   open: () => void, changed: () => void, told: (alert: Alert) => void, acknowledge: (alert: Alert) => Promise<boolean>,
+   * }} callbacks
    */
   constructor({ open, changed, told, acknowledge }) {
-    Object.assign(this, { changed, tell: told });
+    this.changed = changed;
+    this.tell = told;
     byId("toast-open").addEventListener("click", open);
     // If it fails, the panel says why.
     byId("toast-acknowledge").addEventListener("click", async () => {
@@ -37,7 +47,10 @@ export class News {
     setInterval(() => this.tick(), 1000);
   }
 
-  /** Takes an alert that has begun or become more severe; `isSeen`: it is visible anyway. */
+  /**
+   * Takes an alert that has begun or become more severe; `isSeen`: it is visible anyway.
+   * @param {Alert} alert @param {boolean} isSeen
+   */
   note(alert, isSeen) {
     const [key, now] = [about(alert), performance.now()];
     const [at, before] = this.told.get(key) ?? [-Infinity, -1];
@@ -52,7 +65,7 @@ export class News {
     this.say();
   }
 
-  /** Takes an alert that has ended. */
+  /** Takes an alert that has ended. @param {Alert} alert */
   over(alert) {
     const known = this.unseen.get(about(alert));
     if (!known || known.over) return;
@@ -60,7 +73,7 @@ export class News {
     this.show();
   }
 
-  /** Takes an alert that was acknowledged or shelved, on this page or another. */
+  /** Takes an alert that was acknowledged or shelved, on this page or another. @param {Alert} alert */
   settle(alert) {
     this.unsaid = this.unsaid.filter(({ id }) => id !== alert.id);
     if (this.unseen.delete(about(alert))) this.show();
@@ -77,6 +90,7 @@ export class News {
   }
 
   sorted() {
+    /** @param {Unseen} news */
     const bad = ({ alert, over }) => rank(alert) - (over ? 3 : 0);
     return [...this.unseen.values()].reverse().sort((a, b) => bad(b) - bad(a));
   }

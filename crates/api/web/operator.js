@@ -18,11 +18,24 @@ import { distance } from "./units.js";
 
 const VIEW = ["centre", "scale"]; // settings changed by a pan or zoom, shown by the map only
 const NOTE_MS = 1000;
+/** @type {Record<string, Point>} */
+const PANS = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+/**
+ * @typedef {{
+ *   map: Map2d, status: Status, replay: Replay, alerts: Alerts, reads: Reads, isPictureKnown: () => boolean,
+ * }} Components
+ */
 
 export class Operator {
-  /** Components controlled by keys and buttons. */
+  /** Components controlled by keys and buttons. @param {Components} components */
   constructor({ map, status, replay, alerts, reads, isPictureKnown }) {
-    Object.assign(this, { map, status, replay, alerts, reads, isPictureKnown });
+    this.map = map;
+    this.status = status;
+    this.replay = replay;
+    this.alerts = alerts;
+    this.reads = reads;
+    this.isPictureKnown = isPictureKnown;
     this.filter = new FilterPanel();
     this.tools = new Tools(map);
     listenForChoices();
@@ -37,6 +50,7 @@ export class Operator {
     setInterval(() => this.note(), NOTE_MS);
   }
 
+  /** @param {Partial<Settings>} patch */
   changed(patch) {
     if (Object.keys(patch).every((name) => VIEW.includes(name))) return;
     if ("theme" in patch) applyTheme();
@@ -57,11 +71,12 @@ export class Operator {
   note() {
     const { picture } = this.map;
     this.filter.showZones();
-    this.filter.note(picture?.visible().length ?? 0, this.isPictureKnown() ? picture.tracks.size : "?");
+    this.filter.note(picture?.visible().length ?? 0, picture && this.isPictureKnown() ? picture.tracks.size : "?");
   }
 
   listenToButtons() {
     const { map } = this;
+    /** @type {Record<string, () => void>} */
     const acts = {
       "zoom-in": () => map.zoom(1.5),
       "zoom-out": () => map.zoom(1 / 1.5),
@@ -69,13 +84,15 @@ export class Operator {
       follow: () => this.toggleFollow(),
       "theme-button": () => change({ theme: nextTheme() }),
       "more-button": () => this.openMenu(byId("more-button").getAttribute("aria-expanded") !== "true"),
-      "help-button": () => byId("help").showModal(),
+      "help-button": () => byId("help", HTMLDialogElement).showModal(),
       "sheet-button": () => this.openSheet(byId("sheet-button").getAttribute("aria-expanded") !== "true"),
       "export-png": () => map.picture && exportPicture(map.picture, map.canvas),
       "print-button": () => print(),
     };
     byId("legend").addEventListener("toggle", showLegend); // options may have become available since
-    for (const format of ["geojson", "kml", "csv"]) acts[`export-${format}`] = () => map.picture && exportTracks(map.picture, format);
+    for (const format of /** @type {const} */ (["geojson", "kml", "csv"])) {
+      acts[`export-${format}`] = () => map.picture && exportTracks(map.picture, format);
+    }
     for (const [id, act] of Object.entries(acts)) byId(id).addEventListener("click", act);
   }
 
@@ -97,7 +114,7 @@ export class Operator {
       [["+", "="], "Zoom in", () => map.zoom(1.5)],
       [["-", "_"], "Zoom out", () => map.zoom(1 / 1.5)],
       [["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"], "Pan the map; in the table, select", ({ key }) => {
-        const [dx, dy] = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key];
+        const [dx, dy] = PANS[key];
         map.pan(dx, dy);
       }],
       [["0"], "Show all tracks", () => map.fit()],
@@ -114,18 +131,18 @@ export class Operator {
       [["a"], "Alerts", () => alerts.toggle()],
       [["t"], "Theme: auto, light, dark", () => change({ theme: nextTheme() })],
       [[" "], "Replay: play or pause", () => this.status.isReplay && this.replay.toggle()],
-      [["?"], "This help", () => byId("help").showModal()],
+      [["?"], "This help", () => byId("help", HTMLDialogElement).showModal()],
       [["Escape"], "Close, or select nothing", () => this.escape()],
     ]);
   }
 
   askForToken() {
     onUnauthorized(() => {
-      if (!byId("sign-in").open) byId("sign-in").showModal();
+      if (!byId("sign-in", HTMLDialogElement).open) byId("sign-in", HTMLDialogElement).showModal();
     });
     byId("sign-in-form").addEventListener("submit", () => {
-      setToken(byId("token").value);
-      byId("token").value = "";
+      setToken(byId("token", HTMLInputElement).value);
+      byId("token", HTMLInputElement).value = "";
       this.reads.renew("info", "state", "sensors", "alerts", "integrity", "coverage", "areas"); // the stream reconnects by itself
     });
   }
@@ -135,7 +152,7 @@ export class Operator {
   }
 
   toggleWatch() {
-    const track = this.map.picture?.tracks.get(settings.selected);
+    const track = this.map.picture?.tracks.get(settings.selected ?? "");
     if (track) change({ watched: toggled(settings.watched, track.watchId) });
   }
 
@@ -144,13 +161,13 @@ export class Operator {
     if (this.status.info?.now === true) change({ at: settings.at === "now" ? "lagged" : "now" });
   }
 
-  /** On a small screen the clock, the sensors and the tools are in a menu. */
+  /** On a small screen the clock, the sensors and the tools are in a menu. @param {boolean} isOpen */
   openMenu(isOpen) {
     setAttribute(byId("more-button"), "aria-expanded", String(isOpen));
     byId("more").classList.toggle("is-open", isOpen);
   }
 
-  /** On a phone the map fills the screen, and the table opens above it. */
+  /** On a phone the map fills the screen, and the table opens above it. @param {boolean} isOpen */
   openSheet(isOpen) {
     setAttribute(byId("sheet-button"), "aria-expanded", String(isOpen));
     document.body.classList.toggle("sheet-open", isOpen);
@@ -166,11 +183,14 @@ export class Operator {
     else change({ selected: null, follow: false });
   }
 
-  /** Shows the pointer's position relative to the radar, and on Earth. */
+  /**
+   * Shows the pointer's position relative to the radar, and on Earth; nothing without a pointer.
+   * @param {number} [px] @param {number} [py]
+   */
   showCursor(px, py) {
     const { picture, view } = this.map;
     const readout = byId("readout");
-    if (px == null || !picture) return setText(readout, "");
+    if (px === undefined || py === undefined || !picture) return setText(readout, "");
     const [x, y] = view.toLocal(px, py);
     const about = picture.frame.isRadar ? `${bearing(x, y).toFixed(1).padStart(5, "0")}°  ${distance(Math.hypot(x, y))}  ` : "";
     setText(readout, about + format.position(...picture.frame.toGeodetic(x, y)));

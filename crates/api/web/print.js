@@ -10,6 +10,7 @@ import { height, heightWords, plainHeight, plainSpeed } from "./units.js";
 
 const HEADS = () => ["Track", "Serial", "Source", `Height, ${heightWords()}`, settings.units.speed, "Course", "Position"];
 
+/** @param {Map2d} map @param {() => string} title */
 export function listenForPrint(map, title) {
   addEventListener("beforeprint", () => {
     applyTheme("light");
@@ -24,7 +25,9 @@ export function listenForPrint(map, title) {
   });
 }
 
+/** @param {Picture} picture */
 function table(picture) {
+  /** @param {"th" | "td"} tag @param {string[]} texts */
   const row = (tag, texts) => element("tr", {}, ...texts.map((text) => element(tag, tag === "th" ? { scope: "col" } : {}, text)));
   const rows = picture.visible().map((track) => {
     const { alt_msl, lat, lng } = track.properties;

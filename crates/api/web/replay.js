@@ -12,20 +12,24 @@ const DAY_MS = 86400000;
 const TYPED = /^(?:(\d{4}-\d\d-\d\d)[T ])?([01]?\d|2[0-3]):([0-5]\d)(?::([0-5]\d(?:\.\d+)?))?Z?$/;
 
 export class Replay {
-  state = { playing: true, speed: 1, start: null, end: null };
+  /** @type {ReplayState} */
+  state = { playing: true, speed: 1, ended: false };
   time = NaN;
   held = false; // the user holds the slider
+  /** @type {number | null} */
   wanted = null; // requested time that is not reached yet, in ms since 1970
   isSeeking = false; // a seek request is pending
 
+  /** @param {Status} status */
   constructor(status) {
     this.status = status;
-    this.slider = byId("replay-position");
-    for (const speed of SPEEDS) byId("replay-speed").append(element("option", { value: speed, selected: speed === 1 }, `×${speed}`));
+    this.slider = byId("replay-position", HTMLInputElement);
+    const speeds = byId("replay-speed", HTMLSelectElement);
+    for (const speed of SPEEDS) speeds.append(element("option", { value: speed, selected: speed === 1 }, `×${speed}`));
     byId("replay-toggle").addEventListener("click", () => this.toggle());
     byId("replay-back").addEventListener("click", () => this.skip(-10000));
     byId("replay-forward").addEventListener("click", () => this.skip(10000));
-    byId("replay-speed").addEventListener("change", (event) => this.ask("speed", { speed: Number(event.target.value) }));
+    speeds.addEventListener("change", () => this.ask("speed", { speed: Number(speeds.value) }));
     this.slider.addEventListener("input", () => {
       this.held = true;
       this.at(this.time);
@@ -36,11 +40,11 @@ export class Replay {
     });
     byId("replay-seek").addEventListener("submit", (event) => {
       event.preventDefault();
-      this.seekTyped(byId("replay-time").value.trim());
+      this.seekTyped(byId("replay-time", HTMLInputElement).value.trim());
     });
   }
 
-  /** Takes the `replay` of /info, or of an answer. */
+  /** Takes the `replay` of /info, or of an answer. @param {Partial<ReplayState>} state */
   update(state) {
     this.state = { ...this.state, ...state };
     this.status.replay = this.state;
@@ -57,16 +61,16 @@ export class Replay {
     this.status.show();
   }
 
-  /** The command line allows any speed. */
+  /** The command line allows any speed. @param {number} speed */
   showSpeed(speed) {
-    const select = byId("replay-speed");
+    const select = byId("replay-speed", HTMLSelectElement);
     if (![...select.options].some((option) => Number(option.value) === speed)) {
       select.append(element("option", { value: speed }, `×${speed}`));
     }
     select.value = String(speed);
   }
 
-  /** Takes the time of the picture. A requested time is shown until the picture reaches it. */
+  /** Takes the time of the picture. A requested time is shown until the picture reaches it. @param {number} time */
   at(time) {
     this.time = time;
     if (this.wanted != null && !this.isSeeking && Math.abs(time - this.wanted) < ARRIVED_MS) this.wanted = null;
@@ -79,11 +83,12 @@ export class Replay {
     this.ask(this.state.playing ? "pause" : "play", {}, { playing: !this.state.playing });
   }
 
-  /** Skips from the time requested last: three times 10 s are 30 s, however slow the service is. */
+  /** Skips from the time requested last: three times 10 s are 30 s, however slow the service is. @param {number} ms */
   skip(ms) {
     this.seek((this.wanted ?? this.time) + ms);
   }
 
+  /** @param {number} time */
   async seek(time) {
     if (!Number.isFinite(time)) return;
     const [first, last] = [Date.parse(this.state.start), Date.parse(this.state.end)];
@@ -91,8 +96,8 @@ export class Replay {
     this.at(this.time);
     if (this.isSeeking) return; // one request at a time, so that the last one takes effect last
     this.isSeeking = true;
-    let [asked, isDone] = [null, true];
-    while (isDone && this.wanted !== asked) {
+    let [asked, isDone] = [NaN, true];
+    while (isDone && this.wanted !== null && this.wanted !== asked) {
       asked = this.wanted;
       isDone = await this.ask("seek", { time: new Date(asked).toISOString() });
     }
@@ -104,7 +109,7 @@ export class Replay {
     this.at(this.time);
   }
 
-  /** Seeks to a typed time, or says why not. */
+  /** Seeks to a typed time, or says why not. @param {string} text */
   seekTyped(text) {
     const [first, last] = [Date.parse(this.state.start), Date.parse(this.state.end)];
     const times = timesOf(text, first, last, this.time);
@@ -115,7 +120,11 @@ export class Replay {
     if (fitting.length) this.seek(fitting.reduce((one, other) => (Math.abs(other - this.time) < Math.abs(one - this.time) ? other : one)));
   }
 
-  /** Sends an order. Returns whether it was done. */
+  /**
+   * Sends an order. Returns whether it was done.
+   * @param {"play" | "pause" | "seek" | "speed"} what @param {Record<string, number | string>} body
+   * @param {object} [expected]
+   */
   async ask(what, body, expected = body) {
     try {
       const answer = await post(`replay/${what}`, body);
@@ -129,12 +138,16 @@ export class Replay {
   }
 }
 
-/** UTC times that a typed text can mean: with a date one; without, that time on each day of the recording. None if it is no time. */
+/**
+ * UTC times that a typed text can mean: with a date one; without, that time on each day of the recording. None if it is no time.
+ * @param {string} text @param {number} first @param {number} last @param {number} shown
+ */
 function timesOf(text, first, last, shown) {
   const [, date, h, m, s = 0] = TYPED.exec(text) ?? [];
   if (h === undefined) return [];
   const ofDay = ((Number(h) * 60 + Number(m)) * 60 + Number(s)) * 1000;
   if (date) return Number.isFinite(Date.parse(date)) ? [Date.parse(date) + ofDay] : [];
+  /** @param {number} time */
   const dayOf = (time) => Math.floor(time / DAY_MS) * DAY_MS;
   const [from, to] = [first, last].map((time) => dayOf(Number.isFinite(time) ? time : shown));
   const days = [];
@@ -142,5 +155,6 @@ function timesOf(text, first, last, shown) {
   return days;
 }
 
+/** @param {number} first @param {number} last */
 const notIn = (first, last) =>
   `Not in the recording, which is from ${format.date(first)} ${format.utc(first)} to ${format.date(last)} ${format.utc(last)} UTC`;

@@ -5,6 +5,7 @@ import { byId, element, setAttribute, setText } from "./dom.js";
 import * as format from "./format.js";
 import { LineRates } from "./lines.js";
 
+/** @type {Record<string, [string, string] | undefined>} */
 const STATES = {
   operational: ["ok", "●"],
   degraded: ["warning", "▲"],
@@ -14,24 +15,33 @@ const STATES = {
 const UNKNOWN = "?"; // light of all sources that are not configured
 const ALL = "*"; // single light while no sensor is known
 
+/** Elements of a light. @typedef {{ item: HTMLElement, button: HTMLElement, lamp: HTMLElement, words: HTMLElement }} Light */
+
 export class Sensors {
-  known = new Map(); // properties by id
+  /** @type {Map<string, SensorProperties>} */
+  known = new Map(); // by id
+  /** @type {UnknownSource[]} */
   unknown = [];
-  opened = null;
-  read = null; // {state, since, why} of /sensors
+  opened = ""; // id of the light whose panel is open
+  /** @type {Read | null} */
+  read = null; // of /sensors
+  /** @type {Map<string, Light>} */
+  lights = new Map(); // by id
+  /** @type {Set<string>} */
   confirmed = new Set(); // ids of sensors with news since a failure
   lines = new LineRates();
 
+  /** @param {() => void} changed */
   constructor(changed) {
     this.changed = changed;
     this.list = byId("sensors");
     this.panel = byId("sensor-panel");
     this.panel.addEventListener("toggle", (event) => {
-      if (event.newState === "closed") this.opened = null;
+      if (event.newState === "closed") this.opened = "";
     });
   }
 
-  /** Takes the answer of /sensors. */
+  /** Takes the answer of /sensors. @param {SensorsAnswer} collection */
   replace(collection) {
     this.known = new Map(list(collection, "features").map(({ properties }) => [properties.id, properties]));
     this.unknown = collection.unknown ?? [];
@@ -39,75 +49,89 @@ export class Sensors {
     this.show();
   }
 
-  /** Takes news of one sensor; properties missing in it stay. */
+  /** Takes news of one sensor; properties missing in it stay. @param {SensorProperties} properties */
   update(properties) {
     this.known.set(properties.id, { ...this.known.get(properties.id), ...properties });
     this.confirmed.add(properties.id);
     this.show();
   }
 
-  /** Whether the answer of /sensors is known. */
+  /** Whether the answer of /sensors is known. @param {Read} read */
   setRead(read) {
     if (read.state === "failed" && this.read?.state !== "failed") this.confirmed.clear();
     this.read = { ...read };
     this.show();
   }
 
+  /** @param {string} id */
   isConfirmed(id) {
     return this.read?.state !== "failed" || this.confirmed.has(id);
   }
 
   show() {
+    /** @type {Map<string, [string, string, string]>} */
     const lights = new Map();
     for (const sensor of this.known.values()) {
       const last = summary(sensor);
-      lights.set(sensor.id, this.isConfirmed(sensor.id) ? [sensor.id, sensor.state, last] : [sensor.id, "not known", `${this.doubt()}\nBefore:\n${last}`]);
+      const isConfirmed = this.isConfirmed(sensor.id);
+      const state = (isConfirmed ? sensor.state : null) ?? "not known";
+      lights.set(sensor.id, [sensor.id, state, isConfirmed ? last : `${this.doubt()}\nBefore:\n${last}`]);
     }
     if (!this.known.size && this.read?.state === "failed") lights.set(ALL, ["Sensors", "not known", this.doubt()]);
     if (this.unknown.length) {
       lights.set(UNKNOWN, [`${this.unknown.length} unknown`, "degraded", "Heard, but in no configuration: click to see which"]);
     }
-    for (const item of [...this.list.children]) if (!lights.has(item.dataset.id)) item.remove();
+    for (const [id, { item }] of this.lights) {
+      if (lights.has(id)) continue;
+      item.remove();
+      this.lights.delete(id);
+    }
     for (const [id, [name, state, title]] of lights) this.light(id, name, state, title);
     if (this.opened) this.fillPanel();
     this.changed();
   }
 
   doubt() {
-    return `Not known since ${format.utc(this.read.since)} UTC (${this.read.why})`;
+    return `Not known since ${format.utc(this.read?.since ?? NaN)} UTC (${this.read?.why})`;
   }
 
+  /** @param {string} id @param {string} name @param {string} state @param {string} title */
   light(id, name, state, title) {
     const [look, shape] = STATES[state] ?? ["unknown", "?"];
-    let item = [...this.list.children].find((child) => child.dataset.id === id);
-    if (!item) {
-      const button = element("button", { type: "button", popovertarget: "sensor-panel" }, element("span", { class: "lamp" }), element("span"));
-      button.addEventListener("click", () => {
-        this.opened = id;
-        this.fillPanel();
-      });
-      item = element("li", { "data-id": id }, button);
-      this.list.append(item);
-    }
-    const button = item.firstChild;
+    const { item, button, lamp, words } = this.lights.get(id) ?? this.makeLight(id);
     setAttribute(item, "data-look", look);
     setAttribute(button, "title", title);
     setAttribute(button, "aria-label", id === ALL ? "Sensors: not known" : `Sensor ${name}: ${state}`);
-    setText(button.firstChild, shape);
-    setText(button.lastChild, name);
+    setText(lamp, shape);
+    setText(words, name);
+  }
+
+  /** @param {string} id @returns {Light} */
+  makeLight(id) {
+    const [lamp, words] = [element("span", { class: "lamp" }), element("span")];
+    const button = element("button", { type: "button", popovertarget: "sensor-panel" }, lamp, words);
+    button.addEventListener("click", () => {
+      this.opened = id;
+      this.fillPanel();
+    });
+    const light = { item: element("li", { "data-id": id }, button), button, lamp, words };
+    this.list.append(light.item);
+    this.lights.set(id, light);
+    return light;
   }
 
   fillPanel() {
     const sensor = this.known.get(this.opened);
     const parts = sensor ? this.describe(sensor) : this.describeRest();
-    this.panel.replaceChildren(...parts.filter(Boolean));
+    this.panel.replaceChildren(...parts.filter((part) => part !== null));
   }
 
+  /** @param {SensorProperties} sensor */
   describe(sensor) {
-    const doubt = this.isConfirmed(sensor.id) ? null : `${this.doubt()}; this is how it was then`;
+    const doubt = this.isConfirmed(sensor.id) ? null : element("p", { class: "alarm" }, `${this.doubt()}; this is how it was then`);
     return [
       element("h2", {}, sensor.id),
-      doubt && element("p", { class: "alarm" }, doubt),
+      doubt,
       terms(details(sensor)),
       ...(sensor.lines?.length ? [element("h3", {}, "Lines"), this.lines.table(sensor)] : []),
       ...(sensor.registration ? registration(sensor.registration) : []),
@@ -117,28 +141,31 @@ export class Sensors {
   }
 
   describeRest() {
-    if (this.opened === ALL) return [element("h2", {}, "Sensors"), element("p", { class: "alarm" }, this.read.why ? this.doubt() : "Known again")];
+    if (this.opened === ALL) return [element("h2", {}, "Sensors"), element("p", { class: "alarm" }, this.read?.why ? this.doubt() : "Known again")];
     return [element("h2", {}, "Heard, but not configured"), terms(this.unknown.map((source) => [unknownName(source), unknownText(source)]))];
   }
 }
 
+/** @param {[string, string][]} rows */
 function terms(rows) {
   const list = element("dl");
   for (const [term, text] of rows) list.append(element("dt", {}, term), element("dd", {}, text));
   return list;
 }
 
+/** @param {SensorProperties} sensor */
 const reasons = ({ reasons }) => (reasons ?? []).map((reason) => (typeof reason === "string" ? reason : format.words(reason)));
-const summary = (sensor) => [`${sensor.id}: ${sensor.state}`, ...reasons(sensor)].join("\n");
+/** @param {SensorProperties} sensor */
+const summary = (sensor) => [`${sensor.id}: ${sensor.state ?? "not known"}`, ...reasons(sensor)].join("\n");
 
 const SAID = ["id", "kind", "sac", "sic", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s", "registration", "learnt", "transponder_types", "lines"];
 
+/** @param {SensorProperties} sensor */
 function details(sensor) {
-  const rows = [
-    ["Kind", sensor.kind],
-    ["SAC, SIC", `${sensor.sac}, ${sensor.sic}`],
-    ["State", sensor.state],
-  ];
+  /** @type {[string, string][]} */
+  const rows = [["Kind", sensor.kind]];
+  if (sensor.sac !== undefined) rows.push(["SAC, SIC", `${sensor.sac}, ${sensor.sic}`]);
+  rows.push(["State", sensor.state ?? "not known"]);
   for (const reason of reasons(sensor)) rows.push(["Because", reason]);
   if (sensor.last_seen) rows.push(["Last seen", `${format.utc(Date.parse(sensor.last_seen), 1)} UTC`]);
   if (Number.isFinite(sensor.rate_hz)) rows.push(["Rate", `${sensor.rate_hz.toFixed(1)} a second`]);
@@ -149,21 +176,21 @@ function details(sensor) {
   return rows;
 }
 
-const REGISTERED = [
+const REGISTERED = /** @type {const} */ ([
   ["bearing_deg", "Bearing", "°", 2],
   ["tilt_east_deg", "Tilt about east", "°", 2],
   ["tilt_north_deg", "Tilt about north", "°", 2],
   ["range_m", "Range", " m", 1],
   ["height_m", "Height", " m", 1],
   ["time_s", "Time", " s", 2],
-];
+]);
 const MODES = {
   off: "off: nothing is estimated",
   propose: "propose: shown, plots stay as they are",
   apply: "apply: plots are corrected by what is observable",
 };
 
-/** Misalignment of a radar, measured minus true. Unobservable values are grey and in brackets. */
+/** Misalignment of a radar, measured minus true. Unobservable values are grey and in brackets. @param {Registration} told */
 function registration(told) {
   const list = element("dl", { class: "registration" }, element("dt", {}, "Mode"), element("dd", {}, MODES[told.mode] ?? told.mode));
   for (const [key, name, unit, digits] of REGISTERED) {
@@ -185,14 +212,14 @@ function registration(told) {
   return parts;
 }
 
-const LEARNT = [
+const LEARNT = /** @type {const} */ ([
   ["range_m", "Range", " m", 1],
   ["azimuth_deg", "Azimuth", "°", 2],
   ["height_m", "Height", " m", 1],
-];
+]);
 const VELOCITIES = { unknown: "not known yet, so not used", used: "used", ignored: "ignored" };
 
-/** Learnt errors of a radar, compared with its data sheet. */
+/** Learnt errors of a radar, compared with its data sheet. @param {Learnt} told */
 function learnt(told) {
   const list = element("dl", { class: "registration" });
   for (const [key, name, unit, digits] of LEARNT) {
@@ -208,7 +235,7 @@ function learnt(told) {
   return [element("h3", {}, "Errors, as learnt"), list];
 }
 
-/** Common errors of transponders of one make and model. */
+/** Common errors of transponders of one make and model. @param {LearntTransponderType[]} types */
 function learntTypes(types) {
   const list = element("dl", { class: "registration" });
   for (const { manufacturer, model, summary, reports, horizontal_m: noise, delay_s: delay } of types) {
@@ -218,5 +245,7 @@ function learntTypes(types) {
   return [element("h3", {}, "Transponders, as learnt"), list];
 }
 
-const unknownName = ({ sac, sic, id }) => (sac != null ? `SAC ${sac} SIC ${sic}` : String(id ?? "?"));
-const unknownText = ({ sac, sic, id, ...rest }) => format.words(rest);
+/** @param {UnknownSource} source */
+const unknownName = ({ sac, sic }) => `SAC ${sac} SIC ${sic}`;
+/** @param {UnknownSource} source */
+const unknownText = ({ sac, sic, ...rest }) => format.words(rest);

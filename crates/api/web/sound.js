@@ -16,15 +16,17 @@ const LOUDNESS = 0.25; // of the maximum
 const EDGE_S = 0.015; // abrupt edges of a note would click
 
 export class Sound {
+  /** @type {AudioContext | null} */
   context = null; // while sound is on
   playedAt = -Infinity; // on the page's monotonic clock
 
-  /** `isAlarming`: whether a critical alert is neither acknowledged nor shelved. */
+  /** `isAlarming`: whether a critical alert is neither acknowledged nor shelved. @param {() => boolean} isAlarming */
   constructor(isAlarming) {
     this.isAlarming = isAlarming;
-    byId("sound").addEventListener("change", ({ target }) => {
-      change({ sound: target.checked });
-      if (target.checked) this.test();
+    this.box = byId("sound", HTMLInputElement);
+    this.box.addEventListener("change", () => {
+      change({ sound: this.box.checked });
+      if (this.box.checked) this.test();
     });
     byId("sound-blocked").addEventListener("click", () => this.test());
     for (const type of ["pointerdown", "keydown"]) addEventListener(type, () => this.context?.resume(), { passive: true });
@@ -35,7 +37,7 @@ export class Sound {
 
   /** Applies the setting. */
   follow() {
-    byId("sound").checked = settings.sound;
+    this.box.checked = settings.sound;
     if (settings.sound && !this.context) {
       this.context = new AudioContext();
       this.context.addEventListener("statechange", () => this.show());
@@ -63,7 +65,7 @@ export class Sound {
     this.play("warning");
   }
 
-  /** Takes a new alert. */
+  /** Takes a new alert. @param {Alert} alert */
   note({ severity }) {
     if (performance.now() - this.playedAt >= APART_MS) this.play(severity === "critical" ? "critical" : "warning");
   }
@@ -72,7 +74,7 @@ export class Sound {
     if (this.isAlarming() && performance.now() - this.playedAt >= AGAIN_MS) this.play("critical");
   }
 
-  /** Plays a tone, unless the browser would delay it, since it would be outdated then. */
+  /** Plays a tone, unless the browser would delay it, since it would be outdated then. @param {Severity} name */
   play(name) {
     this.show();
     if (!this.context || this.isBlocked) return;

@@ -12,21 +12,28 @@ const [LATE_S, ON_TIME_S] = [1, 0.5]; // delays at which a picture becomes late,
 const PREDICTED = "Each track is at its predicted present position. It is within its ellipse with 95 % probability. Less certain tracks are left out.";
 
 export class Status {
+  /** @type {Info | null} */
   info = null;
+  /** @type {number | null} */
   heardAt = null; // on the page's monotonic clock
+  /** @type {number | null} */
   shownAt = null; // moment at which the shown picture was received, on the same clock
   pictureTime = NaN; // time of the shown picture
   latency = NaN; // latency of the shown picture as reported by the service, in seconds
   isNow = false; // the picture is the predicted one, "now"
-  replay = null; // {speed, playing}
+  /** @type {ReplayState | null} */
+  replay = null;
+  /** @type {number | null} */
   past = null; // time of the past picture shown, in ms since 1970
+  /** @type {number | null} */
   late = null; // delay in seconds, while the service reports the picture as late
   wasLate = false; // by the page's own estimate
-  retry = null;
+  /** @type {number | null} */
+  retry = null; // seconds
   isBroken = false; // the stream has ended, and no new one has started
   condition = new Condition();
 
-  /** `jumped` is called after the display slept or its clock was set. */
+  /** `jumped` is called after the display slept or its clock was set. @param {() => void} jumped */
   constructor(jumped) {
     this.clock = new ServiceClock((ms) => {
       if (this.heardAt !== null && ms > 0) this.heardAt -= ms; // nothing was received meanwhile
@@ -36,7 +43,7 @@ export class Status {
     document.addEventListener("visibilitychange", () => this.show());
   }
 
-  /** Takes a received collection of tracks. */
+  /** Takes a received collection of tracks. @param {TrackCollection} collection */
   took(collection) {
     this.isNow = collection.at === "now";
     const time = Date.parse(collection.time);
@@ -44,6 +51,7 @@ export class Status {
     this.heard(collection);
   }
 
+  /** @param {{ published_at?: string, latency_s?: number }} event */
   heard({ published_at, latency_s }) {
     this.heardAt = performance.now();
     this.retry = null;
@@ -52,14 +60,17 @@ export class Status {
     this.show();
   }
 
-  /** Takes the answer of /status to a request of that moment. */
+  /**
+   * Takes the answer of /status to a request of that moment.
+   * @param {{ answer: StatusAnswer, asked: number, received: number }} state
+   */
   takeState({ answer, asked, received }) {
     this.condition.take(answer);
     if (!this.isReplay) this.clock.answered(Date.parse(answer.time), asked, received);
     this.show();
   }
 
-  /** The stream has ended; `retry` is the time until the next attempt, in seconds. */
+  /** The stream has ended; `retry` is the time until the next attempt, in seconds. @param {number} retry */
   failed(retry) {
     this.retry = retry;
     this.isBroken = true;
@@ -71,7 +82,7 @@ export class Status {
     this.isBroken = false;
   }
 
-  /** Takes a heartbeat, every second even without pictures. */
+  /** Takes a heartbeat, every second even without pictures. @param {Heartbeat} beat */
   beat(beat) {
     this.late = beat.late_s ?? null;
     this.heard(this.isNow ? {} : { latency_s: beat.latency_s }); // latency of the other picture
@@ -121,14 +132,17 @@ export class Status {
     setAttribute(byId("utc"), "title", meaning);
   }
 
-  /** The clock, the time beside it, and what the clock shows. For a recording this is the time of the recording. */
+  /**
+   * The clock, the time beside it, and what the clock shows. For a recording this is the time of the recording.
+   * @returns {[number, string, string]}
+   */
   times() {
     if (this.isReplay) return [this.pictureTime, format.date(this.pictureTime), "The time in the recording"];
     const picture = Number.isFinite(this.pictureTime) ? `picture ${format.utc(this.pictureTime, 1)}` : "";
     return [this.utc(), picture, "The present time, and beside it the time of the picture"];
   }
 
-  /** State, text, explanation, and severity of the worst condition. */
+  /** State, text, explanation, and severity of the worst condition. @returns {[string, string, string, string?]} */
   words() {
     const { condition } = this;
     if (this.heardAt == null) {
@@ -156,6 +170,7 @@ export class Status {
     return ["live", `LIVE${behind}`, "The picture is this old, so that late measurements are included"];
   }
 
+  /** @returns {[string, string, string]} */
   replayWords() {
     const { speed, playing } = this.replay ?? {};
     const how = playing === false ? " paused" : speed && speed !== 1 ? ` ×${speed}` : "";
@@ -163,6 +178,7 @@ export class Status {
     return ["replay", `REPLAY${how}${predicted}`, `A recording, not the present. ${this.isNow ? PREDICTED : ""}`.trim()];
   }
 
+  /** @param {number} late */
   lateWords(late) {
     const cause = this.late === null ? "The connection delays the picture" : "The service publishes the picture late; the alerts give the reason";
     return `${cause}: each track shows where the aircraft was ${format.duration(late)} before the usual time.`;

@@ -1,10 +1,10 @@
 // The table of tracks. Only visible rows exist; they are filled again every second.
 
 import { precedence } from "./attention.js";
-import { byId, element, setAttribute, setText } from "./dom.js";
+import { byId, element, find, setAttribute, setText } from "./dom.js";
 import * as format from "./format.js";
 import { shortName } from "./names.js";
-import { change, isFilter, onChange, settings } from "./settings.js";
+import { change, isFilter, onChange, settings, SOURCES } from "./settings.js";
 import { isFlagged, markOf, rankOf, stateOf, wordsOf } from "./trust.js";
 import { climbArrow, distanceUnit, HEIGHTS, heightUnit, heightWords, plainDistance, plainHeight, plainSpeed } from "./units.js";
 
@@ -13,9 +13,15 @@ const HEAD_PX = 32;
 const SPARE_ROWS = 4;
 const EVERY_MS = 1000;
 
+/** @param {Track} track */
 const approximate = (track) => (track.derived ? "≈" : "");
 
-/** Columns: name, heading, description, value to sort by, text. */
+/** @typedef {string | number | null | undefined} SortKey */
+
+/**
+ * Columns: name, heading, description, value to sort by, text.
+ * @type {[string, () => string, () => string, (track: Track) => SortKey, (track: Track) => string][]}
+ */
 const COLUMNS = [
   ["source", () => "Src", () => "Source: the watch list and unidentified tracks first", precedence, () => ""],
   ["number", () => "Track", () => "Name of the track", shortName, shortName],
@@ -32,18 +38,25 @@ const COLUMNS = [
 /** Columns that are hidden while none of the shown tracks has a value. */
 const OPTIONAL = ["trust", "range", "bearing", "uav"];
 
+/** @param {SortKey} key */
 const isUnknown = (key) => key == null || key === "" || Number.isNaN(key);
 const collator = new Intl.Collator("en", { numeric: true });
 
 export class Table {
+  /** @type {Picture | null} */
   picture = null;
-  rows = []; // tracks, filtered and sorted
+  /** @type {Track[]} */
+  rows = []; // filtered and sorted
+  /** @type {HTMLTableRowElement[]} */
   pool = [];
-  timer = null;
 
-  /** `isKnown()`: whether the tracks are the current ones of the service; `whyEmpty()`: reason why there are none. */
+  /**
+   * `isKnown()`: whether the tracks are the current ones of the service; `whyEmpty()`: reason why there are none.
+   * @param {() => boolean} isKnown @param {() => string} whyEmpty
+   */
   constructor(isKnown, whyEmpty) {
-    Object.assign(this, { isKnown, whyEmpty });
+    this.isKnown = isKnown;
+    this.whyEmpty = whyEmpty;
     this.scroll = byId("table-scroll");
     this.body = byId("table-body");
     this.above = element("tr", { class: "spacer", "aria-hidden": "true" });
@@ -89,7 +102,7 @@ export class Table {
   markSort() {
     const { column, descending } = settings.sort;
     for (const heading of byId("table-head").children) {
-      const order = heading.dataset.column === column ? (descending ? "descending" : "ascending") : "none";
+      const order = heading.getAttribute("data-column") === column ? (descending ? "descending" : "ascending") : "none";
       setAttribute(heading, "aria-sort", order);
     }
   }
@@ -97,15 +110,15 @@ export class Table {
   refresh() {
     const isKnown = this.isKnown();
     const tracks = [...(this.picture?.tracks.values() ?? [])];
-    for (const button of byId("sources").children) {
-      const { source } = button.dataset;
+    for (const source of SOURCES) {
+      const button = find(byId("sources"), `[data-source=${source}]`);
       const count = tracks.filter((track) => track.source === source).length;
-      setText(button.querySelector(".count"), isKnown ? String(count) : "?");
+      setText(find(button, ".count"), isKnown ? String(count) : "?");
     }
     const flagged = byId("flagged");
     const count = tracks.filter(isFlagged).length;
     flagged.hidden = count === 0 && !settings.flagged;
-    setText(flagged.querySelector(".count"), isKnown ? String(count) : "?");
+    setText(find(flagged, ".count"), isKnown ? String(count) : "?");
     this.rows = this.sorted(this.picture?.visible() ?? []);
     const total = isKnown ? tracks.length : "?";
     const empty = byId("table-empty");
@@ -126,15 +139,16 @@ export class Table {
     }
   }
 
+  /** @param {Track[]} tracks */
   sorted(tracks) {
     const value = (COLUMNS.find(([name]) => name === settings.sort.column) ?? COLUMNS[0])[3];
     const sign = settings.sort.descending ? -1 : 1;
     return tracks
-      .map((track) => [value(track), track])
+      .map((track) => /** @type {const} */ ([value(track), track]))
       .sort(([a, one], [b, other]) => {
         // Unknown values come last in either direction. Equal values are in the order of names.
-        if (isUnknown(a) !== isUnknown(b)) return isUnknown(a) - isUnknown(b);
-        const order = isUnknown(a) ? 0 : typeof a === "number" && typeof b === "number" ? a - b : collator.compare(a, b);
+        if (isUnknown(a) !== isUnknown(b)) return Number(isUnknown(a)) - Number(isUnknown(b));
+        const order = isUnknown(a) ? 0 : typeof a === "number" && typeof b === "number" ? a - b : collator.compare(String(a), String(b));
         return sign * order || collator.compare(shortName(one), shortName(other)) || collator.compare(one.id, other.id);
       })
       .map(([, track]) => track);
@@ -160,6 +174,7 @@ export class Table {
     return row;
   }
 
+  /** @param {HTMLTableRowElement} row @param {Track} track @param {number} index */
   fillRow(row, track, index) {
     row.dataset.id = track.id;
     setAttribute(row, "aria-rowindex", String(index + 2));
@@ -195,9 +210,10 @@ export class Table {
     else if (this.scroll.scrollTop < lowest) this.scroll.scrollTop = lowest;
   }
 
+  /** @param {KeyboardEvent} event */
   key(event) {
     const step = { ArrowDown: 1, ArrowUp: -1, PageDown: 10, PageUp: -10, Home: -Infinity, End: Infinity }[event.key];
-    if (!step || !this.rows.length || event.target.closest("th")) return;
+    if (!step || !this.rows.length || event.target instanceof Element && event.target.closest("th")) return;
     event.preventDefault();
     event.stopPropagation();
     const now = this.rows.findIndex((track) => track.id === settings.selected);
