@@ -58,7 +58,9 @@ export type Alert = {
   severity: "warning" | "critical";
   /** A UTC time, RFC 3339. */
   since: string;
-  /** Text of the alert. */
+  /** Highest severity so far, if it is not the present one. */
+  worst?: "warning" | "critical";
+  /** Text of the alert. It names aircraft as the map does. */
   text: string;
   /** Id of the sensor. */
   sensor?: string;
@@ -82,10 +84,21 @@ export type Alert = {
   offset_m?: number;
   /** How far its heights are above those of radars, metres. */
   height_offset_m?: number;
-  /** Ids of the tracks of both aircraft. */
+  /** Ids of the tracks of all aircraft that are in conflict with one another; the pair of the highest level first. */
   tracks?: Array<string>;
   /** Name of the protection volume that is, or is about to be, infringed. */
   volume?: string;
+  /** Closest approach of the situation so far. */
+  closest?: {
+    /** A UTC time, RFC 3339. */
+    at: string;
+    /** Distance over ground, metres. */
+    horizontal_m: number;
+    /** Difference of the heights, metres; absent if unknown. */
+    vertical_m?: number;
+  };
+  /** Whether a protection volume is entered now. */
+  entered?: boolean;
   /** Serial numbers of the transponders that fell silent together. */
   identities?: Array<string>;
   /** Area of their last positions, with a margin of 100 m. */
@@ -125,6 +138,8 @@ export type Alert = {
   };
   /** End of the alert; absent while it is active. */
   until?: string;
+  /** The alert has ended, was critical, and waits for an acknowledgement. */
+  latched?: boolean;
 };
 
 /** Shelving: suppresses notifications of an alert for some time. */
@@ -151,6 +166,8 @@ export type Alerts = {
   time: string;
   /** Active alerts, most severe first. */
   alerts: Array<Alert>;
+  /** Ended alerts that were critical and that no operator has acknowledged, latest first; at most 200. They are among the ended ones too. */
+  latched: Array<Alert>;
   /** Ended alerts, latest first: the last 100, or at most `limit`. The service keeps the last 5000 while it runs. */
   ended: Array<Alert>;
   /** Whether further matching ended alerts were left out. */
@@ -311,8 +328,12 @@ export type Conflict = {
   t_exit_s?: number;
   /** Probability of being inside the volume at any time within the horizon. */
   probability: number;
-  /** Whether the heights of both aircraft are known; if not, they are assumed to be equal. */
+  /** Whether the heights of both aircraft are known. If not, they are assumed to be equal or, if `vertical_coarse`, to differ as far as they are bounded, and the level is at most an advisory. */
   vertical_known: boolean;
+  /** Whether the height of one aircraft is only a coarse bound. */
+  vertical_coarse?: boolean;
+  /** Whether the volume is entered at the time of the figures. */
+  entered?: boolean;
   miss: MissJson;
   cpa: CpaJson;
   /** State of the less trustworthy of the two transponders. */
@@ -332,7 +353,7 @@ export type Conflicts = {
   aircraft: number;
   /** Number of aircraft that were left out because too little is known about them. */
   left_out: number;
-  /** Conflicts, highest level first, then by time to the entry of the volume. */
+  /** Conflicts, highest level first, then those of known heights, then by time to the entry of the volume. */
   conflicts: Array<Conflict>;
 };
 
@@ -1328,6 +1349,8 @@ export type Tiles = {
 export type TrackProperties = {
   /** Id of the track. Operational profile: one per aircraft, `U-…`. Reference profile: `F-…`, `R-…`, `T-…`, which change with its sources. */
   id: string;
+  /** Short name as on the map, unique among the tracks of a picture: callsign or address, end of the serial number, or `R` and the number of a radar's track. */
+  name?: string;
   source: "fused" | "radar" | "transponder";
   track_number: number;
   /** `coasting`: not measured since; the position is extrapolated. */

@@ -1,4 +1,4 @@
-//! Questions of an operator, answered from the screen alone: the page is read, and the API tells what is right.
+//! Questions of an operator, answered from the screen alone. The API has the right answers.
 
 use std::fs;
 

@@ -45,6 +45,15 @@ AircraftJson = TypedDict(
     },
 )
 
+AlertClosest = TypedDict(
+    "AlertClosest",
+    {
+        "at": str,
+        "horizontal_m": float,
+        "vertical_m": NotRequired[float],
+    },
+)
+
 AlertArea = TypedDict(
     "AlertArea",
     {
@@ -80,6 +89,7 @@ Alert = TypedDict(
         "kind": Literal["sensor", "area", "area-predicted", "service", "registration", "integrity", "jamming", "silent", "height", "uncooperative", "conflict", "emergency"],
         "severity": Literal["warning", "critical"],
         "since": str,
+        "worst": NotRequired[Literal["warning", "critical"]],
         "text": str,
         "sensor": NotRequired[str],
         "track": NotRequired[str],
@@ -94,6 +104,8 @@ Alert = TypedDict(
         "height_offset_m": NotRequired[float],
         "tracks": NotRequired[list[str]],
         "volume": NotRequired[str],
+        "closest": NotRequired["AlertClosest"],
+        "entered": NotRequired[bool],
         "identities": NotRequired[list[str]],
         "hull": NotRequired["Hull"],
         "resolved": NotRequired[bool],
@@ -104,6 +116,7 @@ Alert = TypedDict(
         "acknowledged": NotRequired["AlertAcknowledged"],
         "shelved": NotRequired["AlertShelved"],
         "until": NotRequired[str],
+        "latched": NotRequired[bool],
     },
 )
 
@@ -129,6 +142,7 @@ Alerts = TypedDict(
     {
         "time": str,
         "alerts": list["Alert"],
+        "latched": list["Alert"],
         "ended": list["Alert"],
         "more": NotRequired[bool],
     },
@@ -258,6 +272,8 @@ Conflict = TypedDict(
         "t_exit_s": NotRequired[float],
         "probability": float,
         "vertical_known": bool,
+        "vertical_coarse": NotRequired[bool],
+        "entered": NotRequired[bool],
         "miss": "MissJson",
         "cpa": "CpaJson",
         "integrity": NotRequired[Literal["unverified", "verified", "suspect", "failed"]],
@@ -1347,6 +1363,7 @@ TrackProperties = TypedDict(
     "TrackProperties",
     {
         "id": str,
+        "name": NotRequired[str],
         "source": Literal["fused", "radar", "transponder"],
         "track_number": int,
         "state": Literal["active", "coasting"],

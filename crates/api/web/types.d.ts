@@ -1,7 +1,7 @@
 // Types that several files of the page share, for the type check (scripts/web-types). The page does not load this file.
 
 type Api = import("../../../clients/typescript/types").Answers;
-type AlertsAnswer = Api["/api/v1/alerts"] & { latched: Alert[] };
+type AlertsAnswer = Api["/api/v1/alerts"];
 type AreasAnswer = Api["/api/v1/areas"];
 type ConflictsAnswer = Api["/api/v1/conflicts"];
 type Info = Api["/api/v1/info"];
@@ -10,7 +10,7 @@ type RawAnswer = Api["/api/v1/raw"];
 type SensorsAnswer = Api["/api/v1/sensors"];
 type StatusAnswer = Api["/api/v1/status"];
 
-type Alert = import("../../../clients/typescript/types").Alert & { latched?: boolean; worst?: Severity };
+type Alert = import("../../../clients/typescript/types").Alert;
 type AreaProperties = import("../../../clients/typescript/types").AreaProperties;
 type Conflict = import("../../../clients/typescript/types").Conflict;
 type Contributor = import("../../../clients/typescript/types").Contributor;
@@ -101,6 +101,8 @@ type Point = [number, number];
 type Box = [number, number, number, number];
 /** A track with its place on the screen and its importance; lower is more important. */
 type Placed = [Track, number, number, number];
+/** Symbols that lie on one another: place of the first on the screen, and their number. */
+type Crowd = [number, number, number];
 /** Maps a place in metres to another frame. */
 type Move = (x: number, y: number) => Point;
 

@@ -34,7 +34,7 @@ struct NamedTransponder {
 }
 
 impl TrackNames {
-    /// Names the tracks of the next picture. A picture before the last one begins anew.
+    /// Names the tracks of the next picture. An earlier picture than the last one discards all names.
     pub fn name(&mut self, picture: &mut Picture) {
         if self.last.replace(picture.time).is_some_and(|last| picture.time < last) {
             self.known.clear();

@@ -3,7 +3,7 @@
 use crate::{Picture, PictureMaker, TrackNames, UncooperativeDetector};
 use fusion::Emission;
 
-/// Makes the pictures of successive emissions. What depends on earlier pictures is added here: names, and drones without a
+/// Makes the pictures of successive emissions. Adds what depends on earlier pictures: names, and drones without a
 /// transponder.
 #[derive(Clone, Debug)]
 pub struct PictureSeries {

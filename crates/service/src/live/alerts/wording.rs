@@ -46,7 +46,7 @@ fn holding(zone: &Zone) -> &'static str {
 
 /// Text for a suspect or failed transponder.
 ///
-/// `name` is that of the transponder, and `twin` that of the track that radar sees in its place, if it is in the picture.
+/// `name` is the transponder's name, `twin` the name of the track that radar sees in its place, if the picture has it.
 pub(super) fn lying(name: &str, twin: Option<&str>, details: &AlertDetails, since: Time) -> String {
     let AlertDetails::Integrity { twin_id, state, reasons, offset_m, .. } = details else {
         return String::new();
@@ -194,7 +194,7 @@ pub(super) fn passed([a, b]: &[String; 2], volume: &str, closest: &ClosestPair) 
     format!("{a} and {b} were closest at {} ({volume}): {apart}", at(closest.at))
 }
 
-/// Text for several aircraft in conflict with one another; `pair` is that of the worst pair.
+/// Text for several aircraft in conflict with one another; `pair` is the text of the worst pair.
 pub(super) fn cluster(names: &[String], pair: &str) -> String {
     format!("{} are near one another: {pair}", listed(&first_few(names)))
 }

@@ -158,12 +158,7 @@ fn entry_predicted_by_two_of_four_becomes_an_area_alert() {
     assert_eq!(kinds(&changes), [(AlertChange::Began, "area")]);
     assert_eq!(
         (&changes[0].1["severity"], &changes[0].1["text"]),
-        (
-            &json!("critical"),
-            &json!(
-                "ALPHA is inside Field (EDR1), where flights are prohibited"
-            )
-        )
+        (&json!("critical"), &json!("ALPHA is inside Field (EDR1), where flights are prohibited"))
     );
     assert_eq!(kinds(&site.now(604, 1020.0)), [(AlertChange::Ended, "area-predicted")], "one at a time");
     assert_eq!(site.now(608, 1040.0), []);
