@@ -25,6 +25,7 @@ fn the_picture_of_the_readme_is_taken() {
     std::thread::sleep(Duration::from_secs(60));
     browser.wait(&format!("{FUSED_ROW} !== undefined"), SOON);
     browser.run("document.getElementById('fit').click()");
+    without_first_steps(&mut browser);
     browser.run(&format!("{FUSED_ROW}.click()"));
     // The details appear once the service has answered.
     browser.wait("document.getElementById('detail').textContent.includes('Last measurement')", SOON);
@@ -81,6 +82,7 @@ fn the_pictures_of_alerts_are_taken() {
     // The warning.
     browser.open(&format!("{}#{about}&z=0.75&theme=dark", service.url()));
     browser.wait(&format!("{ROWS} === 2"), SOON);
+    without_first_steps(&mut browser);
     service.order("play");
     browser.wait(&format!("{CONFLICT} < 16"), SOON + SOON);
     pause(&mut browser, &service);
@@ -116,6 +118,12 @@ fn the_pictures_of_alerts_are_taken() {
 /// Seconds until the closest point of approach.
 const CONFLICT: &str =
     "Number.parseInt(/come close in (\\d+) s/.exec(document.getElementById('alert-list').innerText)?.[1])";
+
+/// Closes what a first visit shows.
+fn without_first_steps(browser: &mut Browser) {
+    browser.run("document.getElementById('welcome-close').click()");
+    browser.run("document.getElementById('legend').open = false");
+}
 
 fn pause(browser: &mut Browser, service: &Service) {
     service.order("pause");

@@ -1,4 +1,4 @@
-// What an operator can do about an alert, by kind. Texts of the other kinds say it themselves.
+// Advice to the operator by kind of alert. The texts of the other kinds include it.
 
 /** @type {Partial<Record<Alert["kind"], string>>} */
 const ADVICE = {

@@ -143,7 +143,7 @@ export class AlertItem {
       this.shown = shown;
       this.showHead(alert, hasTracks);
     }
-    const when = until ? `${time(since)} to ${time(until)} UTC, over` : `since ${time(since)} UTC`;
+    const when = until ? `${time(since)} to ${time(until)} UTC` : `since ${time(since)} UTC`;
     setText(this.when, [when, until ? "" : adviceOf(alert)].filter(Boolean).join(" · "));
     setAttribute(this.when, "title", `${alert.kind.replaceAll("-", " ")}, ${format.date(Date.parse(since))}`);
     setText(this.who, whoOf(alert));

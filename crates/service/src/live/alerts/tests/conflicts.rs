@@ -209,7 +209,7 @@ fn situations_that_meet_become_one_alert() {
     let changes = sky.fly(3, &pairs(40.0));
     assert_eq!(names(&changes), [(AlertChange::Ended, "conflict-2"), (AlertChange::Amended, "conflict-1")]);
     let [(_, part), (_, whole)] = &changes[..] else { unreachable!() };
-    assert_eq!(part["text"], format!("part of conflict-1 since 00:01:{} UTC", sky.second - 62));
+    assert_eq!(part["text"], format!("part of conflict-1 since 00:01:{} UTC", sky.second - 61));
     assert!(part.get("latched").is_none(), "the other one continues it: {part}");
     assert!(whole.get("acknowledged").is_none(), "nobody has seen the second pair: {whole}");
     assert_eq!(whole["tracks"].as_array().unwrap().len(), 4);
@@ -390,7 +390,7 @@ fn landed_aircraft_takes_no_part_but_a_hovering_one_does() {
     ] {
         let mut sky = Sky::new();
         let other = at_height(0.0, drone(1, 5000.0));
-        sky.fly(2, &[other.clone(), at_height(from_m, drone(2, 30.0))]);
+        sky.fly(2, &[other.clone(), moving(3.0, at_height(from_m, drone(2, 30.0)))]);
         let landed = declared(declaration, at_height(to_m, drone(2, 30.0)));
         sky.fly(4, &[other.clone(), landed.clone()]);
         assert_eq!(sky.aircraft(), 2, "it has not rested for long");
