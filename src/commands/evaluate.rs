@@ -1,5 +1,6 @@
 //! `evaluate`: scores an output against the truth.
 
+mod alerts;
 mod conflicts;
 mod files;
 mod integrity;
@@ -18,8 +19,8 @@ use super::{CommandResult, Outcome};
 use fusion::settings::Threshold;
 use lab::evaluate::plot::Setting;
 use lab::evaluate::{
-    Evaluation, InputsAlone, Labels, OutputPoint, RadarResiduals, Scoring, Truth, evaluate, misalignments,
-    residuals,
+    AlertScore, Evaluation, InputsAlone, Labels, OutputPoint, RadarResiduals, Scoring, Truth, evaluate,
+    misalignments, residuals,
 };
 use site::areas::Masks;
 use site::config::Config;
@@ -58,10 +59,11 @@ pub struct Args {
     #[arg(long, requires_all = ["labels", "config", "capture"])]
     pub integrity: bool,
     /// Attacks on transponders: CSV with id,number,attack,from,until. Default: attacks.csv beside the truth
-    #[arg(long, value_name = "FILE", requires = "integrity")]
+    #[arg(long, value_name = "FILE")]
     pub attacks: Option<PathBuf>,
-    /// Alerts of the output, as written by `replay --alerts`, to score jamming alerts
-    #[arg(long, value_name = "FILE", requires = "integrity")]
+    /// Alerts of the same flight, as written by `replay --alerts`, to be scored too: events raised, items an operator sees,
+    /// duplicates, and items without a cause
+    #[arg(long, value_name = "FILE", requires_all = ["labels", "config"])]
     pub alerts: Option<PathBuf>,
     /// Conflicts of the same flight, as written by `replay --conflicts`, to be scored too
     #[arg(long, value_name = "FILE", requires_all = ["labels", "config"])]
@@ -95,6 +97,8 @@ struct EvaluateScores<'a> {
     reference_hz: f64,
     /// Present with `--integrity`.
     integrity: Option<integrity::IntegrityReport>,
+    /// Present with `--alerts`.
+    alerts: Option<AlertScore>,
     /// One entry per volume, with `--conflicts`.
     conflicts: Vec<conflicts::VolumeScore>,
     /// Requirements, with their values and whether they are met.
@@ -127,6 +131,10 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
 
     let known = args.integrity.then(|| integrity::AttackInputs::read(args)).transpose()?;
     let integrity = known.and_then(|known| known.scored(&inputs, &settings));
+    let alerts = match &args.alerts {
+        Some(path) => alerts::scored(&files::alerts(path)?, args, &inputs, &settings)?,
+        None => None,
+    };
     let conflicts = foreseen.as_deref().map(|all| conflicts::scored(all, &inputs, &settings));
     let requirements = args.require.iter().map(|requirement| {
         let value = requirement.value(&evaluation, args);
@@ -138,6 +146,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         evaluation: &evaluation,
         reference_hz: 1.0 / settings.grid.slot_s(),
         integrity,
+        alerts,
         conflicts: conflicts.unwrap_or_default(),
         requirements: requirements.collect(),
     };

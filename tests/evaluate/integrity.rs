@@ -309,6 +309,11 @@ fn jamming_is_three_at_a_time() {
         kind: kind.to_owned(),
         since: at(since_s),
         until: None,
+        is_critical: false,
+        tracks: Vec::new(),
+        identity: None,
+        area: None,
+        text: String::new(),
     };
     let mut scene = Scene::new(AttackKind::Jammed, |_| 0.0);
     assert_eq!(scene.scored().jamming, None, "alerts are not known");

@@ -4,6 +4,7 @@
 //! Sans-IO: takes truth, labels and points, returns an [`Evaluation`]. [`read`] parses these from the contents of
 //! files.
 
+mod alerts;
 mod alone;
 mod conflicts;
 mod counted_slots;
@@ -21,6 +22,7 @@ mod scored_point;
 mod truth;
 mod types;
 
+pub use alerts::{AlertFlight, AlertScore, MissedEvent, ScoredItem, score_alerts};
 pub use alone::{InputsAlone, output, output_at, reports};
 pub use conflicts::{
     ClosestApproach, ConflictFlight, ConflictPrediction, ConflictScore, Encounter, PredictedApproach,

@@ -36,14 +36,19 @@ pub(super) struct IntegrityReport {
     score: IntegrityScore,
 }
 
+/// File of the attacks: the one given, else the one beside the truth.
+pub(super) fn attack_file(args: &Args) -> Option<PathBuf> {
+    let beside = || {
+        let truth = args.truth.first().filter(|truth| truth.as_path() != Path::new("-"))?;
+        Some(truth.with_file_name(ATTACKS)).filter(|path| path.exists())
+    };
+    args.attacks.clone().or_else(beside)
+}
+
 impl AttackInputs {
     /// Reads the attacks and the alerts.
     pub(super) fn read(args: &Args) -> Result<Self, files::FileFailure> {
-        let beside = || {
-            let truth = args.truth.first().filter(|truth| truth.as_path() != Path::new("-"))?;
-            Some(truth.with_file_name(ATTACKS)).filter(|path| path.exists())
-        };
-        let file = args.attacks.clone().or_else(beside);
+        let file = attack_file(args);
         let attacks = file.as_deref().map(files::attacks).transpose()?;
         if attacks.is_none() {
             warn!(

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{EvaluateScores, conflicts, integrity};
-use lab::evaluate::{ScoredStream, StreamMetrics};
+use lab::evaluate::{AlertScore, ScoredStream, StreamMetrics};
 
 #[derive(Serialize)]
 pub(super) struct EvaluationJson<'a> {
@@ -19,6 +19,8 @@ pub(super) struct EvaluationJson<'a> {
     drones: Vec<DroneJson<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     integrity: Option<&'a integrity::IntegrityReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    alerts: Option<&'a AlertScore>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     conflicts: &'a [conflicts::VolumeScore],
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -78,6 +80,7 @@ pub(super) fn json<'a>(scores: &'a EvaluateScores<'a>) -> EvaluationJson<'a> {
         transponder: evaluation.transponder.as_ref().map(GroupsJson::of),
         drones: drones.collect(),
         integrity: scores.integrity.as_ref(),
+        alerts: scores.alerts.as_ref(),
         conflicts: &scores.conflicts,
         requirements: requirements.collect(),
     }

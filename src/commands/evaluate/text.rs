@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write as _};
 
-use super::{EvaluateScores, conflicts, integrity};
+use super::{EvaluateScores, alerts, conflicts, integrity};
 use crate::commands::table::TextTable;
 use lab::evaluate::{ErrorStatistics, ScoredStream, StreamMetrics};
 
@@ -71,6 +71,9 @@ pub(super) fn text(scores: &EvaluateScores<'_>) -> Result<String, fmt::Error> {
     }
     if !scores.conflicts.is_empty() {
         writeln!(text, "{}", conflicts::text(&scores.conflicts)?)?;
+    }
+    if let Some(scored) = &scores.alerts {
+        writeln!(text, "{}", alerts::text(scored)?)?;
     }
     remarks(&mut text, scores)?;
     Ok(text)
@@ -208,6 +211,7 @@ mod tests {
                 evaluation: &evaluation,
                 reference_hz: 4.0,
                 integrity: None,
+                alerts: None,
                 conflicts: Vec::new(),
                 requirements: vec![],
             })

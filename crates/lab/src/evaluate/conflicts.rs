@@ -3,7 +3,7 @@
 mod encounter;
 mod paths;
 mod tally;
-mod track_owners;
+pub(super) mod track_owners;
 
 use std::collections::{BTreeMap, BTreeSet};
 

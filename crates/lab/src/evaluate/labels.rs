@@ -183,6 +183,14 @@ impl Labels {
         self.rows.iter().filter(is_of).filter(|row| self.receivers.contains(&row.sensor))
     }
 
+    /// Times at which reports of this drone's transponders were received, in order.
+    pub(super) fn report_times(&self, id: &str) -> Vec<Time> {
+        let is_report = |row: &&Label| row.id.as_deref() == Some(id) && self.receivers.contains(&row.sensor);
+        let mut times: Vec<Time> = self.rows.iter().filter(is_report).map(|row| row.time).collect();
+        times.sort_unstable();
+        times
+    }
+
     /// Ids of the drones that carry a transponder.
     pub fn equipped(&self) -> BTreeSet<&str> {
         self.transponders.carried().collect()

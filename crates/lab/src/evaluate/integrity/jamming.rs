@@ -22,6 +22,16 @@ pub struct AlertLine {
     pub since: Time,
     /// Time at which the alert ended; `None` if it is still raised.
     pub until: Option<Time>,
+    /// Whether it is critical at this line.
+    pub is_critical: bool,
+    /// Ids of the tracks that it is about.
+    pub tracks: Vec<String>,
+    /// Serial number of the transponder that it is about.
+    pub identity: Option<String>,
+    /// Name of the area that it is about.
+    pub area: Option<String>,
+    /// Text of the alert.
+    pub text: String,
 }
 
 /// Score of alerts of kind `jamming`.

@@ -86,17 +86,44 @@ struct AlertRow {
     kind: String,
     since: String,
     until: Option<String>,
+    #[serde(default)]
+    severity: String,
+    #[serde(default)]
+    text: String,
+    track: Option<String>,
+    track_id: Option<String>,
+    #[serde(default)]
+    tracks: Vec<String>,
+    identity: Option<String>,
+    area: Option<AreaRow>,
+}
+
+#[derive(Deserialize)]
+struct AreaRow {
+    name: String,
 }
 
 /// Reads alerts, one object per line, written when an alert is raised, changes or ends.
 pub(super) fn alerts(name: &str, text: &str) -> Result<Vec<AlertLine>, InputFileError> {
     let alert = |(line, number): (&str, u64)| {
         let error = |what: String| InputFileError::at(name, number, what);
-        let AlertRow { id, kind, since, until } = serde_json::from_str(line)
+        let row: AlertRow = serde_json::from_str(line)
             .map_err(|cause| error(format!("this is no alert as `replay --alerts` writes it: {cause}")))?;
         let time =
             |text: &str| cells::time(text).ok_or_else(|| error(format!("{text:?} is no time in RFC 3339")));
-        Ok(AlertLine { since: time(&since)?, until: until.as_deref().map(time).transpose()?, id, kind })
+        let mut tracks = row.tracks;
+        tracks.extend(row.track.or(row.track_id));
+        Ok(AlertLine {
+            since: time(&row.since)?,
+            until: row.until.as_deref().map(time).transpose()?,
+            id: row.id,
+            kind: row.kind,
+            is_critical: row.severity == "critical",
+            tracks,
+            identity: row.identity,
+            area: row.area.map(|area| area.name),
+            text: row.text,
+        })
     };
     let lines = text.lines().zip(1_u64..).filter(|(line, _)| !line.trim().is_empty());
     lines.map(alert).collect()
