@@ -36,7 +36,7 @@ const WARNED_NS: i64 = 20 * SECOND;
 const AGAIN_NS: i64 = 60 * SECOND;
 /// A conflict has something behind it if both come within this factor of the volume, horizontally and in height.
 const NEAR: f64 = 2.0;
-/// The same for a critical one.
+/// The factor for a critical item.
 const NEAR_CRITICAL: f64 = 1.5;
 /// Time around an item in which the truth is searched for its cause, nanoseconds.
 const AROUND_NS: i64 = 10 * SECOND;

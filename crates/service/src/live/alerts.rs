@@ -137,7 +137,7 @@ pub struct AlertMonitor {
     next_id: u64,
     /// Active alerts, with the last time at which the cause was present.
     lasting: BTreeMap<AlertKey, (Alert, Time)>,
-    /// Text of each active alert for the time after its cause, in the past tense.
+    /// Text of each active alert for the time after its cause is gone, in the past tense.
     pasts: BTreeMap<AlertKey, String>,
     /// Last name of each transponder that was in a picture in the last ten minutes, with the time of the picture.
     names: BTreeMap<Identity, (String, Time)>,

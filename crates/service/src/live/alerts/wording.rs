@@ -46,7 +46,7 @@ fn holding(zone: &Zone) -> &'static str {
 
 /// Text for a suspect or failed transponder.
 ///
-/// `name` is the transponder's name, `twin` the name of the track that radar sees in its place, if the picture has it.
+/// `name` names the transponder. `twin` names the track that radar sees in its place, if that track is in the picture.
 pub(super) fn lying(name: &str, twin: Option<&str>, details: &AlertDetails, since: Time) -> String {
     let AlertDetails::Integrity { twin_id, state, reasons, offset_m, .. } = details else {
         return String::new();
