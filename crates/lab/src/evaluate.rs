@@ -19,6 +19,7 @@ pub mod read;
 mod residuals;
 mod score;
 mod scored_point;
+mod track_owners;
 mod truth;
 mod types;
 

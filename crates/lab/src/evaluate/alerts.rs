@@ -7,9 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
-use super::conflicts::track_owners::TrackOwners;
 use super::integrity::{AlertLine, Attack};
 use super::labels::Labels;
+use super::track_owners::TrackOwners;
 use super::truth::{TrueTrack, Truth};
 use super::types::{OutputPoint, Scoring};
 use fusion::frames::Geodetic;

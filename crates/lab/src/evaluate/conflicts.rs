@@ -3,7 +3,6 @@
 mod encounter;
 mod paths;
 mod tally;
-pub(super) mod track_owners;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,13 +12,13 @@ pub use encounter::{ClosestApproach, Encounter, PredictedApproach, encounter};
 pub use tally::ReliabilityBin;
 
 use super::labels::Labels;
+use super::track_owners::TrackOwners;
 use super::truth::Truth;
 use super::types::{OutputPoint, Scoring};
 use fusion::conflicts::Level;
 use fusion::time::{SECOND, Time};
 use paths::{Meeting, TruePaths};
 use picture::conflicts::Conflict;
-use track_owners::TrackOwners;
 
 /// Time before a violation at which a warning has to be active, seconds.
 const WARNED_S: i64 = 10;

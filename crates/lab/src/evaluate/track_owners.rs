@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::evaluate::labels::Labels;
-use crate::evaluate::point_owner::{self, PointKind, PointOwner};
-use crate::evaluate::truth::Truth;
-use crate::evaluate::types::OutputPoint;
+use super::labels::Labels;
+use super::point_owner::{self, PointKind, PointOwner};
+use super::truth::Truth;
+use super::types::OutputPoint;
 use fusion::slots::SlotGrid;
 use fusion::time::{SECOND, Time};
 
@@ -14,15 +14,10 @@ use fusion::time::{SECOND, Time};
 const NEAR_NS: u64 = 7 * SECOND as u64;
 
 /// Drones of each track number, by time.
-pub(in crate::evaluate) struct TrackOwners(BTreeMap<u32, Vec<(Time, Option<usize>)>>);
+pub(super) struct TrackOwners(BTreeMap<u32, Vec<(Time, Option<usize>)>>);
 
 impl TrackOwners {
-    pub(in crate::evaluate) fn of(
-        truth: &Truth,
-        labels: &Labels,
-        output: &[OutputPoint],
-        grid: SlotGrid,
-    ) -> Self {
+    pub(super) fn of(truth: &Truth, labels: &Labels, output: &[OutputPoint], grid: SlotGrid) -> Self {
         let mut owners = point_owner::PointOwners::new(truth, Some(labels), grid, PointKind::Output);
         let mut by_number: BTreeMap<u32, Vec<(Time, Option<usize>)>> = BTreeMap::new();
         for point in output {
@@ -37,14 +32,14 @@ impl TrackOwners {
     }
 
     /// The drones of two tracks, the lower index first; `None`: a track is not a drone, or both are the same drone.
-    pub(in crate::evaluate) fn pair(&self, numbers: [u32; 2], at: Time) -> Option<[usize; 2]> {
+    pub(super) fn pair(&self, numbers: [u32; 2], at: Time) -> Option<[usize; 2]> {
         let [a, b] = numbers.map(|number| self.drone(number, at));
         let (a, b) = (a?, b?);
         (a != b).then(|| [a.min(b), a.max(b)])
     }
 
     /// The drone of the point nearest in time.
-    pub(in crate::evaluate) fn drone(&self, number: u32, at: Time) -> Option<usize> {
+    pub(super) fn drone(&self, number: u32, at: Time) -> Option<usize> {
         let points = self.0.get(&number)?;
         let next = points.partition_point(|point| point.0 < at);
         let around = points[next.saturating_sub(1)..].iter().take(2);
@@ -53,14 +48,14 @@ impl TrackOwners {
     }
 
     /// The drones of the points from one time until another, and of those at most 7 s away.
-    pub(in crate::evaluate) fn drones(&self, number: u32, from: Time, until: Time) -> BTreeSet<usize> {
+    pub(super) fn drones(&self, number: u32, from: Time, until: Time) -> BTreeSet<usize> {
         let near = from.nanos() - NEAR_NS as i64..=until.nanos() + NEAR_NS as i64;
         let points = self.0.get(&number).into_iter().flatten();
         points.filter(|(time, _)| near.contains(&time.nanos())).filter_map(|(_, drone)| *drone).collect()
     }
 
     /// Whether the output shows a drone from 5 s before `begin` on, and until `end`.
-    pub(in crate::evaluate) fn is_shown(&self, drone: usize, begin: Time, end: Time) -> bool {
+    pub(super) fn is_shown(&self, drone: usize, begin: Time, end: Time) -> bool {
         let from = Time::from_nanos(begin.nanos() - 5 * SECOND);
         let shown = self
             .0
