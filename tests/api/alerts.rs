@@ -95,6 +95,12 @@ async fn impossible_alert_action_is_a_problem_with_reason() {
         assert!(problem["detail"].as_str().unwrap().contains(why), "{body}: {problem}");
     }
     sensed(&site, SensorState::Operational).await;
+    // A critical alert that has ended waits for an acknowledgement.
+    let (status, alert) = post(&site, &format!("{id}/acknowledge"), &json!({})).await;
+    assert!(
+        status == StatusCode::OK && alert["until"].is_string() && alert.get("latched").is_none(),
+        "{alert}"
+    );
     let (status, problem) = post(&site, &format!("{id}/acknowledge"), &json!({})).await;
     assert_eq!((status, &problem["detail"]), (StatusCode::CONFLICT, &json!("the alert has ended")));
 }

@@ -239,7 +239,7 @@ fn each_new_alert_is_logged_with_its_area_name() {
     std::thread::scope(|scope| {
         scope.spawn(|| stage.send(0.0, 20.0));
         service.says("is inside Runway 27");
-        until("a serial number", SOON, || lines(&service.log(), "serial ").len() > 1);
+        until("two aircraft inside", SOON, || lines(&service.log(), "is inside Runway 27").len() > 1);
     });
     let told = json(address, "/api/v1/alerts").to_string();
     let tracks = json(address, "/api/v1/tracks");
@@ -248,7 +248,7 @@ fn each_new_alert_is_logged_with_its_area_name() {
     assert!(equipped > 0, "{tracks}");
     let log = service.log();
     let inside = lines(&log, "is inside Runway 27");
-    let names = |line: &&&str| line.contains(" track ") && line.contains("serial ") && line.contains("WARN");
+    let names = |line: &&&str| line.contains(" subject=\"") && line.contains("WARN");
     assert!(inside.iter().filter(names).count() > 0, "{log}");
     assert!(!log.contains("is inside field") && told.contains("is inside Runway 27"), "{told}");
     let (code, log) = service.stop();

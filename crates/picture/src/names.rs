@@ -88,7 +88,7 @@ impl TrackNames {
         };
         if part.identity.space() == Space::Address {
             return text(&part.aircraft.callsign)
-                .map_or_else(|| serial_text(part.identity), |name| name.into_owned());
+                .map_or_else(|| serial_text(part.identity), std::borrow::Cow::into_owned);
         }
         let name = self.transponder(part.identity);
         let is_doubled = self.doubled.contains(&part.identity);

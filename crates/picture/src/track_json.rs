@@ -29,8 +29,10 @@ pub struct TrackJson<'a> {
     /// number of a radar's track.
     #[serde(skip_serializing_if = "Option::is_none")]
     name: Option<&'a str>,
+    /// Kinds of sensors whose measurements make the track.
     #[schemars(extend("enum" = TrackSource::NAMES))]
     source: &'static str,
+    /// Published track number, as in CAT129 and CAT062.
     track_number: u32,
     /// `coasting`: not measured since; the position is extrapolated.
     #[schemars(extend("enum" = TrackState::NAMES))]
@@ -90,8 +92,10 @@ pub struct TrackJson<'a> {
     /// Class of the target.
     #[schemars(extend("enum" = TrackClass::NAMES))]
     aircraft_type: &'static str,
+    /// Identity that the transponder reports.
     #[serde(skip_serializing_if = "Option::is_none")]
     uas_id: Option<UasIdJson<'a>>,
+    /// Identity of an aircraft with ADS-B.
     #[serde(skip_serializing_if = "Option::is_none")]
     aircraft: Option<AircraftJson<'a>>,
     /// Remote ID declarations of a drone.
@@ -107,6 +111,7 @@ pub struct TrackJson<'a> {
     /// Time of the latest measurement up to `time`, by any sensor; left out before the first.
     #[serde(skip_serializing_if = "Option::is_none")]
     last_measurement: Option<Rfc3339>,
+    /// Sensor tracks that the track is made of.
     contributors: Vec<ContributorJson<'a>>,
 }
 
@@ -133,6 +138,7 @@ impl From<Ellipse> for EllipseJson {
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 #[schemars(rename = "UasId")]
 struct UasIdJson<'a> {
+    /// Serial number.
     #[serde(skip_serializing_if = "Option::is_none")]
     serial_number: Option<Cow<'a, str>>,
     /// Registration id assigned by an authority.
@@ -145,8 +151,10 @@ struct UasIdJson<'a> {
     /// Session id: 20 octets in hexadecimal, the first of which is its kind.
     #[serde(skip_serializing_if = "Option::is_none")]
     specific_session_id: Option<Cow<'a, str>>,
+    /// Manufacturer code.
     #[serde(skip_serializing_if = "Option::is_none")]
     manufacturer: Option<Cow<'a, str>>,
+    /// Model code.
     #[serde(skip_serializing_if = "Option::is_none")]
     model: Option<Cow<'a, str>>,
     /// Country of registration, ISO 3166-1 alpha-2.
@@ -159,6 +167,7 @@ struct UasIdJson<'a> {
 struct AircraftJson<'a> {
     /// ICAO aircraft address, six hexadecimal digits.
     icao24: Cow<'a, str>,
+    /// Callsign, or flight identification.
     #[serde(skip_serializing_if = "Option::is_none")]
     callsign: Option<Cow<'a, str>>,
     /// Emitter category, as in I021/020.
@@ -170,8 +179,10 @@ struct AircraftJson<'a> {
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 #[schemars(rename = "Also")]
 struct OtherIdentity<'a> {
+    /// Identity that the transponder reports.
     #[serde(skip_serializing_if = "Option::is_none")]
     uas_id: Option<UasIdJson<'a>>,
+    /// Identity of an aircraft with ADS-B.
     #[serde(skip_serializing_if = "Option::is_none")]
     aircraft: Option<AircraftJson<'a>>,
     /// Configured id of the sensor that received it last.
@@ -199,10 +210,12 @@ impl<'a> OtherIdentity<'a> {
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 #[schemars(rename = "Contributor")]
 struct ContributorJson<'a> {
+    /// Kind of the sensor.
     #[schemars(extend("enum" = ContributorKind::NAMES))]
     kind: &'static str,
     /// Configured id of the sensor.
     sensor: &'a str,
+    /// Track number at the sensor; of a transponder its published number.
     track_number: u32,
     /// Time of its measurement; for a camera, of the latest bearing used.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -254,8 +267,10 @@ struct ContributorJson<'a> {
 struct CompetitorJson<'a> {
     /// Configured id of the sensor.
     sensor: &'a str,
+    /// Track number of the radar.
     #[serde(skip_serializing_if = "Option::is_none")]
     track_number: Option<u32>,
+    /// Identity of the transponder.
     #[serde(skip_serializing_if = "Option::is_none")]
     uas_id: Option<TransponderId>,
     /// Natural logarithm of the likelihood ratio of one aircraft to two.
@@ -268,6 +283,7 @@ struct CompetitorJson<'a> {
 /// Unique identity of a transponder.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct TransponderId {
+    /// Serial number.
     serial_number: String,
     /// Country of registration, ISO 3166-1 alpha-2.
     #[serde(skip_serializing_if = "Option::is_none")]

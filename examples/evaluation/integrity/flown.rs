@@ -125,6 +125,11 @@ fn note_jamming(picture: &Picture, alerts: &mut Vec<AlertLine>) {
             kind: "jamming".to_owned(),
             since: picture.time,
             until: None,
+            is_critical: false,
+            tracks: Vec::new(),
+            identity: None,
+            area: None,
+            text: String::new(),
         }),
         (Some(last), false) => alerts[last].until = Some(picture.time),
         _ => {}

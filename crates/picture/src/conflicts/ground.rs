@@ -71,7 +71,7 @@ impl GroundMonitor {
     pub(super) fn has(&self, track: &PictureTrack) -> bool {
         let Some(flight) = self.flights.get(&track.key()) else { return false };
         let is_at_rest = flight.resting.zip(self.time);
-        if !is_at_rest.is_some_and(|(since, now)| now.nanos() - since.nanos() >= RESTING_NS) {
+        if is_at_rest.is_none_or(|(since, now)| now.nanos() - since.nanos() < RESTING_NS) {
             return false;
         }
         let declared = track.point.source.transponder().map(|part| part.aircraft.declared);

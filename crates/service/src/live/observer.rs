@@ -124,27 +124,29 @@ fn carry_out(
 
 /// Logs an alert when it begins, changes or ends.
 fn log((change, alert): &(AlertChange, Alert)) {
-    let Alert { id, kind, severity, text, since, until, acknowledged, shelved, .. } = alert;
+    let Alert { id, kind, severity, text, subject, since, until, acknowledged, shelved, .. } = alert;
     let kind = kind.name();
     match (change, severity) {
-        (AlertChange::Began, Severity::Critical) => error!(text, kind, id, "alert began"),
-        (AlertChange::Began, Severity::Warning) => warn!(text, kind, id, "alert began"),
-        (AlertChange::Changed, Severity::Critical) => error!(text, kind, id, "alert is critical now"),
-        (AlertChange::Changed, Severity::Warning) => warn!(text, kind, id, "alert is a warning now"),
-        (AlertChange::Amended, _) => warn!(text, kind, id, "alert changed"),
+        (AlertChange::Began, Severity::Critical) => error!(text, kind, id, subject, "alert began"),
+        (AlertChange::Began, Severity::Warning) => warn!(text, kind, id, subject, "alert began"),
+        (AlertChange::Changed, Severity::Critical) => {
+            error!(text, kind, id, subject, "alert is critical now");
+        }
+        (AlertChange::Changed, Severity::Warning) => warn!(text, kind, id, subject, "alert is a warning now"),
+        (AlertChange::Amended, _) => warn!(text, kind, id, subject, "alert changed"),
         (AlertChange::Acknowledged, _) => {
             let (by, note) = acknowledged.as_ref().map(|seen| (&*seen.by, seen.note.as_deref())).unzip();
-            info!(text, kind, id, by, note = note.flatten(), "alert acknowledged");
+            info!(text, kind, id, subject, by, note = note.flatten(), "alert acknowledged");
         }
         (AlertChange::Shelved, _) => {
             let (by, until) = shelved.as_ref().map(|shelf| (&*shelf.by, display(shelf.until))).unzip();
             let note = shelved.as_ref().and_then(|shelf| shelf.note.as_deref());
-            info!(text, kind, id, by, until, note, "alert shelved");
+            info!(text, kind, id, subject, by, until, note, "alert shelved");
         }
-        (AlertChange::Unshelved, _) => info!(text, kind, id, "alert no longer shelved"),
+        (AlertChange::Unshelved, _) => info!(text, kind, id, subject, "alert no longer shelved"),
         (AlertChange::Ended, _) => {
             let lasted_s = until.map_or(0.0, |until| until.seconds_since(*since).max(0.0).round());
-            info!(text, kind, id, lasted_s, "alert ended");
+            info!(text, kind, id, subject, lasted_s, "alert ended");
         }
     }
 }
