@@ -14,8 +14,7 @@ use utm_fusion::commands::unmatched::unmatched;
 use utm_fusion::config::{Config, PictureKind, Profile};
 use utm_fusion::formats::table::TableWriter as _;
 use utm_fusion::formats::{OutputFormat, PictureWriter, track_columns, write_track};
-use utm_fusion::picture::UncooperativeDetector;
-use utm_fusion::picture::{Picture, PictureMaker};
+use utm_fusion::picture::{Picture, PictureMaker, PictureSeries, UncooperativeDetector};
 use utm_fusion::pipeline::{Output, Pipeline};
 
 use crate::columns::{Gatherer, Shelf, take};
@@ -148,8 +147,7 @@ fn pass(pipeline: &mut Pipeline, mut merged: MergedCaptures, show: &mut Show) ->
 
 /// Outputs of the emissions.
 struct Show {
-    maker: PictureMaker,
-    detector: UncooperativeDetector,
+    series: PictureSeries,
     at: PictureKind,
     max_accuracy_m: f64,
     rows: Box<Gatherer>,
@@ -173,8 +171,10 @@ impl Show {
             PictureWriter::new(format, file, config, asked.at).map_err(unwritten)
         });
         Ok(Self {
-            maker: PictureMaker::new(config, pipeline.normaliser()),
-            detector: UncooperativeDetector::load(config, masks).map_err(error)?,
+            series: PictureSeries::new(
+                PictureMaker::new(config, pipeline.normaliser()),
+                UncooperativeDetector::load(config, masks).map_err(error)?,
+            ),
             at: asked.at,
             max_accuracy_m: config.output.max_accuracy_m,
             rows: Box::new(Gatherer::new("tracks", &track_columns(), &shelf)),
@@ -183,17 +183,11 @@ impl Show {
         })
     }
 
-    fn emit(&mut self, mut emission: Emission) -> PyResult<()> {
-        let now = emission.now.take().filter(|_| self.at == PictureKind::Now);
-        let now = now.map(|now| self.maker.now(now));
-        let mut lagged = self.maker.picture(emission);
-        self.detector.look(&mut lagged, &self.maker);
+    fn emit(&mut self, emission: Emission) -> PyResult<()> {
+        let (lagged, now) = self.series.pictures(emission, self.at == PictureKind::Now);
         match (self.at, now) {
             (PictureKind::Lagged, _) => self.write(lagged),
-            (PictureKind::Now, Some(mut now)) => {
-                now.mark_as(&lagged);
-                self.write(now)
-            }
+            (PictureKind::Now, Some(now)) => self.write(now),
             (PictureKind::Now, None) => Ok(()),
         }
     }
@@ -201,10 +195,10 @@ impl Show {
     fn write(&mut self, mut picture: Picture) -> PyResult<()> {
         picture.keep_within(self.max_accuracy_m);
         for track in &picture.tracks {
-            write_track(&mut *self.rows, track, &self.maker)?;
+            write_track(&mut *self.rows, track, self.series.maker())?;
         }
         if let Some(writer) = &mut self.writer {
-            writer.write(&picture, &self.maker)?;
+            writer.write(&picture, self.series.maker())?;
         }
         Ok(())
     }
