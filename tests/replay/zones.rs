@@ -61,8 +61,10 @@ fn zone_entry_raises_a_warning_then_an_alert() {
 
     // Permitted drones raise no alert; a drone without a transponder cannot be permitted.
     let serials = |told: &[Value]| {
+        // A text begins with the end of the serial number, or with R and the number of a radar track.
         let serial = |alert: &Value| {
-            Some(alert["text"].as_str()?.split_once("serial ")?.1.split(' ').next()?.to_owned())
+            let name = alert["text"].as_str()?.split(' ').next()?;
+            name.starts_with(|c: char| c.is_ascii_digit()).then(|| format!("{name:0>12}"))
         };
         told.iter().filter_map(serial).collect::<std::collections::BTreeSet<_>>()
     };
