@@ -34,6 +34,7 @@ mod service;
 mod state_troubles;
 mod timings;
 mod warning_limiter;
+mod zone_requests;
 
 pub use crate::clock::{WallClock, now};
 pub use alert_requests::{AlertRecordQueue, AlertRequests};
@@ -74,3 +75,6 @@ pub use service::{
 };
 pub use state_troubles::state_troubles;
 pub use timings::{DurationHistogram, SlotTimings};
+pub use zone_requests::{
+    OperatorZones, PendingZoneRequest, ZoneAction, ZoneRequest, ZoneRequestError, ZoneRequests,
+};

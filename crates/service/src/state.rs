@@ -1,7 +1,7 @@
 //! State that survives a restart. `numbers.json` has the transponder numbers assigned so far, `registration.json` the
 //! misalignment of each radar ([`SavedRegistrations`]), `decisions.jsonl` the operators' decisions ([`RecordedDecisions`]), and
-//! `shelved.jsonl` the shelved alerts ([`AlertDecision`]). `engine.warm` has the whole state of the engine, for a restart
-//! within seconds ([`WarmState`]).
+//! `shelved.jsonl` the shelved alerts ([`AlertDecision`]). `zones/` has the zones of operators ([`ZoneStore`]). `engine.warm` has
+//! the whole state of the engine, for a restart within seconds ([`WarmState`]).
 //!
 //! ```json
 //! {"version":1,"numbers":[
@@ -15,6 +15,7 @@
 
 mod alerts;
 mod aside;
+mod atomic;
 mod correlations;
 #[cfg(test)]
 pub(crate) mod damage;
@@ -25,10 +26,11 @@ mod lock;
 mod registration;
 mod sources;
 mod warm;
+mod zones;
 
-use std::fs::{self, File};
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::fs;
+use std::io;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
@@ -38,6 +40,7 @@ use fusion::report::{NAME_MAX, Space};
 use fusion::time::Time;
 
 pub use alerts::{AlertAct, AlertDecision, SHELVED, alert_line};
+pub use atomic::write_atomically;
 pub use correlations::{
     CORRELATIONS, CorrelationPlan, RecordedDecisions, correlation_line, kept_lines, parse_decisions,
     read_correlations, word_line,
@@ -51,6 +54,7 @@ pub use registration::{
 };
 pub use sources::{SavedState, read_beside, read_kept, read_numbers_beside};
 pub use warm::{WarmFrame, WarmKeeper, WarmQueue, WarmState};
+pub use zones::{MAX_ZONE_NAME, MAX_ZONES, OperatorZone, ZONES, ZoneRefusal, ZoneStore};
 
 /// Name of the file in the directory of `[state]`.
 pub const NUMBERS: &str = "numbers.json";
@@ -197,21 +201,6 @@ fn read<T>(path: &Path, parse: impl FnOnce(&str) -> Result<T, String>) -> io::Re
     #[expect(clippy::disallowed_methods, reason = "the state is a file")]
     let text = fs::read_to_string(path).map_err(named)?;
     parse(&text).map_err(|error| named(invalid(&error)))
-}
-
-/// Writes a file atomically: after a crash it has either the old or the new contents.
-///
-/// # Errors
-/// The directory or the file cannot be written.
-pub fn write_atomically(path: &Path, contents: impl AsRef<[u8]>) -> io::Result<()> {
-    let mut part = path.as_os_str().to_owned();
-    part.push(".part");
-    let part = PathBuf::from(part);
-    #[expect(clippy::disallowed_methods, reason = "the state is a file")]
-    let mut file = File::create(&part)?;
-    file.write_all(contents.as_ref())?;
-    file.sync_all()?;
-    fs::rename(&part, path)
 }
 
 #[cfg(test)]

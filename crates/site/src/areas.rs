@@ -100,6 +100,12 @@ impl Areas {
         AlertAreas::of(self.zones().filter_map(|(area, zone)| Some((area.alert()?, zone))))
     }
 
+    /// The areas of kind `alert` of these and of `others`.
+    pub fn alerts_with<'a>(&'a self, others: impl Iterator<Item = &'a Self>) -> AlertAreas {
+        let zones = self.zones().chain(others.flat_map(Self::zones));
+        AlertAreas::of(zones.filter_map(|(area, zone)| Some((area.alert()?, zone))))
+    }
+
     /// The areas of kind `coverage` of transponder receivers.
     pub fn heard(&self, config: &Config) -> HeardAreas {
         HeardAreas(self.shapes(|area| is_heard(area, config)))

@@ -49,6 +49,12 @@ impl AlertSettings {
         Ok(Self { areas: areas.alerts(), rules })
     }
 
+    /// These settings with other areas. The rules keep the areas that the configuration names.
+    #[must_use]
+    pub fn with_areas(&self, areas: AlertAreas) -> Self {
+        Self { areas, rules: self.rules.clone() }
+    }
+
     #[cfg(test)]
     pub(super) fn of(areas: AlertAreas) -> Self {
         Self { areas, rules: BTreeMap::new() }
