@@ -216,6 +216,8 @@ export type AreaProperties = {
   hours: string;
   /** Severity of an alert for a track inside; left out if the area raises no alert. */
   severity?: "warning" | "critical";
+  /** Name of the operator who activated the area; left out if the configuration names it. */
+  activated_by?: string;
   /** Format of the area's file. */
   format: "geojson" | "ed-318" | "ed-269";
 };
@@ -281,6 +283,13 @@ export type CollectionOfFeatureOfCoverageProperties = {
   /** Type of a GeoJSON object with features. */
   type: "FeatureCollection";
   features: Array<FeatureOfCoverageProperties>;
+};
+
+/** A GeoJSON feature collection. */
+export type CollectionOfFeatureOfZoneLimits = {
+  /** Type of a GeoJSON object with features. */
+  type: "FeatureCollection";
+  features: Array<FeatureOfZoneLimits>;
 };
 
 /** A candidate that was not associated: a transponder for a radar track, or a radar track for a transponder. */
@@ -528,6 +537,13 @@ export type FeatureOfTrailProperties = {
   id: string;
   geometry: Geometry;
   properties: TrailProperties;
+};
+
+/** A GeoJSON feature without an id. */
+export type FeatureOfZoneLimits = {
+  type: "Feature";
+  geometry: Geometry;
+  properties: ZoneLimits;
 };
 
 /** GetFlightDetailsResponse. */
@@ -1500,6 +1516,37 @@ export type Volume = {
   tau_s: number;
 };
 
+/** A zone that an operator has activated. */
+export type Zone = {
+  name: string;
+  /** Name of the token, or the name that the operator gave. */
+  activated_by: string;
+  /** Time of the activation. */
+  activated_at: string;
+  /** Lower limit, in metres above mean sea level; left out if it is the ground. */
+  floor_m?: number;
+  /** Upper limit, in metres above mean sea level; left out if there is none. */
+  ceiling_m?: number;
+};
+
+/** Heights of a zone, for the documents; the service reads the GeoJSON as a file of areas. */
+export type ZoneLimits = {
+  /** Ignored: the path has the name. */
+  name?: string | null;
+  /** Lower limit, in metres above mean sea level; default: from the ground up. */
+  floor_m?: number | null;
+  /** Upper limit, in metres above mean sea level; default: no limit. */
+  ceiling_m?: number | null;
+};
+
+/** Zones that operators have activated. */
+export type Zones = {
+  /** Whether a zone can be activated here. A replay, a demo, and a picture of other nodes have no zones of operators. */
+  available: boolean;
+  /** The active zones, by name. */
+  zones: Array<Zone>;
+};
+
 /** What is answered to GET, by path. */
 export interface Answers {
   "/api/v1/tracks": Tracks;
@@ -1515,6 +1562,7 @@ export interface Answers {
   "/api/v1/info": Info;
   "/api/v1/coverage": CollectionOfFeatureOfCoverageProperties;
   "/api/v1/areas": CollectionOfFeatureOfAreaProperties;
+  "/api/v1/zones": Zones;
   "/api/v1/alerts": Alerts;
   "/api/v1/conflicts": Conflicts;
   "/data/aircraft.json": Picture;
@@ -1537,6 +1585,8 @@ export interface Orders {
   "/api/v1/replay/seek": Replay;
   "/api/v1/replay/speed": Replay;
   "/api/v1/stream-tickets": Ticket;
+  "/api/v1/zones/{id}": Zone;
+  "/api/v1/zones/{id}/revoke": Zone;
   "/api/v1/alerts/{id}/acknowledge": Alert;
   "/api/v1/alerts/{id}/shelve": Alert;
   "/api/v1/alerts/{id}/unshelve": Alert;
@@ -1567,6 +1617,9 @@ export interface Parameters {
   "/api/v1/info": {};
   "/api/v1/coverage": {};
   "/api/v1/areas": {};
+  "/api/v1/zones": {};
+  "/api/v1/zones/{id}": { id: string; by?: string };
+  "/api/v1/zones/{id}/revoke": { id: string; by?: string };
   "/api/v1/alerts": { since?: string; until?: string; kind?: string | string[]; limit?: number };
   "/api/v1/alerts/{id}/acknowledge": { id: string };
   "/api/v1/alerts/{id}/shelve": { id: string };

@@ -22,7 +22,7 @@ use service::current::Current;
 use service::history::{Historian, HistoryLimits, HistoryStore};
 use service::live::{
     AlertMonitor, AlertSettings, Archive, Driver, Followers, Hub, KeeperQueues, LiveService,
-    OperatorDecision, Outlets, Viewer, ViewerInput, WallClock, now,
+    OperatorDecision, OperatorZones, Outlets, Viewer, ViewerInput, WallClock, now,
 };
 use service::net::listen::lines;
 use service::net::send::UdpDestinations;
@@ -31,7 +31,8 @@ use service::record::{Recorder, RecorderQueue, RecordingItem};
 use service::sinks::PictureSinks;
 use service::state::{
     AlertDecision, CorrelationPlan, SavedRegistrations, StateFile, StateHealth, StateKeeper, WarmKeeper,
-    WarmState, alert_line, kept_lines, read_correlations, read_numbers, read_registration, registration_text,
+    WarmState, ZoneStore, alert_line, kept_lines, read_correlations, read_numbers, read_registration,
+    registration_text,
 };
 use site::areas::Areas;
 use site::config::Config;
@@ -57,6 +58,8 @@ pub struct LiveBuilder {
     shelves: Option<SyncSender<Arc<str>>>,
     recorder: Option<(RecorderQueue, Recorder)>,
     history: Option<HistoryStore>,
+    /// Zones that operators have activated, if they are kept.
+    zones: Option<ZoneStore>,
     /// Health of the state files.
     health: StateHealth,
 }
@@ -74,6 +77,8 @@ pub struct Live {
     pub alert_settings: Current<AlertSettings>,
     /// History, if one is kept.
     pub history: Option<HistoryStore>,
+    /// Zones of operators, if they are kept; for the owner of the areas.
+    pub zones: Option<OperatorZones>,
     source: PictureThread,
     keepers: Vec<StateKeeper>,
     warm: Option<WarmKeeper>,
@@ -125,6 +130,7 @@ impl LiveBuilder {
             shelves: None,
             recorder: None,
             history: None,
+            zones: None,
             health: StateHealth::default(),
         }
     }
@@ -171,6 +177,11 @@ impl LiveBuilder {
         if !shelved.is_empty() {
             info!(alerts = shelved.len(), "alerts stay shelved");
         }
+        let zones = ZoneStore::load(directory, health, now);
+        let active = zones.zones().count();
+        if active > 0 {
+            info!(zones = active, "zones of operators stay active");
+        }
         let shelves: String = shelved.iter().map(alert_line).collect();
         let decisions = (kept_lines(&kept, &words, config) + &shelves).into();
 
@@ -196,6 +207,7 @@ impl LiveBuilder {
         self.keepers = Some(queues);
         self.kept_by = Some((keepers, warm));
         self.shelved = shelved;
+        self.zones = Some(zones);
         self.numbers = numbers;
         self.before = vec![
             RecordingItem::Registered(registration_text(&registrations).into()),
@@ -299,7 +311,10 @@ impl LiveBuilder {
         let state = (self.kept_by.is_some() || history.is_some()).then_some(self.health);
         let shelves = self.shelves;
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), started);
-        let alert_settings = Current::from(AlertSettings::new(&config.alerts, &areas)?);
+        let (zones, zone_requests) = self.zones.map(OperatorZones::new).unzip();
+        let alert_settings = AlertSettings::new(&config.alerts, &areas)?;
+        let active = zones.iter().flat_map(OperatorZones::areas);
+        let alert_settings = Current::from(alert_settings.with_areas(areas.alerts_with(active)));
         let mut alerts = AlertMonitor::new(alert_settings.clone(), started);
         alerts.resume(&shelved, started);
         let historian = history.clone().and_then(|store| {
@@ -315,6 +330,7 @@ impl LiveBuilder {
         let options = api::Options {
             history: history.clone(),
             state: state.clone(),
+            zones: zone_requests,
             notices: notices.clone(),
             sinks: meter.clone(),
             ..Default::default()
@@ -351,7 +367,18 @@ impl LiveBuilder {
         let keepers = keepers.unwrap_or_default();
         let deliveries = [deliveries, picture_deliveries];
         let warm = warm.flatten();
-        Ok(Live { served, sinks, alert_settings, history, source, keepers, warm, recorder, deliveries })
+        Ok(Live {
+            served,
+            sinks,
+            alert_settings,
+            history,
+            zones,
+            source,
+            keepers,
+            warm,
+            recorder,
+            deliveries,
+        })
     }
 }
 

@@ -1,4 +1,4 @@
-//! SIGHUP: reads the configuration again, and applies changes that need no restart.
+//! SIGHUP: reads the configuration again, and applies changes that need no restart. Zones of operators: puts them in force.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use tracing::{error, info, warn};
 use api::{AccessSettings, ApiState};
 use service::current::Current;
 use service::history::{HistoryLimits, HistoryStore};
-use service::live::{AlertSettings, now};
+use service::live::{AlertSettings, OperatorZones, PendingZoneRequest, now};
 use service::net::send::UdpDestinations;
 use site::areas::Areas;
 use site::config::{Auth, Config, changes};
@@ -29,6 +29,8 @@ pub struct Reload {
     pub alerts: Current<AlertSettings>,
     /// History, if one is kept.
     pub history: Option<HistoryStore>,
+    /// Zones of operators, if they are kept.
+    pub zones: Option<OperatorZones>,
 }
 
 impl Reload {
@@ -39,6 +41,26 @@ impl Reload {
             Ok(()) => info!("SIGHUP is done"),
             Err(error) => error!("SIGHUP is refused, everything stays as it was:\n{error}"),
         }
+    }
+
+    /// The next request about a zone of an operator; waits forever if there are no more.
+    pub async fn zone_request(&mut self) -> PendingZoneRequest {
+        let request = match &mut self.zones {
+            Some(zones) => zones.next().await,
+            None => None,
+        };
+        match request {
+            Some(request) => request,
+            None => std::future::pending().await,
+        }
+    }
+
+    /// Carries out a request about a zone of an operator. The zone is in force before the request is answered.
+    pub fn change_zone(&mut self, request: PendingZoneRequest) {
+        let Self { zones: Some(zones), areas, alerts, .. } = self else { return };
+        zones.carry_out(request, now(), |zones| {
+            alerts.replace(alerts.get().with_areas(areas.alerts_with(zones.areas())));
+        });
     }
 
     fn apply(&mut self) -> Result<(), Box<dyn Error + Send + Sync>> {
@@ -58,7 +80,8 @@ impl Reload {
             config.http.auth.clone_from(&self.config.http.auth);
         }
         let access = AccessSettings::load(&config, &areas)?;
-        let alerts = AlertSettings::new(&config.alerts, &areas)?;
+        let active = self.zones.iter().flat_map(OperatorZones::areas);
+        let alerts = AlertSettings::new(&config.alerts, &areas)?.with_areas(areas.alerts_with(active));
 
         // From here on no change is refused.
         let warnings = access.warnings(now()).into_iter().chain(areas.warnings(now()));

@@ -84,8 +84,9 @@ async fn serve(args: &Args, config: Arc<Config>, areas: Areas) -> CommandResult 
         return cluster::serve(args, (config.clone(), cluster), areas, (signals, hangup)).await;
     }
     let _lock = StateLock::take(&config.state.dir)?;
-    let live = begin(&config, &areas)?.keep_state()?.record()?.keep_history().start()?;
-    let mut reload = reload_of(args, &config, areas, &live);
+    let mut live = begin(&config, &areas)?.keep_state()?.record()?.keep_history().start()?;
+    let zones = live.zones.take();
+    let mut reload = Reload { zones, ..reload_of(args, &config, areas, &live) };
     info!(site = config.site.name, url = %live.served.url, "running; Ctrl-C ends it");
     let notifier = Notifier::from_env();
     notifier.notify("READY=1");
@@ -116,6 +117,7 @@ fn reload_of(args: &Args, config: &Config, areas: Areas, live: &Live) -> Reload 
         sinks: live.sinks.clone(),
         alerts: live.alert_settings.clone(),
         history: live.history.clone(),
+        zones: None,
     }
 }
 
@@ -132,6 +134,7 @@ async fn wait(
         tokio::select! {
             () = signals.stop() => return Ok(()),
             _ = hangup.recv() => reload.again(),
+            request = reload.zone_request() => reload.change_zone(request),
             // The engine's thread sends a status once a second. If it hangs, the watchdog is not notified.
             Ok(()) = statuses.changed() => notifier.notify("WATCHDOG=1"),
             _ = watch.tick() => {

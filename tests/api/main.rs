@@ -27,3 +27,4 @@ mod stream;
 mod tls;
 mod tracks;
 mod websocket;
+mod zones;

@@ -35,3 +35,4 @@ mod takeover;
 mod terminal;
 mod tls;
 mod warm;
+mod zones;

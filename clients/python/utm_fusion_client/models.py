@@ -183,6 +183,7 @@ AreaProperties = TypedDict(
         "changes_at": NotRequired[str],
         "hours": str,
         "severity": NotRequired[Literal["warning", "critical"]],
+        "activated_by": NotRequired[str],
         "format": Literal["geojson", "ed-318", "ed-269"],
     },
 )
@@ -238,6 +239,14 @@ CollectionOfFeatureOfCoverageProperties = TypedDict(
     {
         "type": Union[Literal["FeatureCollection"]],
         "features": list["FeatureOfCoverageProperties"],
+    },
+)
+
+CollectionOfFeatureOfZoneLimits = TypedDict(
+    "CollectionOfFeatureOfZoneLimits",
+    {
+        "type": Union[Literal["FeatureCollection"]],
+        "features": list["FeatureOfZoneLimits"],
     },
 )
 
@@ -483,6 +492,15 @@ FeatureOfTrailProperties = TypedDict(
         "id": str,
         "geometry": "Geometry",
         "properties": "TrailProperties",
+    },
+)
+
+FeatureOfZoneLimits = TypedDict(
+    "FeatureOfZoneLimits",
+    {
+        "type": Literal["Feature"],
+        "geometry": "Geometry",
+        "properties": "ZoneLimits",
     },
 )
 
@@ -1471,5 +1489,33 @@ Volume = TypedDict(
         "horizontal_m": float,
         "vertical_m": float,
         "tau_s": float,
+    },
+)
+
+Zone = TypedDict(
+    "Zone",
+    {
+        "name": str,
+        "activated_by": str,
+        "activated_at": str,
+        "floor_m": NotRequired[float],
+        "ceiling_m": NotRequired[float],
+    },
+)
+
+ZoneLimits = TypedDict(
+    "ZoneLimits",
+    {
+        "name": NotRequired[Union[str, None]],
+        "floor_m": NotRequired[Union[float, None]],
+        "ceiling_m": NotRequired[Union[float, None]],
+    },
+)
+
+Zones = TypedDict(
+    "Zones",
+    {
+        "available": bool,
+        "zones": list["Zone"],
     },
 )

@@ -153,15 +153,8 @@ async fn decide(
     wanted: AlertAction,
     Acknowledgement { by, note }: Acknowledgement,
 ) -> Result<AlertJson, Problem> {
-    let by = line("by", by, MAX_NAME)?;
+    let by = operator_name(request, by)?;
     let note = line("note", note, MAX_NOTE)?;
-    let by = match (request.state.access().token_name(request.credential), by) {
-        (Some(_), Some(_)) => {
-            return Err(Problem::parameter("by", "who it is follows from the token; leave it out"));
-        }
-        (Some(name), None) => name.to_owned(),
-        (None, by) => by.unwrap_or_else(|| "somebody without a token".to_owned()),
-    };
     let wish = AlertRequest { id: request.id.clone(), action: wanted, by, note };
     let answer = request.state.hub.alert_requests.submit(wish).map_err(problem)?;
     let answered = match tokio::time::timeout(ANSWER_TIMEOUT, answer).await {
@@ -169,6 +162,16 @@ async fn decide(
         Ok(Err(_)) | Err(_) => Err(AlertRequestError::Gone),
     };
     Ok(AlertJson::from(&answered.map_err(problem)?))
+}
+
+/// Name of the operator: that of the token, or without authentication the name `by` that the request gives.
+pub(super) fn operator_name(request: &ApiRequest, by: Option<String>) -> Result<String, Problem> {
+    let by = line("by", by, MAX_NAME)?;
+    match (request.state.access().token_name(request.credential), by) {
+        (Some(_), Some(_)) => Err(Problem::parameter("by", "who it is follows from the token; leave it out")),
+        (Some(name), None) => Ok(name.to_owned()),
+        (None, by) => Ok(by.unwrap_or_else(|| "somebody without a token".to_owned())),
+    }
 }
 
 /// Checks that a text is one line of at most `most` characters, fit for a log.

@@ -10,6 +10,7 @@ use fusion::time::Time;
 use input::json::rounded;
 use input::names::configured;
 use picture::Rfc3339;
+use service::state::OperatorZone;
 use site::areas::{Areas, Format, Part, ZoneKind, on_map, severity};
 use site::config::{Area, AreaKind, AreaSeverity, Sensor, SensorKind};
 
@@ -75,7 +76,7 @@ pub fn coverage(sensors: &[Sensor], areas: &Areas) -> Coverage {
     sensors.iter().filter_map(feature).collect()
 }
 
-/// The configured areas.
+/// The configured areas, and the zones of operators.
 pub type AreaCollection = FeatureCollection<UnnamedFeature<GeoJsonGeometry, AreaProperties>>;
 
 #[derive(Serialize, JsonSchema)]
@@ -113,15 +114,23 @@ pub struct AreaProperties {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("enum" = configured::<AreaSeverity>()))]
     severity: Option<&'static str>,
+    /// Name of the operator who activated the area; left out if the configuration names it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    activated_by: Option<String>,
     /// Format of the area's file.
     #[schemars(extend("enum" = Format::NAMES))]
     format: &'static str,
 }
 
-/// The areas as GeoJSON at the time `now`, with the height `undulation_m` of the geoid above the ellipsoid. A zone of several
-/// parts becomes several features.
-pub fn area_collection(areas: &Areas, now: Time, undulation_m: f64) -> AreaCollection {
-    let feature = |Part { area, zone, polygon, band }: Part<'_>| {
+/// The areas, and the zones of operators, as GeoJSON at the time `now`, with the height `undulation_m` of the geoid above the
+/// ellipsoid. A zone of several parts becomes several features.
+pub fn area_collection(
+    areas: &Areas,
+    zones: &[OperatorZone],
+    now: Time,
+    undulation_m: f64,
+) -> AreaCollection {
+    let feature = |(Part { area, zone, polygon, band }, activated_by): (Part<'_>, Option<&String>)| {
         let sensor = match &area.kind {
             AreaKind::Coverage { sensor } => Some(sensor.clone()),
             AreaKind::Mask | AreaKind::Alert(_) => None,
@@ -140,11 +149,15 @@ pub fn area_collection(areas: &Areas, now: Time, undulation_m: f64) -> AreaColle
             changes_at: zone.schedule.changes_after(now).map(Rfc3339),
             hours: zone.schedule.to_string(),
             severity: area.alert().and_then(|set| severity(set, zone.kind)).map(|severity| severity.name()),
+            activated_by: activated_by.cloned(),
             format: zone.format.name(),
         };
         UnnamedFeature::new((&polygon).into(), properties)
     };
-    areas.parts().map(feature).collect()
+    let configured = areas.parts().map(|part| (part, None));
+    let activated =
+        zones.iter().flat_map(|zone| zone.areas.parts().map(move |part| (part, Some(&zone.activated_by))));
+    configured.chain(activated).map(feature).collect()
 }
 
 /// A circle on the sphere, counterclockwise, cut at the antimeridian; `None` around a pole.

@@ -68,6 +68,7 @@ mod uss;
 mod validity;
 mod websocket;
 mod websocket_frames;
+mod zones;
 
 use tracing::warn;
 

@@ -15,7 +15,7 @@ use super::slot_json::{TrackCollection, TrackFeature};
 use super::tokens::Scope;
 use super::{
     alerts, asyncapi, basemap, cluster, conflicts, correlations, events, history, integrity, metrics,
-    openapi, page, raw, readsb, remote_id, replay, sensors, service, stream, tracks, uss, websocket,
+    openapi, page, raw, readsb, remote_id, replay, sensors, service, stream, tracks, uss, websocket, zones,
 };
 use ::service::net::listen::POSTED_TO;
 use fusion::integrity::State;
@@ -224,6 +224,12 @@ const WHOSE: [QueryParameter; 1] = [QueryParameter::new(
     "registration country of the transponder, or none, where several have that serial number",
 )];
 
+const OPERATOR: [QueryParameter; 1] = [QueryParameter::new(
+    "by",
+    "string",
+    "name of the operator; only without tokens, otherwise the name of the token is used",
+)];
+
 /// All routes.
 pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
     vec![
@@ -380,9 +386,27 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         ),
         Route::get(
             "/api/v1/areas",
-            "The configured areas",
+            "The configured areas, and the zones of operators",
             Reply::geo::<AreaCollection>(sensors::areas),
         ),
+        Route::get("/api/v1/zones", "Zones that operators have activated", Reply::json(zones::all)),
+        Route::post(
+            "/api/v1/zones/{id}",
+            "Activates a zone, or replaces the zone of this name: an area of kind alert, kept over a restart",
+            Scope::Control,
+            Reply::later(zones::activate),
+        )
+        .with(&OPERATOR)
+        .reads::<zones::ZoneBody>()
+        .or(&[408, 409, 503, 507]),
+        Route::post(
+            "/api/v1/zones/{id}/revoke",
+            "Revokes a zone that an operator has activated",
+            Scope::Control,
+            Reply::later(zones::revoke),
+        )
+        .with(&OPERATOR)
+        .or(&[404, 409, 503]),
         Route::get("/api/v1/alerts", "What is wrong now, and what was", Reply::json(alerts::all)).with(&ALERTS),
         Route::post(
             "/api/v1/alerts/{id}/acknowledge",

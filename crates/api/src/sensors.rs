@@ -16,7 +16,8 @@ use input::names::configured;
 use input::pipeline::ContestReason;
 use picture::{Rfc3339, serial_text};
 use service::live::{
-    Contested, LineStatus, RegistrationStatus, SensorState, SensorStatus, UnconfiguredSource, values,
+    Contested, LineStatus, RegistrationStatus, SensorState, SensorStatus, UnconfiguredSource, ZoneRequests,
+    values,
 };
 use site::config::{self, Sensor, SensorKind};
 
@@ -319,5 +320,6 @@ pub fn areas(request: &ApiRequest) -> Result<AreaCollection, Problem> {
     // A recording has its own time.
     let replayed = request.state.options.player.as_ref().and_then(|_| Some(hub.latest()?.due));
     let now = replayed.unwrap_or_else(|| request.state.now());
-    Ok(area_collection(&request.state.access().areas, now, hub.maker.geoid_undulation_m()))
+    let zones = request.state.options.zones.as_ref().map(ZoneRequests::in_force).unwrap_or_default();
+    Ok(area_collection(&request.state.access().areas, &zones, now, hub.maker.geoid_undulation_m()))
 }

@@ -28,7 +28,7 @@ use crate::pmtiles::Basemap;
 use fusion::time::Time;
 use service::current::Current;
 use service::history::HistoryStore;
-use service::live::{Condition, Hub, Player, PublishedPicture, ServiceLevel};
+use service::live::{Condition, Hub, Player, PublishedPicture, ServiceLevel, ZoneRequests};
 use service::notices::Notices;
 use service::sinks::SinkMeter;
 use service::state::StateHealth;
@@ -60,6 +60,8 @@ pub struct Options {
     pub history: Option<HistoryStore>,
     /// Health of the files of `[state] dir`; `None` if no state is kept.
     pub state: Option<StateHealth>,
+    /// Zones of operators; `None` if they cannot be activated here.
+    pub zones: Option<ZoneRequests>,
     /// Receivers of notices of alerts, for the metrics.
     pub notices: Notices,
     /// Receivers of the picture, for the metrics.
@@ -81,6 +83,7 @@ impl Default for Options {
             clock: service::live::now,
             history: None,
             state: None,
+            zones: None,
             notices: Notices::default(),
             sinks: SinkMeter::default(),
             player: None,
