@@ -52,11 +52,11 @@ fn operator_handles_the_conflict_of_two_drones() {
 }
 
 /// Browser complaints, except about answers to requests without a token.
-fn complaints(browser: &Browser) -> Vec<&String> {
+pub fn complaints(browser: &Browser) -> Vec<&String> {
     browser.complaints().iter().filter(|complaint| !complaint.contains("401 (Unauthorized)")).collect()
 }
 
-fn sign_in(browser: &mut Browser, token: &str) {
+pub fn sign_in(browser: &mut Browser, token: &str) {
     browser.run(&format!("document.getElementById('token').value = '{token}'"));
     browser.run("document.getElementById('sign-in-form').requestSubmit()");
 }

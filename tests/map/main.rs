@@ -37,6 +37,7 @@ mod questions;
 mod service;
 mod tiles;
 mod trust;
+mod zones;
 
 const SOON: Duration = Duration::from_secs(20);
 

@@ -16,6 +16,7 @@ use super::state::ApiState;
 
 /// Files besides `index.html`: path, media type and content.
 const FILES: &[(&str, &str, &str)] = &[
+    ("/activezones.js", JAVASCRIPT, include_str!("../web/activezones.js")),
     ("/advice.js", JAVASCRIPT, include_str!("../web/advice.js")),
     ("/alerthistory.js", JAVASCRIPT, include_str!("../web/alerthistory.js")),
     ("/alertitem.js", JAVASCRIPT, include_str!("../web/alertitem.js")),

@@ -1,5 +1,6 @@
 // The map page: receives data from the service, and passes them to the parts that show them.
 
+import { ActiveZones } from "./activezones.js";
 import { Alerts } from "./alerts.js";
 import { get, list, Stream } from "./api.js";
 import { offerLayer } from "./choices.js";
@@ -58,6 +59,7 @@ const alerts = new Alerts({
   renewHistory: () => reads.renew("history"),
   go: (ids) => map.go(ids),
 });
+const activeZones = new ActiveZones(() => reads.renew("zones"), () => reads.renew("areas"));
 const ground = new Ground(
   map,
   (picture) => {
@@ -81,6 +83,7 @@ reads.add("conflicts", "Conflicts", { ask: () => get("conflicts?level=advisory")
 reads.add("integrity", "Integrity", { ask: () => get("integrity"), take: (answer) => detail.verdicts.replace(list(answer, "identities")) });
 reads.add("coverage", "Coverage", { ask: () => get("coverage"), take: takeCoverage });
 reads.add("areas", "Areas", { ask: () => get("areas"), take: takeAreas });
+reads.add("zones", "Zones of operators", { ask: () => get("zones"), take: (answer) => activeZones.take(answer), everyMs: RENEW_MS });
 reads.add("raw", "Raw inputs", { ask: () => raw.ask(), take: (answer) => raw.take(answer), everyMs: RAW_MS, isWanted: () => raw.isWanted });
 reads.add("base", "Base map");
 reads.add("tiles", "Map tiles");
@@ -120,6 +123,7 @@ function takeInfo(info) {
   setText(byId("site"), site);
   alerts.site = site;
   alerts.setControl(info.control === true);
+  activeZones.setControl(info.control === true);
   byId("site").title = `version ${info.version ?? "?"}, profile ${info.profile}`;
   if (Number.isFinite(info.latency_s) && !status.isNow) status.latency = info.latency_s;
   if (info.now !== true && settings.at !== "lagged") change({ at: "lagged" });
@@ -225,7 +229,7 @@ function showLive() {
 function start() {
   return new Stream(() => ({ at: settings.at, trailS: settings.trailS }), {
     // Changes missed meanwhile are in no event.
-    opened: () => reads.renew("info", "state", "sensors", "alerts", "integrity", "coverage", "areas"),
+    opened: () => reads.renew("info", "state", "sensors", "alerts", "integrity", "coverage", "areas", "zones"),
     failed(wait, why) {
       status.failed(wait);
       reads.failed("tracks", why);
@@ -276,7 +280,7 @@ function start() {
 }
 
 const past = new Past(() => status.pictureTime, { show: showPast, live: showLive });
-const operator = new Operator({ map, status, replay, alerts, reads, isPictureKnown });
+const operator = new Operator({ map, status, replay, alerts, activeZones, reads, isPictureKnown });
 
 onChange((patch) => {
   if ("selected" in patch) {

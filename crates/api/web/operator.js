@@ -23,13 +23,14 @@ const PANS = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDow
 
 /**
  * @typedef {{
- *   map: Map2d, status: Status, replay: Replay, alerts: Alerts, reads: Reads, isPictureKnown: () => boolean,
+ *   map: Map2d, status: Status, replay: Replay, alerts: Alerts, activeZones: ActiveZones, reads: Reads,
+ *   isPictureKnown: () => boolean,
  * }} Components
  */
 
 export class Operator {
   /** Components controlled by keys and buttons. @param {Components} components */
-  constructor({ map, status, replay, alerts, reads, isPictureKnown }) {
+  constructor({ map, status, replay, alerts, activeZones, reads, isPictureKnown }) {
     this.map = map;
     this.status = status;
     this.replay = replay;
@@ -37,7 +38,7 @@ export class Operator {
     this.reads = reads;
     this.isPictureKnown = isPictureKnown;
     this.filter = new FilterPanel();
-    this.tools = new Tools(map);
+    this.tools = new Tools(map, activeZones);
     listenForChoices();
     listenForOverlays(map);
     listenForPrint(map, () => `${byId("site").textContent}, ${byId("badge").textContent}, ${byId("utc").textContent} ${byId("picture-time").textContent}`);
@@ -143,7 +144,7 @@ export class Operator {
     byId("sign-in-form").addEventListener("submit", () => {
       setToken(byId("token", HTMLInputElement).value);
       byId("token", HTMLInputElement).value = "";
-      this.reads.renew("info", "state", "sensors", "alerts", "integrity", "coverage", "areas"); // the stream reconnects by itself
+      this.reads.renew("info", "state", "sensors", "alerts", "integrity", "coverage", "areas", "zones"); // the stream reconnects by itself
     });
   }
 

@@ -7,10 +7,10 @@ import { ZoneTool } from "./zonetool.js";
 const NOTE_MS = 500; // measurements from a track change by themselves
 
 export class Tools {
-  /** @param {Map2d} map */
-  constructor(map) {
+  /** @param {Map2d} map @param {ActiveZones} activeZones */
+  constructor(map, activeZones) {
     this.map = map;
-    this.zone = new ZoneTool(() => map.picture?.frame);
+    this.zone = new ZoneTool(() => map.picture?.frame, activeZones);
     this.measure = new Measure();
     byId("measure-button").addEventListener("click", () => this.use(this.measure));
     byId("zone-button").addEventListener("click", () => this.use(this.zone));

@@ -9,6 +9,7 @@ type Members = Api["/api/v1/cluster"];
 type RawAnswer = Api["/api/v1/raw"];
 type SensorsAnswer = Api["/api/v1/sensors"];
 type StatusAnswer = Api["/api/v1/status"];
+type ZonesAnswer = Api["/api/v1/zones"];
 
 type Alert = import("../../../clients/typescript/types").Alert;
 type AreaProperties = import("../../../clients/typescript/types").AreaProperties;
@@ -53,7 +54,9 @@ type Posted<Path extends string> = `/api/v1/${Path}` extends keyof Orders
     ? Alert
     : Path extends `integrity/${string}`
       ? Orders["/api/v1/integrity/{identity}"]
-      : never;
+      : Path extends `zones/${string}`
+        ? Orders["/api/v1/zones/{id}"]
+        : never;
 
 type AlertAction = "acknowledge" | "shelve" | "unshelve";
 
@@ -70,6 +73,7 @@ interface TrackCollection {
 }
 
 type Colour = import("./palette.js").Colour;
+type ActiveZones = import("./activezones.js").ActiveZones;
 type Alerts = import("./alerts.js").Alerts;
 type Conflicts = import("./conflicts.js").Conflicts;
 type DecodedFeature = import("./mvt.js").DecodedFeature;
@@ -109,7 +113,7 @@ type Move = (x: number, y: number) => Point;
 /** Names of the data that the page requests. */
 type ReadName =
   | "tracks" | "info" | "state" | "sensors" | "cluster" | "alerts" | "history" | "conflicts" | "integrity" | "raw" | "page"
-  | "coverage" | "areas" | TileLayer;
+  | "coverage" | "areas" | "zones" | TileLayer;
 
 /** The picture that a stream is to have, and the length of its trails. */
 interface StreamWish {

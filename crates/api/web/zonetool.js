@@ -1,4 +1,4 @@
-// The tool that draws a zone. It only makes a file: a zone is in force once the site's configuration names it.
+// The tool that draws a zone. The zone becomes a file, or with the scope "control" an active zone.
 
 import { byId, setText } from "./dom.js";
 import { saveText } from "./exports.js";
@@ -17,9 +17,14 @@ export class ZoneTool {
   /** @type {Corner[]} */
   points = [];
 
-  /** `frame()`: frame of the picture, with its position on Earth. @param {() => Frame | undefined} frame */
-  constructor(frame) {
+  /**
+   * `frame()`: frame of the picture, with its position on Earth. `active`: the zones that operators have activated.
+   * @param {() => Frame | undefined} frame @param {ActiveZones} active
+   */
+  constructor(frame, active) {
     this.frame = frame;
+    this.active = active;
+    byId("zone-activate").addEventListener("click", () => this.activate());
     byId("zone-form").addEventListener("submit", (event) => {
       event.preventDefault();
       this.save();
@@ -89,9 +94,24 @@ export class ZoneTool {
     setText(byId("zone-fault"), fault);
     const frame = this.frame();
     if (fault || !frame) return;
+    saveText(fileName(this.typed().name), "application/geo+json", `${JSON.stringify(this.geojson(frame), null, 2)}\n`);
+  }
+
+  async activate() {
+    const name = byId("zone-name", HTMLInputElement).value.trim();
+    const unnamed = name ? "" : "An active zone needs a name.";
+    const fault = this.fault() || unnamed || (this.active.has(name) ? "A zone of this name is active: revoke it first." : "");
+    setText(byId("zone-fault"), fault);
+    const frame = this.frame();
+    if (fault || !frame || !(await this.active.activate(name, this.geojson(frame)))) return;
+    byId("zone-name", HTMLInputElement).value = "";
+    this.clear();
+  }
+
+  /** @param {Frame} frame */
+  geojson(frame) {
     const { name, floor_m, ceiling_m } = this.typed();
-    const zone = geojsonOf(name, floor_m, ceiling_m, this.ring(frame));
-    saveText(fileName(name), "application/geo+json", `${JSON.stringify(zone, null, 2)}\n`);
+    return geojsonOf(name, floor_m, ceiling_m, this.ring(frame));
   }
 
   /** Corners in GeoJSON order: longitude first, counterclockwise, the first one repeated at the end. @param {Frame} frame */
