@@ -46,6 +46,7 @@ export type Aircraft = {
 export type AircraftJson = {
   /** ICAO aircraft address, six hexadecimal digits. */
   icao24: string;
+  /** Callsign, or flight identification. */
   callsign?: string;
   /** Emitter category, as in I021/020. */
   emitter_category?: number;
@@ -176,7 +177,9 @@ export type Alerts = {
 
 /** A further transponder of the aircraft, linked by evidence: the same motion for most of a minute. */
 export type Also = {
+  /** Identity that the transponder reports. */
   uas_id?: UasId;
+  /** Identity of an aircraft with ADS-B. */
   aircraft?: AircraftJson;
   /** Configured id of the sensor that received it last. */
   sensor: string;
@@ -296,7 +299,9 @@ export type CollectionOfFeatureOfZoneLimits = {
 export type Competitor = {
   /** Configured id of the sensor. */
   sensor: string;
+  /** Track number of the radar. */
   track_number?: number;
+  /** Identity of the transponder. */
   uas_id?: TransponderId;
   /** Natural logarithm of the likelihood ratio of one aircraft to two. */
   log_likelihood_ratio: number;
@@ -380,9 +385,11 @@ export type Contested = {
 
 /** A sensor that contributes to a track. For the radar of a fused track, also the evidence of the association. */
 export type Contributor = {
+  /** Kind of the sensor. */
   kind: "radar" | "transponder" | "camera";
   /** Configured id of the sensor. */
   sensor: string;
+  /** Track number at the sensor; of a transponder its published number. */
   track_number: number;
   /** Time of its measurement; for a camera, of the latest bearing used. */
   time?: string;
@@ -1367,7 +1374,9 @@ export type TrackProperties = {
   id: string;
   /** Short name as on the map, unique among the tracks of a picture: callsign or address, end of the serial number, or `R` and the number of a radar's track. */
   name?: string;
+  /** Kinds of sensors whose measurements make the track. */
   source: "fused" | "radar" | "transponder";
+  /** Published track number, as in CAT129 and CAT062. */
   track_number: number;
   /** `coasting`: not measured since; the position is extrapolated. */
   state: "active" | "coasting";
@@ -1407,7 +1416,9 @@ export type TrackProperties = {
   uav_probability?: number;
   /** Class of the target. */
   aircraft_type: "drone" | "crewed" | "vehicle" | "other" | "unknown";
+  /** Identity that the transponder reports. */
   uas_id?: UasId;
+  /** Identity of an aircraft with ADS-B. */
   aircraft?: AircraftJson;
   /** Remote ID declarations of a drone. */
   remote_id?: RemoteIdDeclaration;
@@ -1431,6 +1442,7 @@ export type TrackProperties = {
   first_seen: string;
   /** Time of the latest measurement up to `time`, by any sensor; left out before the first. */
   last_measurement?: string;
+  /** Sensor tracks that the track is made of. */
   contributors: Array<Contributor>;
   /** Time from the track's time to its publication, in seconds. */
   age_s: number;
@@ -1473,6 +1485,7 @@ export type TrailProperties = {
 
 /** Unique identity of a transponder. */
 export type TransponderId = {
+  /** Serial number. */
   serial_number: string;
   /** Country of registration, ISO 3166-1 alpha-2. */
   registration_country?: string;
@@ -1480,6 +1493,7 @@ export type TransponderId = {
 
 /** Identity of a drone as it reports it, in one of the kinds of ASTM F3411. */
 export type UasId = {
+  /** Serial number. */
   serial_number?: string;
   /** Registration id assigned by an authority. */
   registration_id?: string;
@@ -1487,7 +1501,9 @@ export type UasId = {
   utm_id?: string;
   /** Session id: 20 octets in hexadecimal, the first of which is its kind. */
   specific_session_id?: string;
+  /** Manufacturer code. */
   manufacturer?: string;
+  /** Model code. */
   model?: string;
   /** Country of registration, ISO 3166-1 alpha-2. */
   registration_country?: string;

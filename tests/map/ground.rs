@@ -50,6 +50,8 @@ fn the_ground_is_the_sites_own() {
     browser.run("location.reload()");
     browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 0"), SOON);
     browser.wait(&format!("{WATER} > 5000"), SOON);
+    // The page may still be loading again.
+    browser.wait("document.querySelector('input[name=base]') !== null", SOON);
     browser.run("document.querySelector('input[name=base]').click()");
     browser.wait(&format!("{WATER} === 0"), SOON);
     assert_eq!(browser.complaints(), Vec::<String>::new(), "errors in the console");
