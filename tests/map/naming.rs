@@ -40,8 +40,10 @@ fn serials_with_one_ending_have_different_names() {
     assert_eq!(browser.number(small), 0, "buttons are too small for a finger");
     fs::write(folder.join("phone.png"), browser.screenshot()).unwrap();
     browser.run("location.reload()");
+    // The page before may still answer.
+    browser.wait("document.getElementById('welcome').hidden", SOON);
     browser.wait(&format!("document.readyState === 'complete' && {BADGE} === 'REPLAY paused'"), SOON);
-    assert_eq!(browser.text("String(document.getElementById('welcome').hidden)"), "true");
+    browser.wait("document.getElementById('welcome').hidden", SOON);
 }
 
 fn assigned_name_stays_while_the_aircraft_is_shown(browser: &mut Browser) {

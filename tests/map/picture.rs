@@ -60,6 +60,7 @@ fn the_pictures_of_a_city_are_taken() {
             ),
             SOON,
         );
+        without_first_steps(&mut browser);
         if view == nearer {
             browser.run("document.getElementById('legend').open = true");
             browser.run("document.querySelector('#table-body tr:not(.spacer)').click()");
