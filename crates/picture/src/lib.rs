@@ -3,6 +3,7 @@
 mod accuracy;
 mod class;
 pub mod conflicts;
+mod contributor_json;
 pub mod decode;
 pub mod formats;
 mod integrity_json;
@@ -14,6 +15,7 @@ mod rfc3339;
 mod series;
 mod texts;
 mod track_json;
+mod transponder_id;
 mod uncooperative_detector;
 pub mod xml;
 
@@ -40,7 +42,8 @@ pub use names::{TrackNames, short_serial};
 pub use rfc3339::Rfc3339;
 pub use series::PictureSeries;
 pub use texts::{serial_text, text};
-pub use track_json::{TrackJson, TransponderId};
+pub use track_json::TrackJson;
+pub use transponder_id::TransponderId;
 pub use uncooperative_detector::{Resolved, UncooperativeDetector};
 
 /// Maximum standard deviation of an estimated height to be published, in metres. A height that was never measured has at least 60
