@@ -39,7 +39,7 @@ mod tiles;
 mod trust;
 mod zones;
 
-const SOON: Duration = Duration::from_secs(20);
+const SOON: Duration = Duration::from_secs(60);
 
 /// The first fused row of the table.
 const FUSED_ROW: &str =
@@ -484,11 +484,12 @@ fn an_operator_decides(browser: &mut Browser, service: &Service) {
     browser.run(&format!("{part}.click()"));
     browser.wait("document.querySelector('#detail [role=status]')?.textContent.startsWith('Decided')", SOON);
     browser.wait(&in_force("correlations.length === 1 && correlations[0].verdict === 'decorrelated'"), SOON);
-    // The decision is shown in the next slots, and can be withdrawn there.
+    // The decision is shown with both tracks, near or not, and can be withdrawn there.
     let withdraw = button("Decide automatically");
     browser.wait(&format!("Boolean({withdraw})"), SOON);
     browser.wait(
-        "document.getElementById('detail').textContent.includes('an operator has said that it is not')",
+        "/An operator: radar track \\d+ of \\S+ and transponder \\S+ are not one aircraft/.test(\
+            document.getElementById('detail').textContent)",
         SOON,
     );
     browser.run(&format!("{withdraw}.click()"));

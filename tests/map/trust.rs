@@ -68,7 +68,8 @@ const DECISIONS: &str = "import('./detail.js').then(({Detail}) => { \
     const properties = {id: 'U-7', lat: 52, lng: 0, aircraft: {icao24: '3c0001'}, contributors: [radar]}; \
     const last = {id: 'U-7', name: '7', source: 'fused', time: 0, serial: '3c0001', properties}; \
     const detail = Object.assign(Object.create(Detail.prototype), {last, picture: {time: 0}, \
-        info: {profile: 'operational', control: true}, verdicts: {section: () => null}}); \
+        info: {profile: 'operational', control: true}, verdicts: {section: () => null}, \
+        decisions: [{sensor: 'gamekeeper', track_number: 8, uas_id: {serial_number: 'X'}, verdict: 'correlated'}]}); \
     return detail.content('U-7', false).flatMap(part => [...part.querySelectorAll('.decide')]).length; })";
 
 #[test]

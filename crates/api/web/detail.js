@@ -137,9 +137,11 @@ function pair(track, part, competitor) {
   const radar = part.kind === "radar" ? part : competitor;
   const uas = competitor?.uas_id ?? track.properties.uas_id;
   if (radar?.track_number === undefined || !uas) return null;
-  const country = uas.registration_country;
-  return { sensor: radar.sensor, track: radar.track_number, uas: idOf(uas), ...(country ? { country } : {}) };
+  return { sensor: radar.sensor, track: radar.track_number, ...identity(uas) };
 }
+
+/** A transponder in the parameters of a decision. @param {UasId} uas */
+const identity = (uas) => ({ uas: idOf(uas), ...(uas.registration_country ? { country: uas.registration_country } : {}) });
 
 /**
  * A button for a decision. Its id stays the same at a refresh.
@@ -160,12 +162,9 @@ function competitors(track, part, decide) {
   return (part.competitors ?? []).map((competitor) => {
     const { sensor, track_number, uas_id, log_likelihood_ratio, decorrelated } = competitor;
     const who = uas_id ? `transponder ${idOf(uas_id)}` : `radar track ${track_number} of ${sensor}`;
-    const said = decorrelated ? "; an operator has said that it is not" : "";
-    const line = element("small", { class: "competitor", title: `Log-likelihood ratio ${log_likelihood_ratio.toFixed(1)}` }, `near: ${who}, ${confidence(log_likelihood_ratio)} confidence${said} `);
+    const line = element("small", { class: "competitor", title: `Log-likelihood ratio ${log_likelihood_ratio.toFixed(1)}` }, `near: ${who}, ${confidence(log_likelihood_ratio)} confidence `);
     const about = pair(track, part, competitor);
-    if (decide && about) {
-      line.append(decorrelated ? button("Decide automatically", about, "automatic", decide) : button(`One aircraft with ${who}`, about, "correlated", decide));
-    }
+    if (decide && about && !decorrelated) line.append(button(`One aircraft with ${who}`, about, "correlated", decide));
     return line;
   });
 }
@@ -178,7 +177,7 @@ function contributors(track, whole, info, decide) {
   const needed = info?.settings?.ratio_min;
   const list = element("ul", { class: "contributors" });
   for (const contributor of track.properties.contributors ?? []) {
-    const { own, sensor, weight, why, title, kind, time, height_measured, ratio, manual } = reason(contributor, needed);
+    const { own, sensor, weight, why, title, kind, time, height_measured, ratio } = reason(contributor, needed);
     const item = element("li", { "data-kind": kind, title }, element("strong", {}, `${own}${why ? ": " : ""}`), why);
     if (Number.isFinite(ratio)) {
       // A bar shows how near the pair is to the limit.
@@ -194,16 +193,30 @@ function contributors(track, whole, info, decide) {
     ];
     item.append(element("small", {}, small.filter(Boolean).join(" · ")));
     const about = track.source === "fused" && kind === "radar" ? pair(track, contributor) : null;
-    if (decide && about) {
-      if (manual) item.append(button("Decide automatically", about, "automatic", decide), " ");
-      item.append(button("Not one aircraft", about, "decorrelated", decide));
-    }
+    if (decide && about) item.append(button("Not one aircraft", about, "decorrelated", decide));
     /** @param {Contributor} part */
     const isIt = (part) => part.kind === kind && part.sensor === sensor && part.track_number === contributor.track_number;
     item.append(...competitors(track, whole?.properties.contributors?.find(isIt) ?? contributor, decide));
     list.append(item);
   }
   return list;
+}
+
+/**
+ * The decisions in force about a part of the track. They are shown when the two are far apart too, so that they can be withdrawn.
+ * @param {Track} track @param {Correlation[]} decisions @param {Decide | null} decide
+ */
+function decided(track, decisions, decide) {
+  const own = idOf(track.properties.uas_id ?? {});
+  /** @param {Correlation} decision */
+  const isAbout = ({ sensor, track_number, uas_id }) =>
+    idOf(uas_id) === own ||
+    (track.properties.contributors ?? []).some((part) => part.kind === "radar" && part.sensor === sensor && part.track_number === track_number);
+  return decisions.filter(isAbout).map(({ sensor, track_number, uas_id, verdict }) => {
+    const about = { sensor, track: track_number, ...identity(uas_id) };
+    const words = `An operator: radar track ${track_number} of ${sensor} and transponder ${idOf(uas_id)} are ${verdict === "correlated" ? "" : "not "}one aircraft. `;
+    return element("p", { class: "decision" }, words, decide ? button("Decide automatically", about, "automatic", decide) : "");
+  });
 }
 
 /** @param {Track} track */
@@ -234,6 +247,8 @@ export class Detail {
   last = null; // last state of the track, shown after it ends
   /** @type {TrackFeature | null} */
   whole = null; // selected track with its competitors
+  /** @type {Correlation[]} */
+  decisions = []; // in force, of operators
   asked = { id: "", next: 0 }; // id of the requested track, and time of the next request
   verdicts = new Verdicts();
   /** @type {{ id: string | null, text: string } | null} */
@@ -269,13 +284,14 @@ export class Detail {
     if (focused) document.getElementById(focused)?.focus();
   }
 
-  /** Requests the competitors once a second, and at once for another track. */
+  /** Requests the competitors and the decisions once a second, and at once for another track. */
   async ask() {
     const { selected } = settings;
     if (!selected || this.info?.profile !== "operational") return;
     if (this.asked.id === selected && performance.now() < this.asked.next) return;
     this.asked = { id: selected, next: Infinity }; // no further request while one is pending
     try {
+      this.decisions = list(await get("correlations"), "correlations");
       this.whole = await get(`tracks/${encodeURIComponent(selected)}`);
     } catch {
       this.whole = null; // the track has ended or the service is unreachable, which the page shows elsewhere
@@ -287,7 +303,7 @@ export class Detail {
   async decide(about, verdict) {
     const id = settings.selected;
     try {
-      await post("correlations", { ...about, verdict });
+      this.decisions = list(await post("correlations", { ...about, verdict }), "correlations");
       this.said = { id, text: "Decided; it shows with the next slots." };
     } catch (error) {
       this.said = { id, text: error.message };
@@ -317,6 +333,8 @@ export class Detail {
     if (!track) return [heading, element("p", { class: "empty" }, "Not in the picture (any more)")];
     const why = this.info?.profile === "operational" ? WHY_OPERATIONAL : WHY;
     const mayDecide = !isGone && this.info?.profile === "operational" && this.info.control;
+    /** @type {Decide | null} */
+    const decide = mayDecide ? (about, verdict) => this.decide(about, verdict) : null;
     const entries = element("dl");
     for (const [term, text, title] of properties(track, this.picture?.time ?? NaN)) {
       entries.append(element("dt", { title }, term), element("dd", { title }, String(text)));
@@ -326,7 +344,8 @@ export class Detail {
       isGone ? element("p", { class: "ended" }, `Ended; this is how it was at ${format.utc(track.time)} UTC`) : null,
       entries,
       element("h3", {}, why[track.source] ?? "Contributors"),
-      contributors(track, this.whole?.id === track.id ? this.whole : null, this.info, mayDecide ? (about, verdict) => this.decide(about, verdict) : null),
+      contributors(track, this.whole?.id === track.id ? this.whole : null, this.info, decide),
+      ...decided(track, this.decisions, decide),
       this.verdicts.section(track, mayDecide ? (transponder, verdict) => this.judge(transponder, verdict) : null),
       this.said?.id === selected ? element("p", { role: "status" }, this.said.text) : null,
     ].filter((part) => part !== null);

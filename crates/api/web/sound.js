@@ -28,8 +28,10 @@ export class Sound {
       change({ sound: this.box.checked });
       if (this.box.checked) this.test();
     });
-    byId("sound-blocked").addEventListener("click", () => this.test());
-    for (const type of ["pointerdown", "keydown"]) addEventListener(type, () => this.context?.resume(), { passive: true });
+    const blocked = byId("sound-blocked");
+    blocked.addEventListener("click", () => this.test());
+    // Any touch unblocks the sound, except of this button: it would disappear before its click.
+    for (const type of ["pointerdown", "keydown"]) addEventListener(type, ({ target }) => target !== blocked && this.context?.resume(), { passive: true });
     onChange((patch) => "sound" in patch && this.follow());
     setInterval(() => this.tick(), TICK_MS);
     this.follow();

@@ -15,6 +15,7 @@ type Alert = import("../../../clients/typescript/types").Alert;
 type AreaProperties = import("../../../clients/typescript/types").AreaProperties;
 type Conflict = import("../../../clients/typescript/types").Conflict;
 type Contributor = import("../../../clients/typescript/types").Contributor;
+type Correlation = import("../../../clients/typescript/types").Correlation;
 type Competitor = import("../../../clients/typescript/types").Competitor;
 type TrackFeature = import("../../../clients/typescript/types").FeatureOfTrackProperties;
 type GatewayState = import("../../../clients/typescript/types").GatewayState;
