@@ -248,7 +248,10 @@ impl AlertFlight<'_> {
                     let is_long = end.nanos() - begin.nanos() >= EVENT_NS;
                     // An aircraft that no sensor has shown cannot be warned of.
                     if is_long && [a, b].iter().all(|&index| owners.is_shown(index, begin, end)) {
-                        let are_known = [a, b].iter().all(|&index| self.reports(index, begin, end));
+                        let is_known = |&index: &usize| {
+                            self.reports(index, begin, end) && owners.has_height(index, begin, end)
+                        };
+                        let are_known = [a, b].iter().all(is_known);
                         let kind = if are_known { CONFLICT } else { CONFLICT_UNREPORTED };
                         events.push(DueEvent { kind, aircraft: [a, b].into(), begin, end });
                     }

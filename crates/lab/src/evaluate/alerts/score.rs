@@ -24,8 +24,8 @@ pub struct AlertScore {
     /// Number of critical items without a cause in the truth.
     pub unfounded_critical: usize,
     /// Events that have to be raised, by kind: `conflict`, a violation of the volume of two aircraft that both report their
-    /// positions; `area`; `integrity`, a lie. `conflict-unreported`, a violation with an aircraft that does not report, or lies,
-    /// cannot always be raised: the position or the height is not known well enough.
+    /// positions and heights; `area`; `integrity`, a lie. `conflict-unreported`, a violation with an aircraft that reports no
+    /// position or no height, or lies, cannot always be raised: they are not known well enough.
     pub events: BTreeMap<&'static str, EventScore>,
     /// Events that were not raised.
     pub missed: Vec<MissedEvent>,

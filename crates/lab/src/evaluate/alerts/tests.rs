@@ -24,13 +24,15 @@ struct Scene {
     /// Height of BRAVO above ALPHA, metres.
     above_m: f64,
     reporting: bool,
+    /// Whether the output knows BRAVO's height.
+    has_height: bool,
     attacks: Vec<Attack>,
     alerts: Vec<AlertLine>,
 }
 
 impl Scene {
     fn new() -> Self {
-        Self { above_m: 0.0, reporting: true, attacks: Vec::new(), alerts: Vec::new() }
+        Self { above_m: 0.0, reporting: true, has_height: true, attacks: Vec::new(), alerts: Vec::new() }
     }
 
     /// An alert of a kind about these tracks from one second until another.
@@ -75,9 +77,10 @@ impl Scene {
                     seduced: false,
                     identity: is_heard.then(|| id.to_owned()),
                 });
+                let altitude_amsl_m = place.altitude_amsl_m.filter(|_| id != "BRAVO" || self.has_height);
                 output.push(OutputPoint {
                     time: at(second),
-                    place,
+                    place: GeodeticPlace { altitude_amsl_m, ..place },
                     source: if is_heard { PointSource::Transponder } else { PointSource::Radar },
                     number,
                     radar_track: (!is_heard).then_some(number as u16),
@@ -192,6 +195,8 @@ fn second_item_about_the_same_is_a_duplicate() {
 
 #[test]
 fn violation_of_an_aircraft_that_does_not_report_counts_apart() {
+    let score = Scene { has_height: false, ..Scene::new() }.scored();
+    assert_eq!((events(&score, "conflict"), events(&score, "conflict-unreported")), ((0, 0), (1, 0)));
     let score = Scene { reporting: false, ..Scene::new() }.scored();
     assert_eq!((events(&score, "conflict"), events(&score, "conflict-unreported")), ((0, 0), (1, 0)));
     let attack =

@@ -61,7 +61,7 @@ fn cause(subject: &str, situation: &Situation, conflicts: &[&Conflict]) -> Optio
         Level::Advisory | Level::Warning => Severity::Warning,
     };
     let closest = &situation.closest;
-    let text = approaching(worst, &closest.pair);
+    let text = approaching(worst, &situation.closest_of(&pair_ids(worst)).pair);
     let mut names: Vec<String> = conflicts.iter().flat_map(|conflict| conflict.names.clone()).collect();
     names.sort();
     names.dedup();

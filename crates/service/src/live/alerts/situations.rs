@@ -21,15 +21,23 @@ pub(super) struct Situations(BTreeMap<String, Situation>);
 #[derive(Debug)]
 pub(super) struct Situation {
     began: Time,
-    /// Pairs, with the time of their last warning or violation.
-    pairs: BTreeMap<PairIds, Time>,
+    pairs: BTreeMap<PairIds, Pair>,
     /// Tracks that were in a violation so far.
     pub(super) endangered: BTreeSet<String>,
-    /// Closest approach so far, with the pair's names, the volume, and the distance as a share of the volume.
+    /// The closest approach of all pairs so far.
     pub(super) closest: ClosestApproach,
 }
 
-/// Closest approach of a situation.
+/// Two aircraft of a situation.
+#[derive(Clone, Debug)]
+struct Pair {
+    /// Time of the last warning or violation.
+    last: Time,
+    /// Their closest approach so far.
+    closest: ClosestApproach,
+}
+
+/// Closest approach of a pair, with the distance as a share of the volume.
 #[derive(Clone, Debug)]
 pub(super) struct ClosestApproach {
     pub(super) names: [String; 2],
@@ -45,6 +53,13 @@ impl ClosestApproach {
         let pair = ClosestPair { at: conflict.seen, horizontal_m: now.position.norm(), vertical_m: vertical };
         let (names, volume) = (conflict.names.clone(), conflict.volume.clone());
         Self { names, volume, pair, closeness: conflict.closeness() }
+    }
+
+    /// Takes the other one if it is closer.
+    fn note(&mut self, other: &Self) {
+        if other.closeness < self.closeness {
+            *self = other.clone();
+        }
     }
 }
 
@@ -71,7 +86,7 @@ impl Situations {
         let mut merged = Vec::new();
         let remembered_ns = hold_ns.max(REMEMBERED_NS);
         for situation in self.0.values_mut() {
-            situation.pairs.retain(|_, last| now.nanos().abs_diff(last.nanos()) <= remembered_ns);
+            situation.pairs.retain(|_, pair| now.nanos().abs_diff(pair.last.nanos()) <= remembered_ns);
         }
         self.0.retain(|_, situation| !situation.pairs.is_empty());
         for conflict in conflicts {
@@ -98,13 +113,16 @@ impl Situations {
             for other in others {
                 situation.pairs.extend(other.pairs);
                 situation.endangered.extend(other.endangered);
-                situation.note(other.closest);
+                situation.closest.note(&other.closest);
             }
             if conflict.level() == Some(Level::Violation) {
                 situation.endangered.extend(pair.iter().cloned());
             }
-            situation.pairs.insert(pair, now);
-            situation.note(closest);
+            let known =
+                situation.pairs.entry(pair).or_insert_with(|| Pair { last: now, closest: closest.clone() });
+            known.last = now;
+            known.closest.note(&closest);
+            situation.closest.note(&closest);
         }
         let mut found: BTreeMap<String, Vec<&Conflict>> = BTreeMap::new();
         for conflict in conflicts {
@@ -131,10 +149,9 @@ impl Situations {
 }
 
 impl Situation {
-    fn note(&mut self, closest: ClosestApproach) {
-        if closest.closeness < self.closest.closeness {
-            self.closest = closest;
-        }
+    /// The closest approach of this pair so far; that of the situation if the pair is not part of it.
+    pub(super) fn closest_of(&self, pair: &PairIds) -> &ClosestApproach {
+        self.pairs.get(pair).map_or(&self.closest, |pair| &pair.closest)
     }
 
     /// Tracks of all pairs, those of `first` in front.

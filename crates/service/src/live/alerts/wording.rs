@@ -155,7 +155,7 @@ pub(super) fn resolved(name: Option<&str>, transponder: Option<&str>) -> String 
     }
 }
 
-/// Text for a pair in conflict, true at the time of its figures. `closest` is the closest approach so far.
+/// Text for a pair in conflict, true at the time of its figures. `closest` is the pair's closest approach so far.
 pub(super) fn approaching(conflict: &Conflict, closest: &ClosestPair) -> String {
     let ([a, b], found, volume) = (&conflict.names, &conflict.found, &conflict.volume);
     let now = &found.relative;

@@ -406,3 +406,15 @@ fn names_of_aircraft_in_a_text_are_unique() {
     let [(AlertChange::Began, alert)] = &changes[..] else { panic!("{changes:#?}") };
     assert!(alert["text"].as_str().unwrap().starts_with("E12345 and 912345 are too close"), "{alert}");
 }
+
+#[test]
+fn text_states_the_closest_approach_of_the_pair_it_names() {
+    let mut sky = Sky::new();
+    sky.fly(5, &[drone(1, 0.0), drone(2, 17.0), drone(3, 300.0)]);
+    let joined = sky.fly(5, &[drone(1, -500.0), drone(2, 300.0), drone(3, 340.0)]);
+    assert!(!joined.is_empty() && joined.iter().all(|(_, alert)| alert["id"] == "conflict-1"), "{joined:?}");
+    let apart = sky.fly(3, &[drone(1, -500.0), drone(2, 300.0), drone(3, 380.0)]);
+    let text = apart.last().unwrap().1["text"].as_str().unwrap();
+    assert!(text.contains("RONE2 and RONE3 were closest at 00:01:"), "{text}");
+    assert!(text.contains(" UTC (drone): 40 m apart and 0 m in height; now 80 m apart"), "{text}");
+}
