@@ -225,6 +225,19 @@ export type AreaProperties = {
   format: "geojson" | "ed-318" | "ed-269";
 };
 
+/** Orientation of a camera, learnt from aircraft with transponders. Bearings are corrected by it. */
+export type CameraOrientation = {
+  bearing_deg: RegistrationValue;
+  tilt_east_deg: RegistrationValue;
+  tilt_north_deg: RegistrationValue;
+  /** Number of looks learnt from. */
+  looks: number;
+  /** Root mean square of what is left of an angle after the correction, of the latest looks. */
+  residual_deg?: number;
+  /** Latest time at which the camera was found to have been turned. Its orientation was then learnt again. */
+  turned?: string;
+};
+
 /** A cell. */
 export type CellState = {
   /** Name of the cell. */
@@ -1098,7 +1111,7 @@ export type RegistrationValue = {
   value: number;
   /** Standard deviation. */
   deviation: number;
-  /** Whether the tracks determine the value well enough to be used. Only then is it applied. */
+  /** Whether the value is known well enough to be used. Only then is it applied. */
   observable: boolean;
 };
 
@@ -1202,6 +1215,7 @@ export type SensorProperties = {
   clock_offset_s?: number;
   contested?: Array<Contested>;
   registration?: Registration;
+  orientation?: CameraOrientation;
   learnt?: Learnt;
   transponder_types?: Array<LearntTransponderType>;
 };

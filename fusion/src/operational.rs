@@ -72,6 +72,7 @@ use tracklets::Tracklets;
 use transponder_types::TransponderTypes;
 use values::PlannedValues;
 
+pub use cameras::OrientedCamera;
 pub use classes::LabelledTrack;
 pub use handover::{TrackHandover, TrackRef};
 pub use manual_association::{
@@ -192,7 +193,7 @@ impl Operational {
         integrities.exclude_suspects(registrations, targets, settings, cycle.centre);
         registrations.register(tracklets, targets, types, cycle);
         initiation::initiate(tracklets, targets, measured, decided, integrities.twins(), cycle);
-        cameras.follow(targets, cycle);
+        cameras.follow(targets, |id| !registrations.ignores(id), cycle);
         targets.filter_all(tracklets, cameras, cycle);
         let mut points = output::publish(targets, tracklets, cameras, correlations, numbers, grid, shown);
         let concerns = integrities.mark(&mut points, tracklets, targets, cycle);
@@ -304,6 +305,11 @@ impl Operational {
         self.registrations.radars()
     }
 
+    /// Orientation of each camera that has sent bearings.
+    pub(crate) fn oriented(&self) -> impl Iterator<Item = (SensorIndex, &OrientedCamera)> {
+        self.cameras.oriented()
+    }
+
     /// Restores a radar's registration after a restart.
     pub(crate) fn restore(
         &mut self,
@@ -337,10 +343,11 @@ impl Operational {
         self.types.restore(state)
     }
 
-    /// Keeps the state that survives a restart of the engine: registrations, transponder types, shared values and
+    /// Keeps the state that survives a restart of the engine: registrations, orientations of cameras, transponder types, shared values and
     /// integrity.
     pub(crate) fn inherit(&mut self, before: Self) {
         self.registrations = before.registrations.without_tracks();
+        self.cameras = before.cameras.without_tracks();
         self.types = before.types;
         self.classes = before.classes.only_shared();
         self.planned = before.planned;

@@ -10,6 +10,7 @@
 //! | `tracks` | a radar's tracks in order of arrival: kept or rejected, and steps |
 //! | `estimate` | misalignment and its covariance, from the sums |
 //! | `correction` | the correction of a plot |
+//! | `camera` | the orientation of a camera |
 //! | `delay` | the delay of one type of transponders |
 //! | `heights` | constant errors of heights, of radars or transponders |
 //! | `creep` | detection of a common rotation of the offsets of several identities |
@@ -24,6 +25,7 @@
 //! (1989): attitude profile and information; P. J. Huber, *Robust Statistics* (1981).
 
 mod along;
+mod camera;
 mod correction;
 mod creep;
 mod delay;
@@ -39,6 +41,8 @@ pub(crate) mod tests;
 mod tracks;
 
 pub(crate) use along::{Residual, Sample, TrackComparison};
+pub(crate) use camera::CameraLook;
+pub use camera::{CameraMisalignment, CameraOrientation};
 pub use correction::Correction;
 pub(crate) use delay::DelaySums;
 pub(crate) use estimate::TimeInformation;

@@ -124,6 +124,8 @@ pub struct Camera {
     pub azimuth: f64,
     /// Standard deviation of an elevation, radians.
     pub elevation: f64,
+    /// Standard deviation of the configured orientation about each axis, radians; 0: it is exact.
+    pub orientation: f64,
 }
 
 /// A radar.

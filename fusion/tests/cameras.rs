@@ -1,15 +1,17 @@
 //! A camera beside a radar: its bearings give no distance, but an accurate direction.
 #![expect(clippy::unwrap_used, reason = "a test that panics has failed")]
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use utm_fusion_engine::report::{Bearing, CameraTrackKey};
-use utm_fusion_engine::settings::{Camera, Profile, Radar, RadarErrors, RegistrationMode};
+use utm_fusion_engine::settings::{Camera, Profile, Radar, RadarErrors, Receiver, RegistrationMode};
 use utm_fusion_engine::time::{SECOND, Time};
-use utm_fusion_engine::{Emission, Engine, Enu, Plot, RadarTrackKey, Report, Settings};
+use utm_fusion_engine::{
+    Emission, Engine, Enu, Fix, Identity, Plot, RadarTrackKey, Report, SensorIndex, Settings,
+};
 
 /// Standard deviation of the radar's azimuth (persistent) and of the camera's, degrees.
 const RADAR_DEG: f64 = 0.86;
@@ -33,7 +35,7 @@ fn azimuth(place: &Vector3<f64>) -> f64 {
 /// Reports of radar and camera on `drones` drones, by time of reception; `looks_at` is the drone of which the camera
 /// sends bearings.
 fn reports(seed: u64, drones: usize, looks_at: Option<usize>) -> Vec<(Time, Report)> {
-    let (radar, camera) = (utm_fusion_engine::SensorIndex(0), utm_fusion_engine::SensorIndex(1));
+    let (radar, camera) = (SensorIndex(0), SensorIndex(1));
     let mut reports = Vec::new();
     for drone in 0..drones {
         let mut draw = ChaCha8Rng::seed_from_u64(seed * 10 + drone as u64);
@@ -88,6 +90,7 @@ fn fly(reports: &[(Time, Report)]) -> Vec<Emission> {
         position: Enu::new(0.0, 0.0, 0.0),
         azimuth: CAMERA_DEG.to_radians(),
         elevation: CAMERA_DEG.to_radians(),
+        orientation: 0.0,
     });
     let mut engine = Engine::new(settings).unwrap();
     let mut emissions = Vec::new();
@@ -214,4 +217,105 @@ fn bearings_come_in_any_order() {
         })
         .collect();
     assert_eq!(fly(&shuffled), fly(&in_order));
+}
+
+/// Rotation of a camera from what is configured: heading clockwise, tilts about east and north, degrees.
+type Turn = [f64; 3];
+
+/// Orientation that an engine learns in four minutes from two drones with transponders that fly about a camera: the values
+/// of the misalignment, radians, the true ones, and the deviations; and the time at which it was found turned, seconds. From `later.0` seconds on the camera is turned by `later.1` instead.
+fn learnt(seed: u64, first: Turn, later: (f64, Turn)) -> ([[f64; 3]; 3], Option<f64>) {
+    let mut draw = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = |sigma: f64| -> f64 {
+        sigma * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut draw)
+    };
+    let rotation = |turn: Turn| {
+        let [heading, east, north] = turn.map(f64::to_radians);
+        UnitQuaternion::from_scaled_axis(Vector3::new(east, north, -heading))
+    };
+    let mut settings = Settings { profile: Profile::Operational(Default::default()), ..Settings::default() };
+    settings.add_receiver(Receiver {
+        horizontal_m: 2.0,
+        vertical_m: 3.0,
+        delay_s: Some(0.0),
+        period_s: 1.0,
+        max_new_per_s: 50,
+    });
+    let position = Enu::new(300.0, -200.0, 5.0);
+    let sigma = CAMERA_DEG.to_radians();
+    settings.add_camera(Camera {
+        position,
+        azimuth: sigma,
+        elevation: sigma,
+        orientation: 5.0_f64.to_radians(),
+    });
+    let mut engine = Engine::new(settings).unwrap();
+    let path = |drone: usize, seconds: f64| {
+        let angle = [0.04, -0.03][drone] * seconds + 2.0 * drone as f64;
+        let radius_m = [250.0, 400.0][drone];
+        position.0 + Vector3::new(radius_m * angle.sin(), radius_m * angle.cos(), 60.0 + 40.0 * drone as f64)
+    };
+    for step in 0..1200 {
+        let seconds = f64::from(step) * 0.2;
+        let _ = engine.advance(at(seconds)).count();
+        let turn = rotation(if seconds < later.0 { first } else { later.1 });
+        for drone in 0..2 {
+            let place = path(drone, seconds);
+            if step % 5 == 0 {
+                let reported = place + Vector3::new(normal(1.0), normal(1.0), normal(2.0));
+                let identity = Identity::new(format!("DRONE{drone}").as_bytes(), None).unwrap();
+                let fix = Fix::new(SensorIndex(0), identity, at(seconds), Enu::from(reported));
+                engine.handle(Report::Fix(fix)).unwrap();
+            }
+            let seen = turn * (place - position.0);
+            let bearing = Bearing {
+                track: CameraTrackKey { sensor: SensorIndex(1), number: 1 + drone as u16 },
+                time: at(seconds),
+                azimuth: azimuth(&seen) + normal(sigma),
+                elevation: Some(seen.z.atan2(seen.xy().norm()) + normal(sigma)),
+            };
+            engine.handle(Report::Bearing(bearing)).unwrap();
+        }
+    }
+    let (_, oriented) = engine.oriented_cameras().next().unwrap();
+    let found = oriented.orientation.misalignment();
+    let axis = rotation(later.1).scaled_axis();
+    let values = [found.bearing, found.tilt_east, found.tilt_north];
+    let turned = oriented.turned.map(|time| time.seconds_since(at(0.0)));
+    (
+        [values.map(|value| value.value), [-axis.z, axis.x, axis.y], values.map(|value| value.deviation)],
+        turned,
+    )
+}
+
+#[test]
+fn orientation_is_learnt_from_transponders() {
+    let mut squares = 0.0;
+    for seed in 2001..2021_u32 {
+        let angle = |axis: u32| f64::from((seed * 37 + axis * 53) % 17) - 8.0;
+        let turn = [angle(0), angle(1) / 2.0, angle(2) / 2.0];
+        let ([found, right, deviations], turned) = learnt(seed.into(), turn, (0.0, turn));
+        assert_eq!(turned, None, "{seed}");
+        for ((found, right), deviation) in found.iter().zip(right).zip(deviations) {
+            assert!((found - right).abs().to_degrees() < 0.1, "{seed} {turn:?}: {found} {right}");
+            squares += ((found - right) / deviation).powi(2);
+        }
+    }
+    let mean = squares / 60.0;
+    println!("normalised squared error: {mean:.2}");
+    assert!(mean < 1.6, "{mean}");
+}
+
+#[test]
+fn turned_camera_is_learnt_anew() {
+    for (seed, first, later) in
+        [(1, [2.0, 0.5, -0.5], [5.0, 0.5, -0.5]), (2, [-3.0, 1.0, 0.0], [-3.0, -2.0, 0.0])]
+    {
+        let ([found, right, _], turned) = learnt(seed, first, (100.0, later));
+        let turned_s = turned.unwrap();
+        assert!((100.0..150.0).contains(&turned_s), "{turned_s}");
+        for (found, right) in found.iter().zip(right) {
+            assert!((found - right).abs().to_degrees() < 0.15, "{later:?}: {found} {right}");
+        }
+    }
 }

@@ -155,7 +155,8 @@ impl ReplaySummary {
     }
 }
 
-/// Registration of each radar at the end, one per line, with unobservable values in brackets; learnt errors of the radars and of
+/// Registration of each radar and orientation of each camera at the end, one per line, with unobservable values in brackets;
+/// learnt errors of the radars and of
 /// each type of transponder.
 pub fn registered(engine: &Engine, config: &Config) -> String {
     let line = |(index, registered): (SensorIndex, &fusion::operational::Registered)| {
@@ -186,6 +187,29 @@ pub fn registered(engine: &Engine, config: &Config) -> String {
         }
         Some(line)
     };
+    let of_camera = |(index, oriented): (SensorIndex, &fusion::operational::OrientedCamera)| {
+        let sensor = config.sensors.get(usize::from(index.0))?;
+        let misalignment = oriented.orientation.misalignment();
+        let value = |(name, value): (&str, fusion::registration::BiasValue)| {
+            let text =
+                format!("{name} {:+.2} ± {:.2}°", value.value.to_degrees(), value.deviation.to_degrees());
+            if value.observable { text } else { format!("({text})") }
+        };
+        let values = [
+            ("bearing", misalignment.bearing),
+            ("tilt east", misalignment.tilt_east),
+            ("tilt north", misalignment.tilt_north),
+        ];
+        let known = values.map(value).join(", ");
+        let mut line = format!("oriented   {}: {known}; {} looks", sensor.id, misalignment.looks);
+        if let Some(residual) = misalignment.residual {
+            line += &format!(", residual {:.2}°", residual.to_degrees());
+        }
+        if let Some(turned) = oriented.turned {
+            line += &format!(", turned at {turned}");
+        }
+        Some(line + "\n")
+    };
     let of_type = |(kind, learnt): (TransponderType, LearntType)| {
         let sensor = config.sensors.get(usize::from(kind.receiver.0))?;
         Some(format!("learnt     {}, {}: {}\n", sensor.id, type_name(&kind), type_in_words(&learnt)))
@@ -193,6 +217,7 @@ pub fn registered(engine: &Engine, config: &Config) -> String {
     engine
         .registered()
         .filter_map(line)
+        .chain(engine.oriented_cameras().filter_map(of_camera))
         .chain(engine.learnt_types().into_iter().filter_map(of_type))
         .collect()
 }

@@ -188,6 +188,18 @@ AreaProperties = TypedDict(
     },
 )
 
+CameraOrientation = TypedDict(
+    "CameraOrientation",
+    {
+        "bearing_deg": "RegistrationValue",
+        "tilt_east_deg": "RegistrationValue",
+        "tilt_north_deg": "RegistrationValue",
+        "looks": int,
+        "residual_deg": NotRequired[float],
+        "turned": NotRequired[str],
+    },
+)
+
 CellState = TypedDict(
     "CellState",
     {
@@ -1161,6 +1173,7 @@ SensorProperties = TypedDict(
         "clock_offset_s": NotRequired[float],
         "contested": NotRequired[list["Contested"]],
         "registration": NotRequired["Registration"],
+        "orientation": NotRequired["CameraOrientation"],
         "learnt": NotRequired["Learnt"],
         "transponder_types": NotRequired[list["LearntTransponderType"]],
     },

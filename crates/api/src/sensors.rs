@@ -10,6 +10,7 @@ use super::ground::{AreaCollection, area_collection, kind};
 use super::learnt::{Learnt, LearntTypeJson};
 use super::problem::Problem;
 use super::request::{ApiRequest, ApiResult, GEO_JSON, live};
+use fusion::operational::OrientedCamera;
 use fusion::registration::{BiasValue, Misalignment};
 use input::json::rounded;
 use input::names::configured;
@@ -89,6 +90,8 @@ struct SensorStatusJson {
     contested: Vec<ContestedJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
     registration: Option<RegistrationJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    orientation: Option<OrientationJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
     learnt: Option<Learnt>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -220,6 +223,43 @@ struct RegistrationValues {
     time_s: RegistrationValue,
 }
 
+/// Orientation of a camera, learnt from aircraft with transponders. Bearings are corrected by it.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "CameraOrientation")]
+struct OrientationJson {
+    bearing_deg: RegistrationValue,
+    tilt_east_deg: RegistrationValue,
+    tilt_north_deg: RegistrationValue,
+    /// Number of looks learnt from.
+    looks: u64,
+    /// Root mean square of what is left of an angle after the correction, of the latest looks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
+    residual_deg: Option<f64>,
+    /// Latest time at which the camera was found to have been turned. Its orientation was then learnt again.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    turned: Option<Rfc3339>,
+}
+
+impl From<&OrientedCamera> for OrientationJson {
+    fn from(oriented: &OrientedCamera) -> Self {
+        let value = |BiasValue { value, deviation, observable }: BiasValue| RegistrationValue {
+            value: rounded(value.to_degrees(), 4),
+            deviation: rounded(deviation.to_degrees(), 4),
+            observable,
+        };
+        let misalignment = oriented.orientation.misalignment();
+        Self {
+            bearing_deg: value(misalignment.bearing),
+            tilt_east_deg: value(misalignment.tilt_east),
+            tilt_north_deg: value(misalignment.tilt_north),
+            looks: misalignment.looks,
+            residual_deg: misalignment.residual.map(|residual| rounded(residual.to_degrees(), 4)),
+            turned: oriented.turned.map(Rfc3339),
+        }
+    }
+}
+
 /// A bias: measured value minus true value.
 #[derive(Serialize, JsonSchema)]
 struct RegistrationValue {
@@ -228,7 +268,7 @@ struct RegistrationValue {
     /// Standard deviation.
     #[schemars(range(min = 0))]
     deviation: f64,
-    /// Whether the tracks determine the value well enough to be used. Only then is it applied.
+    /// Whether the value is known well enough to be used. Only then is it applied.
     observable: bool,
 }
 
@@ -282,6 +322,7 @@ impl SensorProperties {
             clock_offset_s: status.clock_offset_s.map(|offset_s| rounded(offset_s, 3)),
             contested: status.contested.iter().map(ContestedJson::from).collect(),
             registration: status.registration.as_ref().map(RegistrationJson::from),
+            orientation: status.orientation.as_ref().map(OrientationJson::from),
             learnt: status.registration.as_ref().and_then(|status| status.learnt.as_ref()).map(Learnt::from),
             transponder_types: status.types.iter().map(LearntTypeJson::from).collect(),
         };

@@ -135,6 +135,7 @@ export class Sensors {
       terms(details(sensor)),
       ...(sensor.lines?.length ? [element("h3", {}, "Lines"), this.lines.table(sensor)] : []),
       ...(sensor.registration ? registration(sensor.registration) : []),
+      ...(sensor.orientation ? orientation(sensor.orientation) : []),
       ...(sensor.learnt ? learnt(sensor.learnt) : []),
       ...(sensor.transponder_types ? learntTypes(sensor.transponder_types) : []),
     ];
@@ -158,7 +159,7 @@ const reasons = ({ reasons }) => (reasons ?? []).map((reason) => (typeof reason 
 /** @param {SensorProperties} sensor */
 const summary = (sensor) => [`${sensor.id}: ${sensor.state ?? "not known"}`, ...reasons(sensor)].join("\n");
 
-const SAID = ["id", "kind", "sac", "sic", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s", "registration", "learnt", "transponder_types", "lines"];
+const SAID = ["id", "kind", "sac", "sic", "state", "reasons", "last_seen", "rate_hz", "clock_offset_s", "registration", "orientation", "learnt", "transponder_types", "lines"];
 
 /** @param {SensorProperties} sensor */
 function details(sensor) {
@@ -195,10 +196,7 @@ function registration(told) {
   const list = element("dl", { class: "registration" }, element("dt", {}, "Mode"), element("dd", {}, MODES[told.mode] ?? told.mode));
   for (const [key, name, unit, digits] of REGISTERED) {
     const value = told[key];
-    if (!value) continue;
-    const text = `${value.value < 0 ? "−" : "+"}${Math.abs(value.value).toFixed(digits)} ± ${value.deviation.toFixed(digits)}${unit}`;
-    const known = value.observable ? {} : { class: "unknown", title: "Not observable: shown, and not applied" };
-    list.append(element("dt", known, name), element("dd", known, value.observable ? text : `(${text})`));
+    if (value) list.append(...bias(value, name, unit, digits));
   }
   const rest = [
     ["Radar tracks", told.tracks?.toFixed(1)],
@@ -210,6 +208,28 @@ function registration(told) {
   if (told.alarm) parts.push(element("p", { class: "alarm" }, told.alarm));
   if (told.hint) parts.push(element("p", { class: "hint" }, told.hint));
   return parts;
+}
+
+/** A bias with its deviation. @param {Bias} value @param {string} name @param {string} unit @param {number} digits */
+function bias(value, name, unit, digits) {
+  const text = `${value.value < 0 ? "−" : "+"}${Math.abs(value.value).toFixed(digits)} ± ${value.deviation.toFixed(digits)}${unit}`;
+  const known = value.observable ? {} : { class: "unknown", title: "Not observable: shown, and not applied" };
+  return [element("dt", known, name), element("dd", known, value.observable ? text : `(${text})`)];
+}
+
+/** Orientation of a camera, measured minus true. @param {CameraOrientation} told */
+function orientation(told) {
+  const list = element("dl", { class: "registration" });
+  for (const [key, name, unit, digits] of REGISTERED.slice(0, 3)) {
+    list.append(...bias(told[/** @type {"bearing_deg" | "tilt_east_deg" | "tilt_north_deg"} */ (key)], name, unit, digits));
+  }
+  const rest = [
+    ["Looks", String(told.looks)],
+    ["Residual", told.residual_deg === undefined ? "" : `${told.residual_deg.toFixed(2)}°`],
+    ["Turned", told.turned && `${format.utc(Date.parse(told.turned))} UTC`],
+  ];
+  for (const [name, text] of rest) if (text) list.append(element("dt", {}, name), element("dd", {}, text));
+  return [element("h3", {}, "Orientation, as learnt"), list];
 }
 
 const LEARNT = /** @type {const} */ ([

@@ -4,7 +4,9 @@ use super::Engine;
 use super::profile_state::ProfileState;
 use crate::frames::Enu;
 use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
-use crate::operational::{LabelledTrack, Operational, Registered, SensorValues, TrackHandover, TrackRef};
+use crate::operational::{
+    LabelledTrack, Operational, OrientedCamera, Registered, SensorValues, TrackHandover, TrackRef,
+};
 use crate::registration::{RegistrationState, RegistrationStateError};
 use crate::report::{SensorIndex, TransponderType};
 use crate::slots::Slot;
@@ -13,6 +15,11 @@ impl Engine {
     /// State of each radar's registration; empty in the `reference` profile.
     pub fn registered(&self) -> impl Iterator<Item = (SensorIndex, &Registered)> {
         self.operational().into_iter().flat_map(Operational::registered)
+    }
+
+    /// Orientation of each camera, as learnt; empty in the `reference` profile.
+    pub fn oriented_cameras(&self) -> impl Iterator<Item = (SensorIndex, &OrientedCamera)> {
+        self.operational().into_iter().flat_map(Operational::oriented)
     }
 
     /// Restores a radar's registration from before a restart; returns whether it was accepted. The `reference` profile

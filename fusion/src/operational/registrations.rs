@@ -297,6 +297,11 @@ impl Registrations {
         Self { radars: self.radars, shared: self.shared, ..Self::default() }
     }
 
+    /// Whether the transponder of this target is ignored.
+    pub(super) fn ignores(&self, target: TargetId) -> bool {
+        self.disbelieved.contains(&target)
+    }
+
     fn correction(&self, sensor: SensorIndex) -> Option<&Correction> {
         match &self.shared {
             Some(shared) => shared.get(&sensor).map(|applied| &applied.correction),

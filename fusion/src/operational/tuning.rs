@@ -337,6 +337,15 @@ pub(super) const CAMERA_LLR_MAX: f64 = 12.0;
 pub(super) const CAMERA_FOLLOW_LLR: f64 = 6.0;
 /// Minimum LLR advantage of the followed target over all others.
 pub(super) const CAMERA_MARGIN_LLR: f64 = 3.0;
+/// Minimum angle over which a target has moved before its looks teach a camera an orientation that is not known, radians (3°).
+/// Any hovering target explains any hovering track.
+pub(super) const CAMERA_SPAN: f64 = 0.052;
+/// LLR of a track and a target against a camera's known orientation, and for another one, at which the camera has turned.
+pub(super) const CAMERA_TURNED_LLR: f64 = 10.0;
+/// Minimum number of looks of that track.
+pub(super) const CAMERA_TURNED_LOOKS: u64 = 40;
+/// Minimum angle over which that target has moved, radians (6°).
+pub(super) const CAMERA_TURNED_SPAN: f64 = 0.105;
 /// Minimum ground distance from a camera at which its angles are used, metres.
 pub(super) const CAMERA_NEAR_M: f64 = 5.0;
 /// Ratio between quantised distances of a bearing, so that nearly equal distances do not repeat the filtering.

@@ -103,7 +103,12 @@ fn the_number_of_the_layout_is_that_of_its_types() {
     for _ in 0..10 {
         let scenario = scenario::any().new_tree(&mut runner).unwrap().current();
         for mut settings in profiles(&scenario) {
-            let sensor = settings.add_camera(Camera { position: NOWHERE, azimuth: 0.01, elevation: 0.01 });
+            let sensor = settings.add_camera(Camera {
+                position: NOWHERE,
+                azimuth: 0.01,
+                elevation: 0.01,
+                orientation: 0.05,
+            });
             let mut engine = Engine::new(settings).unwrap();
             for arrival in &scenario.arrivals {
                 drop(engine.advance(arrival.received));

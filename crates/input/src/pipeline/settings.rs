@@ -115,11 +115,13 @@ fn sensor(sensor: &config::Sensor, config: &Config, normaliser: &Normaliser) -> 
         SensorKind::AdsB(adsb) => receiver(&adsb.receiver, ADS_B_ACCURACY, period_s),
         SensorKind::RemoteId(of) => receiver(of, REMOTE_ID_ACCURACY, period_s),
         SensorKind::Camera(camera) => {
-            let config::Camera { latitude_deg, longitude_deg, height_amsl_m, accuracy, .. } = camera;
+            let config::Camera {
+                latitude_deg, longitude_deg, height_amsl_m, orientation_deg, accuracy, ..
+            } = camera;
             let stated = accuracy.map(|accuracy| [accuracy.azimuth_deg, accuracy.elevation_deg]);
             let [azimuth, elevation] = stated.unwrap_or(CAMERA_ACCURACY_DEG).map(f64::to_radians);
             let position = camera_place(*latitude_deg, *longitude_deg, *height_amsl_m, normaliser);
-            Sensor::Camera(Camera { position, azimuth, elevation })
+            Sensor::Camera(Camera { position, azimuth, elevation, orientation: orientation_deg.to_radians() })
         }
     }
 }

@@ -19,6 +19,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::health::{SensorState, SensorStatus};
+use super::registration::turned_camera;
 use crate::current::Current;
 use operators::{AlertDecisions, AlertInput};
 
@@ -193,11 +194,12 @@ impl AlertMonitor {
         self.hold(AlertKind::Sensor, found.collect(), now, works)
     }
 
-    /// Updates the alerts about the radars' registration. Returns whether any changed.
+    /// Updates the alerts about the radars' registration and the cameras' orientation. Returns whether any changed.
     pub fn note_registration(&mut self, sensors: &[SensorStatus], now: Time) -> bool {
         self.derive(AlertInput::Status, now);
         let found = sensors.iter().filter_map(|sensor| {
-            let alarm = sensor.registration.as_ref()?.alarm.as_ref()?;
+            let registered = sensor.registration.as_ref().and_then(|registration| registration.alarm.clone());
+            let alarm = registered.or_else(|| turned_camera(sensor.orientation.as_ref()?, now))?;
             let text = format!("{}: {alarm}", sensor.id);
             Some(AlertCause { past: text.clone(), ..AlertCause::new(&sensor.id, Severity::Warning, text) })
         });

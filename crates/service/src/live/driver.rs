@@ -314,6 +314,11 @@ impl Driver {
         for (sensor, registration) in sensors.iter_mut().zip(registrations) {
             sensor.registration = registration;
         }
+        for (camera, oriented) in self.pipeline.engine().oriented_cameras() {
+            if let Some(sensor) = sensors.get_mut(usize::from(camera.0)) {
+                sensor.orientation = Some(*oriented);
+            }
+        }
         for (kind, learnt) in self.pipeline.engine().learnt_types() {
             if let Some(sensor) = sensors.get_mut(usize::from(kind.receiver.0)) {
                 sensor.types.push((kind, learnt));

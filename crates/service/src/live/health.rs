@@ -13,6 +13,7 @@ use super::registration::RegistrationStatus;
 use crate::net::listen::LineCounters;
 use fusion::SensorIndex;
 use fusion::learning::LearntType;
+use fusion::operational::OrientedCamera;
 use fusion::report::TransponderType;
 use fusion::time::{SECOND, Time};
 use input::names::known;
@@ -89,6 +90,8 @@ pub struct SensorStatus {
     pub said: Service,
     /// Registration, if the sensor is a radar in the operational profile.
     pub registration: Option<RegistrationStatus>,
+    /// Orientation, if the sensor is a camera that has sent bearings.
+    pub orientation: Option<OrientedCamera>,
     /// Learned errors of the types of transponders that the sensor receives.
     pub types: Vec<(TransponderType, LearntType)>,
     /// Lines of the sensor.
@@ -492,6 +495,7 @@ impl MonitoredSensor {
             connected: self.last_seen.is_some() && silent_ns <= allowed_ns,
             said: self.service,
             registration: None,
+            orientation: None,
             types: Vec::new(),
             lines,
         }

@@ -8,12 +8,12 @@ use tracing::info;
 use super::learning::{VelocityUse, velocity_errors};
 use fusion::Engine;
 use fusion::learning::LearntRadar;
-use fusion::operational::Step;
+use fusion::operational::{OrientedCamera, Step};
 use fusion::registration::{BiasValue, Creep, Misalignment};
 use fusion::time::{SECOND, Time};
 use site::config::{Config, Profile, Registration as Mode, SensorKind};
 
-/// Time for which a step raises an alert, in nanoseconds.
+/// Time for which a step or a turned camera raises an alert, in nanoseconds.
 const STEP_NS: u64 = 3600 * SECOND as u64;
 
 /// Registration of a radar.
@@ -88,6 +88,20 @@ impl RegistrationStatus {
             shown.join(", ")
         ))
     }
+}
+
+/// Text of the alert about a camera that was turned; `None` if it was not, or more than an hour ago.
+pub(super) fn turned_camera(oriented: &OrientedCamera, now: Time) -> Option<String> {
+    let turned = oriented.turned.filter(|turned| now.nanos().abs_diff(turned.nanos()) <= STEP_NS)?;
+    let found = oriented.orientation.misalignment();
+    let value = |name, value: BiasValue| format!("{name} {:+.1}°", value.value.to_degrees());
+    Some(format!(
+        "since {turned} its bearings contradict the orientation known before. It is learnt again: {}, {}, {}. Look whether it \
+         was turned, moved or set anew: then this is right, and nothing is to be done; otherwise check its mount and its clock",
+        value("bearing", found.bearing),
+        value("tilt east", found.tilt_east),
+        value("tilt north", found.tilt_north),
+    ))
 }
 
 /// Values in which steps are detected.

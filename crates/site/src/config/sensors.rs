@@ -241,6 +241,10 @@ section! {
         /// Correction added to every azimuth, in degrees clockwise.
         bearing_correction_deg: f64 = 0.0,
             number("a bearing correction is between -180 and 180 degrees, clockwise positive", |v| v.abs() <= 180.0);
+        /// Standard deviation of the configured orientation about each axis, in degrees. The orientation is learnt from aircraft
+        /// with transponders, and the camera improves no track before. 0: the orientation is exact, and nothing is learnt.
+        orientation_deg: f64 = 3.0,
+            number("the deviation of an orientation is between 0 and 30 degrees", |v| (0.0..=30.0).contains(&v));
         /// Standard deviations of a bearing.
         accuracy: Option<CameraAccuracy> = absent("not stated, 0.2 degrees are assumed"), inline::<CameraAccuracy>();
     }

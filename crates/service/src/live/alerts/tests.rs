@@ -30,6 +30,7 @@ fn sensor(state: SensorState, reason: &str) -> SensorStatus {
         connected: false,
         said: input::normalise::Service::default(),
         registration: None,
+        orientation: None,
         types: Vec::new(),
         lines: Vec::new(),
     }
