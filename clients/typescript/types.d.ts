@@ -225,6 +225,15 @@ export type AreaProperties = {
   format: "geojson" | "ed-318" | "ed-269";
 };
 
+export type CameraCues = {
+  /** Id of the camera. */
+  sensor: string;
+  /** Whether the orientation of the camera is known. If so, `stated_azimuth_deg` and `stated_elevation_deg` allow for it. */
+  oriented: boolean;
+  /** Targets, the most urgent first, then the nearest. */
+  targets: Array<Cue>;
+};
+
 /** Orientation of a camera, learnt from aircraft with transponders. Bearings are corrected by it. */
 export type CameraOrientation = {
   bearing_deg: RegistrationValue;
@@ -458,6 +467,35 @@ export type CoverageProperties = {
 export type CpaJson = {
   a: Array<number>;
   b: Array<number>;
+};
+
+/** Direction of an aircraft from a camera. Azimuths are clockwise from north. */
+export type Cue = {
+  /** Id of the track. */
+  track: string;
+  /** Name of the track on the map. */
+  name: string;
+  reason: "violation" | "warning" | "uncooperative" | "untrusted" | "unidentified";
+  azimuth_deg: number;
+  /** Elevation above the horizontal; absent if no height is known. */
+  elevation_deg?: number;
+  /** Standard deviation of the azimuth. */
+  azimuth_deviation_deg?: number;
+  /** Standard deviation of the elevation. */
+  elevation_deviation_deg?: number;
+  /** Azimuth in the camera's own axes, as it states bearings. */
+  stated_azimuth_deg: number;
+  /** Elevation in the camera's own axes; absent if no height is known. */
+  stated_elevation_deg?: number;
+  distance_m: number;
+};
+
+/** Aircraft that cameras should look at, with their directions. */
+export type Cueing = {
+  /** Time of the positions. Present time if there is no picture. */
+  time: string;
+  /** Configured cameras. */
+  cameras: Array<CameraCues>;
 };
 
 /** An ellipse about a position. */
@@ -1595,6 +1633,7 @@ export interface Answers {
   "/api/v1/zones": Zones;
   "/api/v1/alerts": Alerts;
   "/api/v1/conflicts": Conflicts;
+  "/api/v1/cueing": Cueing;
   "/data/aircraft.json": Picture;
   "/data/receiver.json": Receiver;
   "/uss/flights": Flights;
@@ -1655,6 +1694,7 @@ export interface Parameters {
   "/api/v1/alerts/{id}/shelve": { id: string };
   "/api/v1/alerts/{id}/unshelve": { id: string };
   "/api/v1/conflicts": { level?: "none" | "advisory" | "warning" | "violation"; id?: string };
+  "/api/v1/cueing": { sensor?: string; limit?: number };
   "/data/aircraft.json": {};
   "/data/receiver.json": {};
   "/uss/flights": { view: string; recent_positions_duration?: number };

@@ -15,7 +15,7 @@ use tower::ServiceExt;
 use utm_fusion::api::{ApiState, Options, router, serve};
 use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Reception, ReceptionKind};
-use utm_fusion::config::{Config, Conflicts, PictureKind, Profile};
+use utm_fusion::config::{Camera, Config, Conflicts, PictureKind, Profile, Sensor, SensorKind};
 use utm_fusion::conflicts::ConflictWatch;
 use utm_fusion::live::{
     AlertMonitor, AlertSettings, Driver, DriverEvent, Followers, Hub, HubWriter, LineStatus,
@@ -143,6 +143,16 @@ impl Site {
     pub(crate) fn foreseeing(picture: PictureKind) -> Self {
         Self::of(estimated(), Options::default(), |config| {
             config.conflicts = Conflicts { enabled: true, picture, ..Conflicts::default() };
+        })
+    }
+
+    /// The same with a camera beside the radar, at this latitude and longitude, degrees.
+    pub(crate) fn with_camera([latitude_deg, longitude_deg]: [f64; 2]) -> Self {
+        Self::of(estimated(), Options::default(), |config| {
+            config.conflicts = Conflicts { enabled: true, picture: PictureKind::Now, ..Conflicts::default() };
+            let camera = Camera { latitude_deg, longitude_deg, height_amsl_m: 60.0, ..Camera::default() };
+            let like = config.sensors[0].clone();
+            config.sensors.push(Sensor { id: "mast".to_owned(), kind: SensorKind::Camera(camera), ..like });
         })
     }
 

@@ -9,6 +9,7 @@ mod common;
 mod conflicts;
 mod connections;
 mod correlations;
+mod cueing;
 mod documents;
 mod gzip;
 mod history;

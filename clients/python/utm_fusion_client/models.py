@@ -188,6 +188,15 @@ AreaProperties = TypedDict(
     },
 )
 
+CameraCues = TypedDict(
+    "CameraCues",
+    {
+        "sensor": str,
+        "oriented": bool,
+        "targets": list["Cue"],
+    },
+)
+
 CameraOrientation = TypedDict(
     "CameraOrientation",
     {
@@ -378,6 +387,30 @@ CpaJson = TypedDict(
     {
         "a": list[float],
         "b": list[float],
+    },
+)
+
+Cue = TypedDict(
+    "Cue",
+    {
+        "track": str,
+        "name": str,
+        "reason": Literal["violation", "warning", "uncooperative", "untrusted", "unidentified"],
+        "azimuth_deg": float,
+        "elevation_deg": NotRequired[float],
+        "azimuth_deviation_deg": NotRequired[float],
+        "elevation_deviation_deg": NotRequired[float],
+        "stated_azimuth_deg": float,
+        "stated_elevation_deg": NotRequired[float],
+        "distance_m": float,
+    },
+)
+
+Cueing = TypedDict(
+    "Cueing",
+    {
+        "time": str,
+        "cameras": list["CameraCues"],
     },
 )
 

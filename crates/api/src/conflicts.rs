@@ -87,7 +87,7 @@ pub fn conflicts(request: &ApiRequest) -> Result<ConflictList, Problem> {
 }
 
 /// Latest conflict report, or the reason why there is no current one.
-fn latest(request: &ApiRequest) -> Result<Arc<Outlook>, &'static str> {
+pub(super) fn latest(request: &ApiRequest) -> Result<Arc<Outlook>, &'static str> {
     let hub = &request.state.hub;
     if hub.config.fusion.profile == Profile::Reference {
         return Err("the reference profile knows no velocities: no conflicts are computed");

@@ -19,6 +19,7 @@ mod cluster;
 mod conflicts;
 mod connection_limit;
 mod correlations;
+mod cueing;
 mod endings;
 mod error;
 mod event_log;

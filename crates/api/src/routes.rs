@@ -14,7 +14,7 @@ pub use super::route::{QueryParameter, Route};
 use super::slot_json::{TrackCollection, TrackFeature};
 use super::tokens::Scope;
 use super::{
-    alerts, asyncapi, basemap, cluster, conflicts, correlations, events, history, integrity, metrics,
+    alerts, asyncapi, basemap, cluster, conflicts, correlations, cueing, events, history, integrity, metrics,
     openapi, page, raw, readsb, remote_id, replay, sensors, service, stream, tracks, uss, websocket, zones,
 };
 use ::service::net::listen::POSTED_TO;
@@ -160,6 +160,12 @@ const CONFLICTS: [QueryParameter; 2] = [
     )
     .one_of(levels),
     QueryParameter::new("id", "string", "those of this track"),
+];
+
+const CUEING: [QueryParameter; 2] = [
+    QueryParameter::new("sensor", "string", "of this camera only"),
+    QueryParameter::new("limit", "integer", "targets of each camera at most, 1 to 100; default: 10")
+        .within(1.0, 100.0),
 ];
 
 const TRAIL: [QueryParameter; 3] = [
@@ -438,6 +444,13 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
             Reply::json(conflicts::conflicts),
         )
         .with(&CONFLICTS),
+        Route::get(
+            "/api/v1/cueing",
+            "Where each camera should look: aircraft in conflict, without a trusted transponder, or unidentified",
+            Reply::json(cueing::cues),
+        )
+        .with(&CUEING)
+        .or(&[404]),
         Route::get("/data/aircraft.json", "The picture as readsb serves it", Reply::json(readsb::aircraft))
             .any_query(),
         Route::get("/data/receiver.json", "The site as readsb serves it", Reply::json(readsb::receiver))

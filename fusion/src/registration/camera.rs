@@ -82,6 +82,12 @@ impl CameraOrientation {
         [there.x.atan2(there.y), there.z.atan2(there.xy().norm())]
     }
 
+    /// Azimuth and elevation as the camera would state them, of a true direction. Radians, azimuths clockwise from north.
+    pub fn stated(&self, [azimuth, elevation]: [f64; 2]) -> [f64; 2] {
+        let there = self.rotation.inverse() * direction(azimuth, elevation);
+        [there.x.atan2(there.y), there.z.atan2(there.xy().norm())]
+    }
+
     /// Variances of the corrected azimuth and elevation by the rotation that is left, radians².
     pub(crate) fn variances(&self, [azimuth, elevation]: [f64; 2]) -> [f64; 2] {
         rows(azimuth, elevation).map(|row| (row.transpose() * self.covariance * row).x)

@@ -95,6 +95,11 @@ impl SensorKind {
         }
     }
 
+    /// Whether the sensor is a camera.
+    pub fn is_camera(&self) -> bool {
+        matches!(self, Self::Camera(_))
+    }
+
     /// Whether the sensor receives CAT129.
     pub fn is_transponder(&self) -> bool {
         matches!(self, Self::Transponder(_))
