@@ -146,7 +146,7 @@ impl Site {
         })
     }
 
-    /// The same with a camera beside the radar, at this latitude and longitude, degrees.
+    /// A service that computes conflicts and has a camera at this latitude and longitude, degrees.
     pub(crate) fn with_camera([latitude_deg, longitude_deg]: [f64; 2]) -> Self {
         Self::of(estimated(), Options::default(), |config| {
             config.conflicts = Conflicts { enabled: true, picture: PictureKind::Now, ..Conflicts::default() };

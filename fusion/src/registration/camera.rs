@@ -37,7 +37,7 @@ pub(crate) struct CameraLook {
     pub(crate) expected2: [f64; 2],
 }
 
-/// What is known of a camera's orientation.
+/// Orientation of a camera, as learnt.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraOrientation {
     /// Rotation from stated to true directions, in the site's axes.
