@@ -11,6 +11,7 @@ use tokio::sync::mpsc::Sender;
 use tracing::{error, info, warn};
 
 use super::{AppError, Served, Signals, open_sinks};
+use api::pmtiles::Basemap;
 use fusion::integrity::ActiveOverride;
 use fusion::numbering::Given;
 use fusion::operational::SavedAssociation;
@@ -62,6 +63,8 @@ pub struct LiveBuilder {
     zones: Option<ZoneStore>,
     /// Health of the state files.
     health: StateHealth,
+    /// Base map of a site whose configuration names none.
+    basemap: Option<Arc<Basemap>>,
 }
 
 /// State kept across a restart: transponder numbers, correlations, and operator decisions on transponders.
@@ -132,7 +135,14 @@ impl LiveBuilder {
             history: None,
             zones: None,
             health: StateHealth::default(),
+            basemap: None,
         }
+    }
+
+    /// Gives the map page a base map, unless the configuration names one.
+    pub fn with_basemap(mut self, basemap: Basemap) -> Self {
+        self.basemap = Some(Arc::new(basemap));
+        self
     }
 
     /// Shows pictures of other nodes, without an engine. Operator decisions are forwarded to those nodes. Only shelved alerts are
@@ -333,6 +343,7 @@ impl LiveBuilder {
             zones: zone_requests,
             notices: notices.clone(),
             sinks: meter.clone(),
+            basemap: self.basemap,
             ..Default::default()
         };
         let followers =

@@ -57,6 +57,8 @@ fn demo_serves_a_live_picture() {
     let address = address(&mut running);
     let (status, page) = ask(address, "GET", "/");
     assert!(status == 200 && page.contains("app.js"), "{page}");
+    let info = json(address, "/api/v1/info");
+    assert_eq!(info["basemap"]["attribution"], "Invented ground of the demo, no real map", "{info}");
     let has_fused = |picture: &Value| {
         picture["features"].as_array().unwrap().iter().any(|track| track["properties"]["source"] == "fused")
     };

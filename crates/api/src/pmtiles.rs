@@ -8,8 +8,9 @@ mod header;
 #[cfg(test)]
 mod tests;
 
+use std::fmt;
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -28,16 +29,32 @@ const DEEPEST: usize = 3;
 /// Number of leaf directories that are cached: a view of the map needs neighbouring ones.
 const KEPT: usize = 16;
 
-/// An open file of vector tiles.
-#[derive(Debug)]
+/// An open file of vector tiles, or one that is part of the program.
 pub struct Basemap {
-    file: Mutex<File>,
+    file: Mutex<Box<dyn Octets>>,
     length: u64,
     header: Header,
     root: Directory,
     /// Cached directories by position, the most recently read last.
     kept: Mutex<Vec<(u64, Arc<Directory>)>>,
     attribution: String,
+}
+
+/// Octets that are read at positions.
+trait Octets: Read + Seek + Send {}
+
+impl<T: Read + Seek + Send> Octets for T {}
+
+impl fmt::Debug for Basemap {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { length, header, attribution, .. } = self;
+        formatter
+            .debug_struct("Basemap")
+            .field("length", length)
+            .field("header", header)
+            .field("attribution", attribution)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Basemap {
@@ -47,8 +64,20 @@ impl Basemap {
     /// The file cannot be read, or is not a PMTiles file of vector tiles that are plain or compressed by gzip.
     pub fn open(path: &Path) -> io::Result<Self> {
         #[expect(clippy::disallowed_methods, reason = "the one place that reads base maps")]
-        let mut file = File::open(path)?;
+        let file = File::open(path)?;
         let length = file.metadata()?.len();
+        Self::read_from(Box::new(file), length)
+    }
+
+    /// Reads header, root directory and metadata of a file that is part of the program.
+    ///
+    /// # Errors
+    /// It is not a PMTiles file of vector tiles that are plain or compressed by gzip.
+    pub fn embedded(octets: &'static [u8]) -> io::Result<Self> {
+        Self::read_from(Box::new(Cursor::new(octets)), octets.len() as u64)
+    }
+
+    fn read_from(mut file: Box<dyn Octets>, length: u64) -> io::Result<Self> {
         let mut start = [0; Header::LENGTH];
         file.read_exact(&mut start)
             .map_err(|_| refused("it is shorter than the header of a PMTiles file"))?;
@@ -168,7 +197,7 @@ fn refused(cause: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> io::Er
 
 /// Number of a tile: the count of tiles at all coarser zooms plus its position on the Hilbert curve of its zoom. `None`: there
 /// is no such tile.
-fn tile_number(zoom: u8, mut x: u32, mut y: u32) -> Option<u64> {
+pub fn tile_number(zoom: u8, mut x: u32, mut y: u32) -> Option<u64> {
     // Up to zoom 31 the tile numbers fit into 64 bits, and x and y into 32.
     let side = 1_u32.checked_shl(u32::from(zoom)).filter(|side| x < *side && y < *side)?;
     let coarser = ((1_u64 << (2 * u32::from(zoom))) - 1) / 3;

@@ -347,7 +347,7 @@ pub fn info(request: &ApiRequest) -> Result<ServiceInfo, Problem> {
         },
         tiles: tiles
             .map(|tiles| TileServer { url: tiles.url.clone(), attribution: tiles.attribution.clone() }),
-        basemap: request.state.basemap.as_ref().map(Into::into),
+        basemap: request.state.basemap.as_deref().map(Into::into),
         history_hours: request.state.options.history.as_ref().map(|_| config.state.history_hours),
         replay,
     })

@@ -68,6 +68,8 @@ pub struct Options {
     pub sinks: SinkMeter,
     /// Player of the replayed recording; `None` if the service is live.
     pub player: Option<Player>,
+    /// Base map of a site whose configuration names none.
+    pub basemap: Option<Arc<Basemap>>,
 }
 
 impl Default for Options {
@@ -87,6 +89,7 @@ impl Default for Options {
             notices: Notices::default(),
             sinks: SinkMeter::default(),
             player: None,
+            basemap: None,
         }
     }
 }
@@ -119,7 +122,7 @@ pub struct ApiStateInner {
     /// Last picture with trails, shared by identical requests.
     cached_trails: Mutex<Option<CachedTrails>>,
     /// Base map of the page.
-    pub(super) basemap: Option<Basemap>,
+    pub(super) basemap: Option<Arc<Basemap>>,
     /// Content security policy of the page.
     policy: HeaderValue,
     /// Number of responses, by status.
@@ -139,7 +142,7 @@ impl Deref for ApiState {
 
 impl ApiState {
     /// State of a hub; `connections` is the maximum number of open ones.
-    pub(super) fn new(hub: Hub, options: Options, access: AccessSettings, connections: usize) -> Self {
+    pub(super) fn new(hub: Hub, mut options: Options, access: AccessSettings, connections: usize) -> Self {
         Self(Arc::new(ApiStateInner {
             log: EventLog::default(),
             access: access.into(),
@@ -150,7 +153,7 @@ impl ApiState {
             renderer: Renderer::default(),
             trails: Mutex::default(),
             cached_trails: Mutex::default(),
-            basemap: hub.config.map.pmtiles.as_deref().and_then(open),
+            basemap: hub.config.map.pmtiles.as_deref().map_or(options.basemap.take(), open),
             policy: policy(hub.config.http.tiles.as_ref()),
             answered: Mutex::default(),
             slot_came: Mutex::default(),
@@ -286,9 +289,9 @@ impl ApiState {
 }
 
 /// Opens the base map. If it cannot be read, the service runs without one.
-fn open(path: &Path) -> Option<Basemap> {
+fn open(path: &Path) -> Option<Arc<Basemap>> {
     let failed = |error: &std::io::Error| error!("no base map: {}: {error}", path.display());
-    Basemap::open(path).inspect_err(failed).ok()
+    Basemap::open(path).inspect_err(failed).ok().map(Arc::new)
 }
 
 /// Content security policy: the page loads from this service only, and images from the tile server if there is one.

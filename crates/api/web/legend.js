@@ -50,7 +50,7 @@ const ENTRIES = [
   ["coverage", [["path", "coverage", LINE]], "a sensor's coverage"],
   ["areas", [["rect", "area", { x: -6, y: -5, width: 12, height: 10 }]], "zone; red: critical; dashed: not in force now"],
   ["cells", [["path", "cells", LINE]], "cell of the cluster, with its owner"],
-  ["base", [["rect", "base", { x: -6, y: -5, width: 12, height: 10 }]], "base map: water, woods and parks, roads, buildings"],
+  ["base", [["rect", "base", { x: -6, y: -5, width: 12, height: 10 }]], "base map: water, woods and fields, roads, buildings"],
   ["raw", [["path", "radar-line", { d: "M-3-3 3 3M-3 3 3-3" }]], "radar plot"],
   ["raw", [["rect", "transponder-line", { x: -3, y: -3, width: 6, height: 6 }]], "transponder report"],
 ];

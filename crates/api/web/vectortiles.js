@@ -10,31 +10,48 @@ const [KEPT_TILES, KEPT_PICTURES] = [200, 100]; // an image takes 1 MB
 const AGAIN_MS = 3000;
 const AT_ONCE = 4; // further tiles are requested when one has arrived, if they are still visible
 
-/** @typedef {"green" | "water" | "building" | "road" | "border"} MapColour */
+/** @typedef {"green" | "wood" | "farm" | "built" | "water" | "building" | "road" | "border"} MapColour */
 /**
- * A surface has a fill, a line has a stroke and its width in pixels.
- * @typedef {{ fill: MapColour, stroke?: undefined, width?: undefined, isMinor?: undefined }} SurfaceStyle
- * @typedef {{ fill?: undefined, stroke: MapColour, width: number, isMinor?: boolean }} LineStyle
+ * A surface has a fill, a line has a stroke and its width in pixels. Without `has`, a style is that of all features.
+ * @typedef {(feature: DecodedFeature) => boolean} Selection
+ * @typedef {{ fill: MapColour, stroke?: undefined, width?: undefined, has?: Selection }} SurfaceStyle
+ * @typedef {{ fill?: undefined, stroke: MapColour, width: number, has?: Selection }} LineStyle
  * @typedef {SurfaceStyle | LineStyle} Style
  */
+
+/** @param {DecodedFeature} feature */
+const classOf = ({ attributes }) => String(attributes.class ?? attributes.kind);
+/** @param {string[]} classes @returns {Selection} */
+const among = (classes) => (feature) => classes.includes(classOf(feature));
+/** @param {string[]} classes @returns {Selection} */
+const outside = (classes) => (feature) => !classes.includes(classOf(feature));
+
+const LAND = ["landcover", "landuse", "natural", "park"];
+const FARM = ["farmland", "farm", "orchard", "vineyard"];
+const WOOD = ["wood", "forest"];
+const BUILT = ["residential", "commercial", "industrial", "retail", "railway", "suburb", "quarter", "neighbourhood", "garages", "urban_area"];
+const MAJOR = ["motorway", "trunk", "primary", "secondary", "highway", "major_road"];
 
 /**
  * Styles of layers, from the ground up, by the names of OpenMapTiles and Protomaps. Other layers are left out.
  * @type {[string[], DecodedFeature["kind"], Style][]}
  */
 const STYLES = [
-  [["landcover", "landuse", "natural", "park"], "polygon", { fill: "green" }],
+  [LAND, "polygon", { fill: "built", has: among(BUILT) }],
+  [LAND, "polygon", { fill: "farm", has: among(FARM) }],
+  [LAND, "polygon", { fill: "green", has: outside([...BUILT, ...FARM, ...WOOD]) }],
+  [LAND, "polygon", { fill: "wood", has: among(WOOD) }],
   [["water", "ocean"], "polygon", { fill: "water" }],
   [["waterway", "water", "physical_line"], "line", { stroke: "water", width: 1.5 }],
+  [["aeroway"], "polygon", { fill: "road" }],
   [["building", "buildings"], "polygon", { fill: "building" }],
-  [["transportation", "roads"], "line", { stroke: "road", width: 1, isMinor: true }],
-  [["transportation", "roads"], "line", { stroke: "road", width: 2.5, isMinor: false }],
+  [["transportation", "roads"], "line", { stroke: "road", width: 1, has: outside(MAJOR) }],
+  [["transportation", "roads"], "line", { stroke: "road", width: 2.5, has: among(MAJOR) }],
   [["aeroway"], "line", { stroke: "road", width: 3 }],
   [["boundary", "boundaries"], "line", { stroke: "border", width: 1 }],
 ];
 const PLACES = ["place", "places"];
 const WANTED = new Set([...STYLES.flatMap(([names]) => names), ...PLACES]);
-const MAJOR = ["motorway", "trunk", "primary", "secondary", "highway", "major_road"];
 
 /** @param {MapColour} name */
 const colour = (name) => palette[`map-${name}`];
@@ -151,16 +168,13 @@ function draw(layers, times, across, down) {
       const scale = (TILE_PX * times) / extent;
       const path = new Path2D();
       for (const feature of features) {
-        if (feature.kind === kind && (style.isMinor === undefined || style.isMinor === isMinor(feature))) trace(path, feature.parts, scale);
+        if (feature.kind === kind && (style.has?.(feature) ?? true)) trace(path, feature.parts, scale);
       }
       paint(context, path, style, times);
     }
   }
   return canvas;
 }
-
-/** @param {DecodedFeature} feature */
-const isMinor = ({ attributes }) => !MAJOR.includes(String(attributes.class ?? attributes.kind));
 
 /** @param {Path2D} path @param {number[][]} parts @param {number} scale */
 function trace(path, parts, scale) {

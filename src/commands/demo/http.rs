@@ -11,8 +11,12 @@ use crate::app::{LiveBuilder, Signals, listen_locally, runtime};
 use crate::commands::reserved_ports::ReservedPorts;
 use crate::commands::simulate::{send, start};
 use crate::commands::{CommandResult, Outcome, needs_tokens};
+use api::pmtiles::Basemap;
 use lab::simulate::{Scenario, Simulation, simulate};
 use site::areas::Areas;
+
+/// The invented ground of the scenarios' place, written by the example `ground`.
+const GROUND: &[u8] = include_bytes!("../../../config/scenarios/ground.pmtiles");
 
 /// Sends the scenario to a live service and serves its picture, one flight after another, until Ctrl-C or for `duration`.
 ///
@@ -35,7 +39,9 @@ pub fn serve(
     runtime(2)?.block_on(async {
         let mut signals = Signals::listen()?;
         let listener = listen_locally(&config)?.ok_or_else(|| needs_tokens(&config))?;
-        let live = LiveBuilder::new(config.clone(), Areas::default(), listener).start()?;
+        let live = LiveBuilder::new(config.clone(), Areas::default(), listener)
+            .with_basemap(Basemap::embedded(GROUND)?)
+            .start()?;
         // The thread sleeps most of the time, and ends with the process.
         std::thread::spawn(move || fly(&scenario, seed, first, &ports));
         for sink in &config.output.asterix {
