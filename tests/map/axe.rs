@@ -6,13 +6,14 @@
 use std::fs;
 
 use super::browser::Browser;
-use super::{DRAWN, ROWS, SOON, encounter, fresh_folder, installed, paused};
+use super::{DRAWN, FUSED_ROW, ROWS, SOON, encounter, fresh_folder, installed, paused};
 
 const ROW: &str = "document.querySelector('#table-body tr:not(.spacer)').click()";
 
 /// Views, with the script that opens each after the page was loaded.
-const VIEWS: [(&str, &str); 18] = [
-    ("the page", "0"),
+const VIEWS: [(&str, &str); 21] = [
+    ("the page of a first visit", "0"),
+    ("the page", "document.getElementById('welcome-close').click()"),
     ("legend", "document.getElementById('legend').open = true"),
     (
         "heights",
@@ -27,24 +28,41 @@ const VIEWS: [(&str, &str); 18] = [
     ("filtered", "document.querySelector('#sources button').click()"),
     ("sensor", "document.querySelector('#sensors button').click()"),
     ("zone", "document.getElementById('zone-button').click()"),
+    (
+        "zones of operators", // none can be active in a replay
+        "document.getElementById('zone-button').click(); import('./activezones.js').then(({ ActiveZones }) => { \
+            const zones = new ActiveZones(() => {}, () => {}); \
+            zones.setControl(true); \
+            zones.take({ available: true, zones: [{ name: 'Fair', activated_by: 'desk', activated_at: '2026-03-14T09:01:20Z' }] }); })",
+    ),
     ("measure", "document.getElementById('measure-button').click()"),
     ("history", "document.getElementById('past').hidden = false"),
     ("help", "document.getElementById('help').showModal()"),
     ("token", "document.getElementById('sign-in').showModal()"),
     ("menu", "document.getElementById('more-button').click()"),
     ("sheet", "document.getElementById('sheet-button').click()"),
+    ("symbols on one another", "for (let i = 0; i < 8; i++) document.getElementById('zoom-out').click()"),
 ];
 
 const OPEN: &str = "document.getElementById('alerts').hidden = false;";
 
 /// Views while two drones are too close and one is in a closed zone: scripts that run after `OPEN`, half a second before the
 /// check.
-const OF_ALERTS: [(&str, &str); 7] = [
+const OF_ALERTS: [(&str, &str); 10] = [
     (
         "alerts", // none is shelved any more
         "for (const button of document.querySelectorAll('#shelved-list .acts button:nth-child(2)')) button.click()",
     ),
     ("an alert's form", "document.querySelector('#alert-list [aria-expanded]').click()"),
+    ("a situation on the map", "document.querySelector('#alert-list .situation').click()"),
+    (
+        "conflicts without an alert",
+        "document.getElementById('other-conflicts').hidden = false; document.getElementById('other-conflicts').open = true",
+    ),
+    (
+        "the details of a conflict's track",
+        "document.querySelector('#alert-list .situation').click(); document.getElementById('alerts-close').click()",
+    ),
     ("alerts that ended", "document.getElementById('alert-history').open = true"),
     (
         "a reader who may only look",
@@ -90,6 +108,36 @@ fn no_view_of_alerts_breaks_accessibility() {
         OF_ALERTS.map(|(view, act)| (view, format!("(async () => {{ {OPEN} {listed} {act}; {wait} }})()")));
     let broken = broken(&mut browser, &axe, &service.url(), &views);
     assert!(broken.is_empty(), "{broken:#?}");
+}
+
+#[test]
+fn no_view_of_a_decision_breaks_accessibility() {
+    let Some(axe) = axe() else { return };
+    let Some((_, service, mut browser)) = paused("map-axe-decisions", "operational") else { return };
+    browser.open(&service.url());
+    service.order("play");
+    // A pair may be separated at any time; then another fused track is selected.
+    let part = decide("Not one aircraft");
+    browser.wait(&format!("Boolean({part} ?? ({FUSED_ROW}?.click(), null))"), SOON);
+    browser.run(&format!("{part}.click()"));
+    browser.wait(&format!("Boolean({})", decide("Decide automatically")), SOON);
+    service.order("pause");
+    let find = format!(
+        "(async () => {{ for (const row of document.querySelectorAll('#table-body tr:not(.spacer)')) {{ \
+            row.click(); \
+            for (let i = 0; i < 10 && !{}; i++) await new Promise(done => setTimeout(done, 100)); \
+            if ({}) return; }} \
+            throw new Error('no track has a decision'); }})()",
+        decide("Decide automatically"),
+        decide("Decide automatically"),
+    );
+    let broken = broken(&mut browser, &axe, &service.url(), &[("a pair that was parted", find)]);
+    assert!(broken.is_empty(), "{broken:#?}");
+}
+
+/// The button with these words in the details of a track.
+fn decide(words: &str) -> String {
+    format!("[...document.querySelectorAll('#detail .decide')].find(one => one.textContent === {words:?})")
 }
 
 fn axe() -> Option<String> {
