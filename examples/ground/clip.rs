@@ -40,8 +40,8 @@ pub fn line(line: &[Place], low: f64, high: f64) -> Vec<Vec<Place>> {
 /// The piece of a straight line within the square (Liang and Barsky, 1984).
 fn piece(from: Place, to: Place, low: f64, high: f64) -> Option<(Place, Place)> {
     let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
-    for axis in 0..2 {
-        let (start, step) = (from[axis], to[axis] - from[axis]);
+    for (start, end) in from.into_iter().zip(to) {
+        let step = end - start;
         if step == 0.0 {
             if !(low..=high).contains(&start) {
                 return None;

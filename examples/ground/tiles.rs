@@ -22,7 +22,7 @@ pub const BOUNDS_DEG: [f64; 4] = [-0.75, 52.41, -0.41, 52.61];
 const EXTENT: f64 = 4096.0;
 /// Features continue by this much beyond the edge of a tile, so that the ends of lines are not seen, in units.
 const MARGIN: f64 = 64.0;
-/// Minimum distance between two corners of a line or area, in units: an eighth of the 512 pixels of a tile each.
+/// Minimum distance between two corners of a line or area, in units. A pixel of the page has 8.
 const LEAST: i64 = 3;
 
 /// A tile.
@@ -215,17 +215,17 @@ impl Pen {
             if count == 0 {
                 continue;
             }
-            self.commands.push((count as u32) << 3 | command);
+            self.commands.push(((count as u32) << 3) | command);
             for place in places {
-                for axis in 0..2 {
-                    let step = place[axis] - self.at[axis];
+                for (to, from) in place.iter().zip(self.at) {
+                    let step = to - from;
                     self.commands.push(((step << 1) ^ (step >> 63)) as u32);
                 }
                 self.at = *place;
             }
         }
         if is_ring {
-            self.commands.push(1 << 3 | 7);
+            self.commands.push((1 << 3) | 7);
         }
     }
 }
