@@ -1,4 +1,4 @@
-//! Writes `config/scenarios/ground.pmtiles`: the invented ground of the scenarios' place, the base map of `demo --http`.
+//! Writes `config/ground.pmtiles`: the invented ground of the scenarios' place, the base map of `demo --http`.
 //!
 //! ```sh
 //! cargo run --example ground
@@ -21,7 +21,7 @@ use std::fs;
 use std::path::Path;
 
 /// The written file, relative to the project.
-const FILE: &str = "config/scenarios/ground.pmtiles";
+const FILE: &str = "config/ground.pmtiles";
 
 fn main() -> std::io::Result<()> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(FILE);

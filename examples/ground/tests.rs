@@ -6,7 +6,7 @@ use crate::feature::Shape;
 use crate::shapes::{chance, curve};
 use crate::{clip, country, octets};
 
-const COMMITTED: &[u8] = include_bytes!("../../config/scenarios/ground.pmtiles");
+const COMMITTED: &[u8] = include_bytes!("../../config/ground.pmtiles");
 
 #[test]
 fn committed_file_is_written_to_the_octet() {

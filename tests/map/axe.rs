@@ -33,7 +33,8 @@ const VIEWS: [(&str, &str); 21] = [
         "document.getElementById('zone-button').click(); import('./activezones.js').then(({ ActiveZones }) => { \
             const zones = new ActiveZones(() => {}, () => {}); \
             zones.setControl(true); \
-            zones.take({ available: true, zones: [{ name: 'Fair', activated_by: 'desk', activated_at: '2026-03-14T09:01:20Z' }] }); })",
+            const fair = { name: 'Fair', activated_by: 'desk', activated_at: '2026-03-14T09:01:20Z' }; \
+            zones.take({ available: true, zones: [fair] }); })",
     ),
     ("measure", "document.getElementById('measure-button').click()"),
     ("history", "document.getElementById('past').hidden = false"),

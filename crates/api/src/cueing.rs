@@ -32,7 +32,7 @@ pub enum CueReason {
     Uncooperative,
     /// There is evidence against its transponder.
     Untrusted,
-    /// No transponder tells what it is.
+    /// Only radars see it.
     Unidentified,
 }
 

@@ -29,7 +29,7 @@ const outside = (classes) => (feature) => !classes.includes(classOf(feature));
 const LAND = ["landcover", "landuse", "natural", "park"];
 const FARM = ["farmland", "farm", "orchard", "vineyard"];
 const WOOD = ["wood", "forest"];
-const BUILT = ["residential", "commercial", "industrial", "retail", "railway", "suburb", "quarter", "neighbourhood", "garages", "urban_area"];
+const BUILT = ["residential", "commercial", "industrial", "retail", "railway", "suburb", "quarter", "neighbourhood", "urban_area"];
 const MAJOR = ["motorway", "trunk", "primary", "secondary", "highway", "major_road"];
 
 /**

@@ -16,7 +16,7 @@ use lab::simulate::{Scenario, Simulation, simulate};
 use site::areas::Areas;
 
 /// The invented ground of the scenarios' place, written by the example `ground`.
-const GROUND: &[u8] = include_bytes!("../../../config/scenarios/ground.pmtiles");
+const GROUND: &[u8] = include_bytes!("../../../config/ground.pmtiles");
 
 /// Sends the scenario to a live service and serves its picture, one flight after another, until Ctrl-C or for `duration`.
 ///
