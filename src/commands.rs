@@ -2,6 +2,7 @@
 
 pub mod address;
 mod alert_file;
+pub mod assess;
 mod broadcast;
 pub mod check;
 pub mod cli;

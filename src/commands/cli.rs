@@ -14,8 +14,8 @@ use tracing_subscriber::util::SubscriberInitExt;
 #[cfg(feature = "completions")]
 use super::completions;
 use super::{
-    check, decode, demo, encode, evaluate, exit_code, info, is_closed_pipe, locate, record, replay, run,
-    simulate, tip::with_tip,
+    assess, check, decode, demo, encode, evaluate, exit_code, info, is_closed_pipe, locate, record, replay,
+    run, simulate, tip::with_tip,
 };
 use service::live::now;
 
@@ -41,6 +41,7 @@ enum Command {
     Locate(locate::Args),
     Simulate(simulate::Args),
     Evaluate(evaluate::Args),
+    Assess(assess::Args),
     Check(check::Args),
     #[cfg(feature = "cluster")]
     Cluster(super::cluster::Args),
@@ -110,6 +111,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Locate(args) => locate::run(args, &mut io::stdout().lock()),
         Command::Simulate(args) => simulate::run(args),
         Command::Evaluate(args) => evaluate::run(args, &mut io::stdout().lock()),
+        Command::Assess(args) => assess::run(args, &mut io::stdout().lock()),
         Command::Check(args) => check::run(args),
         #[cfg(feature = "cluster")]
         Command::Cluster(args) => super::cluster::run(args),

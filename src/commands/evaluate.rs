@@ -2,7 +2,7 @@
 
 mod alerts;
 mod conflicts;
-mod files;
+pub(super) mod files;
 mod integrity;
 mod json;
 mod require;

@@ -25,6 +25,7 @@ mod types;
 
 pub use alerts::{AlertFlight, AlertScore, MissedEvent, ScoredItem, score_alerts};
 pub use alone::{InputsAlone, output, output_at, reports};
+pub(crate) use alone::{fix_point, plot_point};
 pub use conflicts::{
     ClosestApproach, ConflictFlight, ConflictPrediction, ConflictScore, Encounter, PredictedApproach,
     ReliabilityBin, encounter, score_conflicts,
@@ -43,11 +44,14 @@ pub use types::{
     PointSource, PolarPlace, ScoredStream, Scoring, StreamMetrics, TrueDrone,
 };
 
-use counted_slots::CountedSlots;
+pub(crate) use counted_slots::CountedSlots;
+pub(crate) use metrics::identity::changes;
+pub(crate) use metrics::statistics::statistics;
+pub(crate) use point_owner::PointKind;
+pub(crate) use scored_point::{ScoredPoint, ScoringReference, score_points};
+
 use metrics::scene::InputSlots;
-use point_owner::PointKind;
 use score::StreamKind;
-use scored_point::{ScoredPoint, ScoringReference, score_points};
 
 /// Scores `output`, and each input alone if given, against the truth.
 ///

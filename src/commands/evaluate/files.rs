@@ -23,7 +23,7 @@ use site::config::Config;
 /// Number of octets by which the kind of a file is recognised.
 const BEGINNING: u64 = 4096;
 
-pub(super) type FileFailure = Box<dyn Error + Send + Sync>;
+pub(in crate::commands) type FileFailure = Box<dyn Error + Send + Sync>;
 
 /// Checks that truth and output were not exchanged.
 ///
@@ -49,7 +49,7 @@ pub(super) fn refuse_exchanged(args: &Args) -> Result<(), Usage> {
 }
 
 /// Reads the truth from all files.
-pub(super) fn truth(paths: &[PathBuf]) -> Result<Truth, FileFailure> {
+pub(in crate::commands) fn truth(paths: &[PathBuf]) -> Result<Truth, FileFailure> {
     let mut tracks = Vec::new();
     for path in paths {
         let stem =
@@ -168,7 +168,7 @@ pub(super) fn receptions(
 }
 
 /// Day for files without dates: it puts the first record of the first capture nearest to the start of the truth.
-fn day_of(paths: &[PathBuf], truth: &Truth) -> Result<Date, OpenError> {
+pub(in crate::commands) fn day_of(paths: &[PathBuf], truth: &Truth) -> Result<Date, OpenError> {
     let mut near = start(truth);
     if let Some(path) = paths.first().filter(|path| path.as_path() != Path::new("-")) {
         let mut receptions =
@@ -210,7 +210,7 @@ pub(super) fn write_plots(
     Ok(())
 }
 
-fn octets(path: &Path) -> Result<Vec<u8>, FileFailure> {
+pub(in crate::commands) fn octets(path: &Path) -> Result<Vec<u8>, FileFailure> {
     let mut octets = Vec::new();
     let read = if path == Path::new("-") {
         io::stdin().lock().read_to_end(&mut octets).map(|_| octets)

@@ -6,7 +6,7 @@ use super::place::GeodeticPlace;
 use super::types::{OutputPoint, PointFlags, PointSource};
 use fusion::report::{Fix, Identity};
 use fusion::time::Time;
-use fusion::{Emission, Plot, Report};
+use fusion::{Emission, Enu, Plot, Report};
 use input::capture::{ReadError, Reception};
 use input::normalise::Normaliser;
 use input::pipeline::{Event, Output, Pipeline};
@@ -103,26 +103,6 @@ impl InputsAlone {
         pipeline.finish();
         emissions.extend(pipeline.emissions());
         let normaliser = pipeline.normaliser();
-        let radar = |plot: &Plot| {
-            let position = normaliser.frame().to_geodetic(plot.position);
-            let altitude_m = position.height_m - normaliser.undulation_m();
-            OutputPoint {
-                time: plot.time,
-                place: GeodeticPlace {
-                    latitude_deg: position.latitude_deg(),
-                    longitude_deg: position.longitude_deg(),
-                    altitude_amsl_m: plot.height_measured.then_some(altitude_m),
-                },
-                source: PointSource::Radar,
-                number: plot.track.number.into(),
-                radar_track: Some(plot.track.number),
-                sensor: Some(maker.sensor(plot.track.sensor).to_owned()),
-                transponder: None,
-                identity: None,
-                covariance: None,
-                flags: PointFlags::default(),
-            }
-        };
         let reports = reports(&fixes, &emissions, normaliser);
         let heights = ReportHeights::of(&fixes);
         let tracks = emissions.into_iter().flat_map(|emission| maker.picture(emission).tracks);
@@ -137,7 +117,7 @@ impl InputsAlone {
             point
         };
         Ok(Self {
-            radar: plots.iter().map(radar).collect(),
+            radar: plots.iter().map(|plot| plot_point(plot, normaliser, &maker)).collect(),
             transponder: tracks.map(interpolated).collect(),
             reports,
         })
@@ -177,25 +157,48 @@ pub fn reports<'a>(
     let parts = emissions.into_iter().flat_map(|emission| &emission.points);
     let parts = parts.filter_map(|point| point.source.transponder());
     let numbers: BTreeMap<Identity, u32> = parts.map(|part| (part.identity, part.number)).collect();
-    let point = |fix: &Fix| {
-        let number = *numbers.get(&fix.identity)?;
-        let position = normaliser.frame().to_geodetic(fix.position);
-        Some(OutputPoint {
-            time: fix.time,
-            place: GeodeticPlace {
-                latitude_deg: position.latitude_deg(),
-                longitude_deg: position.longitude_deg(),
-                altitude_amsl_m: fix.height_measured.then(|| position.height_m - normaliser.undulation_m()),
-            },
-            source: PointSource::Transponder,
-            number,
-            radar_track: None,
-            sensor: None,
-            transponder: Some(number),
-            identity: Some(serial_text(fix.identity)),
-            covariance: None,
-            flags: PointFlags::default(),
-        })
-    };
+    let point = |fix: &Fix| Some(fix_point(fix, *numbers.get(&fix.identity)?, normaliser));
     fixes.iter().filter_map(point).collect()
+}
+
+/// A plot at its own time.
+pub(crate) fn plot_point(plot: &Plot, normaliser: &Normaliser, maker: &PictureMaker) -> OutputPoint {
+    OutputPoint {
+        source: PointSource::Radar,
+        number: plot.track.number.into(),
+        radar_track: Some(plot.track.number),
+        sensor: Some(maker.sensor(plot.track.sensor).to_owned()),
+        ..report_point((plot.time, plot.position), plot.height_measured, normaliser)
+    }
+}
+
+/// A transponder's report at its own time, under this number.
+pub(crate) fn fix_point(fix: &Fix, number: u32, normaliser: &Normaliser) -> OutputPoint {
+    OutputPoint {
+        number,
+        transponder: Some(number),
+        identity: Some(serial_text(fix.identity)),
+        ..report_point((fix.time, fix.position), fix.height_measured, normaliser)
+    }
+}
+
+/// A point of a position, without contributors.
+fn report_point((time, position): (Time, Enu), has_height: bool, normaliser: &Normaliser) -> OutputPoint {
+    let position = normaliser.frame().to_geodetic(position);
+    OutputPoint {
+        time,
+        place: GeodeticPlace {
+            latitude_deg: position.latitude_deg(),
+            longitude_deg: position.longitude_deg(),
+            altitude_amsl_m: has_height.then(|| position.height_m - normaliser.undulation_m()),
+        },
+        source: PointSource::Transponder,
+        number: 0,
+        radar_track: None,
+        sensor: None,
+        transponder: None,
+        identity: None,
+        covariance: None,
+        flags: PointFlags::default(),
+    }
 }

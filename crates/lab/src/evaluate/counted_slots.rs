@@ -11,7 +11,7 @@ const SKIPPED_LAST_NS: i64 = 15 * SECOND / 2;
 
 /// Slots that count: the centre lies within the drone's truth, but not near its ends or inside its holes.
 #[derive(Clone, Debug)]
-pub(super) struct CountedSlots {
+pub(crate) struct CountedSlots {
     /// Per drone: first and last slot of each interval, in order.
     pieces: Vec<Vec<(Slot, Slot)>>,
     run: Option<(Slot, Slot)>,
@@ -19,7 +19,7 @@ pub(super) struct CountedSlots {
 }
 
 impl CountedSlots {
-    pub(super) fn new(truth: &Truth, grid: SlotGrid) -> Self {
+    pub(crate) fn new(truth: &Truth, grid: SlotGrid) -> Self {
         let pieces: Vec<_> = truth.tracks().iter().map(|track| pieces(track, grid)).collect();
         let first = pieces.iter().filter_map(|pieces| pieces.first()).map(|piece| piece.0).min();
         let last = pieces.iter().filter_map(|pieces| pieces.last()).map(|piece| piece.1).max();
@@ -27,34 +27,39 @@ impl CountedSlots {
     }
 
     /// Whether `slot` counts for `drone`.
-    pub(super) fn contains(&self, drone: usize, slot: Slot) -> bool {
+    pub(crate) fn contains(&self, drone: usize, slot: Slot) -> bool {
         let pieces = &self.pieces[drone];
         let next = pieces.partition_point(|piece| piece.1 < slot);
         pieces.get(next).is_some_and(|piece| piece.0 <= slot)
     }
 
+    /// First and last slot of each interval that counts for `drone`, in order.
+    pub(crate) fn intervals(&self, drone: usize) -> &[(Slot, Slot)] {
+        &self.pieces[drone]
+    }
+
     /// Number of slots that count for `drone`.
-    pub(super) fn slots(&self, drone: usize) -> u64 {
+    pub(crate) fn slots(&self, drone: usize) -> u64 {
         self.pieces[drone].iter().map(|(first, last)| (last.0 - first.0 + 1) as u64).sum()
     }
 
     /// Minutes that count for `drone`.
-    pub(super) fn minutes(&self, drone: usize) -> f64 {
+    pub(crate) fn minutes(&self, drone: usize) -> f64 {
         self.slots(drone) as f64 * self.slot_s / 60.0
     }
 
     /// First and last slot that count for any drone; `None` if there is none.
-    pub(super) fn run(&self) -> Option<(Slot, Slot)> {
+    pub(crate) fn run(&self) -> Option<(Slot, Slot)> {
         self.run
     }
 
     /// Whether the run contains `slot`.
-    pub(super) fn run_contains(&self, slot: Slot) -> bool {
+    pub(crate) fn run_contains(&self, slot: Slot) -> bool {
         self.run.is_some_and(|(first, last)| (first..=last).contains(&slot))
     }
 
     /// Length of the run, minutes.
-    pub(super) fn run_minutes(&self) -> Option<f64> {
+    pub(crate) fn run_minutes(&self) -> Option<f64> {
         self.run.map(|(first, last)| (last.0 - first.0 + 1) as f64 * self.slot_s / 60.0)
     }
 }

@@ -49,7 +49,7 @@ pub(super) struct PointAttribution {
 
 /// Kind of points in a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum PointKind {
+pub(crate) enum PointKind {
     /// Points of slots, to which the latest plot of a radar track contributes.
     Output,
     /// Plots, each with its own label.

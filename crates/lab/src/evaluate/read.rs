@@ -17,6 +17,8 @@ pub use self::error::InputFileError;
 pub use self::kind::{FileKind, kind};
 pub use self::parsed::{OutputFile, TruthTracks};
 
+use std::collections::BTreeMap;
+
 use super::conflicts::ConflictPrediction;
 use super::integrity::{AlertLine, Attack};
 use super::labels::Label;
@@ -30,6 +32,15 @@ pub fn truth(name: &str, stem: &str, octets: &[u8]) -> Result<TruthTracks, Input
     refuse_unless(FileKind::Truth, name, octets)?;
     let text = text(name, octets)?;
     if text.trim_start().starts_with('<') { gpx::truth(name, stem, text) } else { csv::truth(name, text) }
+}
+
+/// Reads the class of each aircraft from the column `class` of a truth; empty without that column, and for GPX.
+///
+/// # Errors
+/// A line cannot be read.
+pub fn classes(name: &str, octets: &[u8]) -> Result<BTreeMap<String, String>, InputFileError> {
+    let text = text(name, octets)?;
+    if text.trim_start().starts_with('<') { Ok(BTreeMap::new()) } else { csv::classes(name, text) }
 }
 
 /// Reads the output of a tracker: any format of `replay`, `expected.csv` of the conformance flights, or any CAT129.

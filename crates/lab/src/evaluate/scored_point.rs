@@ -10,26 +10,26 @@ use fusion::slots::{Slot, SlotGrid};
 
 /// A point that counts.
 #[derive(Clone, Debug)]
-pub(super) struct ScoredPoint<'a> {
-    pub(super) point: &'a OutputPoint,
-    pub(super) slot: Slot,
+pub(crate) struct ScoredPoint<'a> {
+    pub(crate) point: &'a OutputPoint,
+    pub(crate) slot: Slot,
     /// Drone of the point; `None`: not a drone.
-    pub(super) drone: Option<usize>,
+    pub(crate) drone: Option<usize>,
     /// True position of the drone at the point's time.
-    pub(super) truth: Option<GeodeticPlace>,
+    pub(crate) truth: Option<GeodeticPlace>,
     /// Error: from the true position to the point.
-    pub(super) error: Option<LocalOffset>,
+    pub(crate) error: Option<LocalOffset>,
     /// Whether its radar track and transponder belong to one drone; `None` if not scored.
-    pub(super) paired: Option<bool>,
+    pub(crate) paired: Option<bool>,
     /// Whether its radar track was seduced at that time.
-    pub(super) seduced: bool,
+    pub(crate) seduced: bool,
     /// State of its drone; `None` without a drone, or if the truth does not determine it.
-    pub(super) state: Option<MotionState>,
+    pub(crate) state: Option<MotionState>,
 }
 
 /// State of a drone; the radar's errors differ between states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum MotionState {
+pub(crate) enum MotionState {
     /// Flies straight on, or hovers.
     Straight,
     /// Turns.
@@ -40,15 +40,15 @@ pub(super) enum MotionState {
 
 /// Reference data for scoring.
 #[derive(Clone, Copy)]
-pub(super) struct ScoringReference<'a> {
-    pub(super) truth: &'a Truth,
-    pub(super) labels: Option<&'a Labels>,
-    pub(super) counted: &'a CountedSlots,
-    pub(super) grid: SlotGrid,
+pub(crate) struct ScoringReference<'a> {
+    pub(crate) truth: &'a Truth,
+    pub(crate) labels: Option<&'a Labels>,
+    pub(crate) counted: &'a CountedSlots,
+    pub(crate) grid: SlotGrid,
 }
 
 /// Returns the points that count, in the given order.
-pub(super) fn score_points<'a>(
+pub(crate) fn score_points<'a>(
     points: &'a [OutputPoint],
     kind: PointKind,
     reference: ScoringReference<'_>,
@@ -104,7 +104,7 @@ fn score_point<'a>(
 
 impl ScoredPoint<'_> {
     /// Published form of the point.
-    pub(super) fn sample(&self, settings: &Scoring) -> ErrorSample {
+    pub(crate) fn sample(&self, settings: &Scoring) -> ErrorSample {
         ErrorSample {
             time: self.point.time,
             place: self.point.place,

@@ -87,7 +87,7 @@ impl TrueTrack {
 
     /// Whether the drone turns at `time`: its mean courses over the second before and the second after differ by more
     /// than the limit. `None` if the position is unknown in either second.
-    pub(super) fn turns(&self, time: Time) -> Option<bool> {
+    pub(crate) fn turns(&self, time: Time) -> Option<bool> {
         let at = |later_ns: i64| self.at(Time::from_nanos(time.nanos() + later_ns));
         let (before, now, after) = (at(-SECOND)?, at(0)?, at(SECOND)?);
         let (to, from) = (now.offset_from(&before), after.offset_from(&now));
@@ -98,7 +98,7 @@ impl TrueTrack {
     }
 
     /// Mean speed over ground in the second around `time`, metres per second; `None` if the position is unknown.
-    pub(super) fn speed_m_s(&self, time: Time) -> Option<f64> {
+    pub(crate) fn speed_m_s(&self, time: Time) -> Option<f64> {
         let at = |later_ns: i64| self.at(Time::from_nanos(time.nanos() + later_ns));
         Some(at(SECOND / 2)?.offset_from(&at(-SECOND / 2)?).horizontal_m())
     }

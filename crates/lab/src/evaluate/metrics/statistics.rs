@@ -5,7 +5,7 @@ use input::statistics::quantile;
 
 /// Statistics of errors in metres, in any order; `None` without any. The standard deviation is the sample standard
 /// deviation (n - 1).
-pub(in crate::evaluate) fn statistics(errors_m: impl Iterator<Item = f64>) -> Option<ErrorStatistics> {
+pub(crate) fn statistics(errors_m: impl Iterator<Item = f64>) -> Option<ErrorStatistics> {
     let mut errors_m: Vec<f64> = errors_m.collect();
     errors_m.sort_by(f64::total_cmp);
     let count = errors_m.len();

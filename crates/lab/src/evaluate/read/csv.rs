@@ -38,6 +38,19 @@ pub(super) fn truth(name: &str, text: &str) -> Result<TruthTracks, InputFileErro
     Ok(tracks.into_iter().collect())
 }
 
+/// Reads the classes of the aircraft: `id` and `class`. The first class of an aircraft counts.
+pub(super) fn classes(name: &str, text: &str) -> Result<BTreeMap<String, String>, InputFileError> {
+    let columns = CsvColumns::of(name, text, &["id"])?;
+    let mut classes = BTreeMap::new();
+    for row in columns.rows(text) {
+        let row = row?;
+        if let (Some(id), Some(class)) = (row.filled("id"), row.filled("class")) {
+            classes.entry(id).or_insert(class);
+        }
+    }
+    Ok(classes)
+}
+
 /// Reads `time,sensor,number,id,seduced,identity`. An empty id is not a drone; `seduced` (no) and `identity` (not
 /// stated) may be empty or missing.
 pub(super) fn labels(name: &str, text: &str) -> Result<Vec<Label>, InputFileError> {
