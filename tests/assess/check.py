@@ -186,13 +186,18 @@ class Reference:
                 scored.append((point, slot, best[1], truth, offset(point["place"], truth)))
         return scored
 
-    def flown(self, unit_s):
+    def flown(self, unit_s, subject=None):
         sums = defaultdict(lambda: [0.0, 0.0])
         for drone, pieces in enumerate(self.pieces):
+            if subject and not self.covers(subject, drone):
+                continue
             for first, last in pieces:
                 for slot in range(first, last + 1):
                     sums[self.block(drone, self.centre(slot))][1] += self.slot_ns / NS / unit_s
         return sums
+
+    def covers(self, subject, drone):
+        return subject.kind != "receiver" or drone in self.equipped
 
     def run_time(self, unit_s):
         sums = defaultdict(lambda: [0.0, 0.0])
@@ -228,7 +233,7 @@ def student_975(freedom):
         ends = [scale * (1 + (i * width) ** 2 / freedom) ** (-(freedom + 1) / 2) for i in range(steps + 1)]
         return width / 3 * (ends[0] + ends[-1] + 4 * sum(ends[1:-1:2]) + 2 * sum(ends[2:-1:2]))
 
-    low, high = 1.9, 13.0
+    low, high = 1.9, 13.0  # of one degree of freedom: 12.7
     for _ in range(60):
         middle = (low + high) / 2
         low, high = (middle, high) if within(middle) < 0.475 else (low, middle)
@@ -302,7 +307,10 @@ def estimate(kind, sums):
                     values.append(one)
             if len(values) >= 1000:
                 values.sort()
-                interval = quantile(values, level(count)), quantile(values, 1 - level(count))
+                weights = [block[1] for block in blocks]
+                effective = int(sum(weights) ** 2 / sum(weight**2 for weight in weights) + 1e-6)
+                if effective >= 2:
+                    interval = quantile(values, level(effective)), quantile(values, 1 - level(effective))
     return value, interval, count
 
 
@@ -515,7 +523,7 @@ def detection(figures, reference, subject):
     rows = []
     for drone, time, made, place in subject.due:
         range_m = length(offset(place, subject.origin))
-        if subject.limit is None or range_m <= subject.limit:
+        if reference.covers(subject, drone) and (subject.limit is None or range_m <= subject.limit):
             rows.append((drone, time, made, range_m, place[2]))
     range_of, height_of = bins([r[3] for r in rows], RANGES, 10), bins([r[4] for r in rows], HEIGHTS, 8)
     groups = defaultdict(empty)
@@ -536,7 +544,7 @@ def detection(figures, reference, subject):
 
 
 def intervals(figures, reference, subject):
-    sums, gaps, lengths = empty(), reference.flown(3600), []
+    sums, gaps, lengths = empty(), reference.flown(3600, subject), []
     for drone, until, between in subject.intervals:
         block = reference.block(drone, until)
         add(sums, block, between / NS, 1)
@@ -588,7 +596,7 @@ def tracking(figures, reference, subject):
         by_number[point["number"]].append((point["time"], drone))
         if drone is not None:
             by_drone[drone].append((point["time"], point["number"]))
-    changes = reference.flown(60)
+    changes = reference.flown(60, subject)
     for drone, points in by_drone.items():
         moments, followed = defaultdict(list), None
         for time, number in points:
@@ -607,7 +615,7 @@ def tracking(figures, reference, subject):
             if point[0] - before[0] > 25 * NS:
                 tracks.append([])
             tracks[-1].append(point)
-    swaps = reference.flown(3600)
+    swaps = reference.flown(3600, subject)
     for track in tracks:
         owned = [(time, drone) for time, drone in track if drone is not None]
         for (_, before), (time, drone) in zip(owned, owned[1:]):
@@ -630,7 +638,8 @@ def tracking(figures, reference, subject):
     for drone, points in by_drone.items():
         firsts.append((min(points)[0] - reference.pieces[drone][0][0] * reference.slot_ns) / NS)
     firsts.sort()
-    figures.plain(f"{key}.found", float(len(firsts)), 0, reference.aircraft)
+    covered = sum(1 for drone, pieces in enumerate(reference.pieces) if pieces and reference.covers(subject, drone))
+    figures.plain(f"{key}.found", float(len(firsts)), 0, covered)
     figures.plain(f"{key}.first", quantile(firsts, 0.5), 2, len(firsts))
     figures.plain(f"{key}.first-longest", firsts[-1] if firsts else None, 2, len(firsts))
 

@@ -6,18 +6,25 @@ use lab::assess::{AssessedRecording, Assessment, AssessmentReference, assess};
 use lab::simulate::{Scenario, simulate};
 use picture::UncooperativeDetector;
 use site::areas::Masks;
+use site::config::Profile;
 
 use crate::SCENARIO;
 
-/// Seeds of the recordings; nothing was tuned on them.
-const SEEDS: std::ops::Range<u64> = 5001..5201;
+/// Seed of the first recording; nothing was tuned on it and those that follow.
+const FIRST_SEED: u64 = 5001;
+/// Number of recordings.
+const RECORDINGS: u64 = 200;
 
 /// Value, interval, and weight of a figure in one recording.
 type Found = (f64, Option<[f64; 2]>, f64);
 
 /// Assesses a simulated recording.
 fn assessed(scenario: &Scenario, seed: u64) -> Assessment {
-    let simulation = simulate(scenario, seed, None).unwrap();
+    let mut simulation = simulate(scenario, seed, None).unwrap();
+    if std::env::var_os("ASSESS_REFERENCE").is_some() {
+        let fusion = simulation.config.fusion.clone().with_profile(Profile::Reference);
+        simulation.config.fusion = fusion.unwrap();
+    }
     let detector = UncooperativeDetector::load(&simulation.config, Masks::default()).unwrap();
     let receptions = simulation.receptions().map(Ok);
     let recording =
@@ -27,18 +34,18 @@ fn assessed(scenario: &Scenario, seed: u64) -> Assessment {
     assess(&recording, &simulation.config, reference)
 }
 
-/// Run it alone, with `--ignored --nocapture`: it simulates 200 recordings. `ASSESS_SCENARIO` names another scenario (TOML), and
-/// `ASSESS_RECORDINGS` another number.
+/// Run it alone, with `--ignored --nocapture`: it simulates 200 recordings. `ASSESS_SCENARIO` names another scenario (TOML),
+/// `ASSESS_RECORDINGS` another number, `ASSESS_SEED` another first seed, and `ASSESS_REFERENCE` the other profile.
 #[test]
 #[ignore = "simulates and assesses 200 recordings"]
 fn intervals_contain_the_value_of_the_population() {
     let text = std::env::var("ASSESS_SCENARIO")
         .map_or_else(|_| SCENARIO.to_owned(), |path| std::fs::read_to_string(path).unwrap());
-    let recordings =
-        std::env::var("ASSESS_RECORDINGS").map_or(SEEDS.end - SEEDS.start, |count| count.parse().unwrap());
+    let number = |name: &str, usual: u64| std::env::var(name).map_or(usual, |text| text.parse().unwrap());
+    let (recordings, first) = (number("ASSESS_RECORDINGS", RECORDINGS), number("ASSESS_SEED", FIRST_SEED));
     let scenario = Scenario::parse(&text, "assessed.toml").unwrap();
     let mut found: BTreeMap<String, Vec<Found>> = BTreeMap::new();
-    for seed in SEEDS.take(recordings as usize) {
+    for seed in first..first + recordings {
         for figure in assessed(&scenario, seed)
             .sections
             .iter()

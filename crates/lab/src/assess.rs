@@ -37,7 +37,7 @@ use scene::AssessmentScene;
 use site::config::{Config, SensorKind};
 use subject::{AssessedSubject, SubjectKind};
 
-/// What a recording is compared with.
+/// Reference of an assessment.
 #[derive(Clone, Copy, Debug)]
 pub struct AssessmentReference<'a> {
     /// True paths; `None`: the reports of transponders in the recording.
@@ -129,7 +129,7 @@ impl<'a> Sections<'a> {
         };
         let Self { scene, recording, config, .. } = self;
         let length_s = recording.span.map_or(0.0, |(first, last)| last.seconds_since(first));
-        let hours = scene.flown(3600.0).values().map(|sum| sum[1]).sum();
+        let hours = scene.flown(3600.0, |_| true).values().map(|sum| sum[1]).sum();
         let mut figures = vec![
             plain("recording.length".to_owned(), "length of the recording", "s", 1, length_s),
             plain("recording.aircraft".to_owned(), "aircraft of the reference", "", 0, scene.aircraft as f64),
@@ -175,8 +175,8 @@ impl<'a> Sections<'a> {
         AssessmentSection {
             id: "detection",
             title: "Detection",
-            text: "Probability of detection of a sensor, and probability of update of the picture: updates made of those due. A radar's \
-            ranges are from its antenna, and those beyond its instrumented range do not count.",
+            text: "Probability of detection of a sensor, and probability of update of the picture: updates made of those due. A \
+            radar's ranges are from its antenna, and those beyond its instrumented range do not count.",
             tables,
             drawings: self.judged().filter_map(coverage::map).collect(),
         }
@@ -186,7 +186,8 @@ impl<'a> Sections<'a> {
         AssessmentSection {
             id: "tracking",
             title: "Tracking",
-            text: "Continuity of tracks. A false track is one of which more than half of the points belong to no aircraft of the truth.",
+            text: "Continuity of tracks. A false track is one of which more than half of the points belong to no aircraft of the \
+            truth.",
             tables: self.judged().map(|subject| tracking::tracking(self.scene, subject)).collect(),
             drawings: Vec::new(),
         }

@@ -10,8 +10,12 @@ use input::statistics::quantile;
 pub const REPLICATES: usize = 2000;
 /// Fewest blocks from which an interval is computed.
 pub const BLOCKS_MIN: usize = 5;
-/// Number of events below which the interval of a rate is that of a Poisson distribution.
+/// Number of events below which a rate has the interval of a Poisson distribution.
 const EVENTS_MIN: f64 = 10.0;
+/// Largest deviate: the level beyond it is that of the outermost replicate.
+const DEVIATE_MAX: f64 = 6.0;
+/// Allowance for rounding in the effective number of blocks.
+const ROUNDING: f64 = 1e-6;
 /// Probability beyond either end of an interval.
 const TAIL: f64 = 0.025;
 
@@ -41,6 +45,8 @@ pub(super) struct Estimate {
     pub(super) interval: Option<[f64; 2]>,
     /// Number of blocks with a denominator.
     pub(super) blocks: usize,
+    /// Effective number of blocks.
+    pub(super) effective: usize,
     /// Value in each replicate; empty if the interval has another origin.
     pub(super) replicates: Vec<f64>,
 }
@@ -83,9 +89,9 @@ impl Estimator {
             let interval = if total[0] <= 0.0 { [0.0, other] } else { [100.0 - other, 100.0] };
             return without_replicates(Some(interval));
         }
-        let replicates = self.replicates(&blocks, seed);
-        let interval = percentiles(&replicates, count);
-        Estimate { value: Some(value), interval, blocks: count, replicates }
+        let (replicates, effective) = (self.replicates(&blocks, seed), effective(&blocks));
+        let interval = percentiles(&replicates, effective);
+        Estimate { value: Some(value), interval, blocks: count, effective, replicates }
     }
 
     /// Values of as many blocks, drawn with replacement. Draws without exposure are left out.
@@ -111,15 +117,24 @@ fn sum<'a>(blocks: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 2] {
     blocks.fold([0.0; 2], |total, block| [total[0] + block[0], total[1] + block[1]])
 }
 
-/// 95 % interval from replicates of a figure of `blocks` blocks: the expanded percentile interval of T. Hesterberg, *What Teachers
+/// Effective number of blocks of unequal weights, rounded down: the square of the sum of the weights over the sum of their squares (L.
+/// Kish, *Survey Sampling*, 1965).
+fn effective(blocks: &[[f64; 2]]) -> usize {
+    let weights = || blocks.iter().map(|block| block[1]);
+    let squares: f64 = weights().map(|weight| weight * weight).sum();
+    (weights().sum::<f64>().powi(2) / squares + ROUNDING) as usize
+}
+
+/// 95 % interval from replicates of a figure of effectively `blocks` blocks: the expanded percentile interval of T. Hesterberg, *What Teachers
 /// Should Know About the Bootstrap*, The American Statistician 69, 2015. Its levels are those of Student's t, and of the
-/// variance with n - 1. `None` if fewer than half of the replicates have a value.
+/// variance with n - 1. `None` for a single block, or if fewer than half of the replicates have a value.
 pub(super) fn percentiles(replicates: &[f64], blocks: usize) -> Option<[f64; 2]> {
-    if replicates.len() < REPLICATES / 2 || blocks < BLOCKS_MIN {
+    if replicates.len() < REPLICATES / 2 || blocks < 2 {
         return None;
     }
     let count = blocks as f64;
-    let level = normal(-student(blocks - 1) * (count / (count - 1.0)).sqrt());
+    let deviate = student(blocks - 1) * (count / (count - 1.0)).sqrt();
+    let level = normal(-deviate.min(DEVIATE_MAX));
     let mut sorted = replicates.to_vec();
     sorted.sort_by(f64::total_cmp);
     Some([quantile(&sorted, level)?, quantile(&sorted, 1.0 - level)?])
@@ -246,6 +261,12 @@ mod tests {
         let none = Estimator::Rate.estimate(&sums(1, 0.0), 1).interval.unwrap();
         near(none[1], 0.36889);
         assert_eq!(Estimator::Mean.estimate(&BlockSums::new(), 1), Estimate::default());
+    }
+
+    #[test]
+    fn effective_blocks_are_fewer_if_one_outweighs_the_others() {
+        assert_eq!(effective(&[[0.0, 0.1]; 10]), 10);
+        assert_eq!(effective(&[[0.0, 1.0], [0.0, 1.0], [0.0, 8.0]]), 1);
     }
 
     #[test]

@@ -25,7 +25,7 @@ pub struct ComparedFigure {
     /// 95 % interval of the difference; `None` if one of the recordings has too few blocks.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interval: Option<[f64; 2]>,
-    /// What follows.
+    /// Conclusion.
     pub verdict: Verdict,
     /// Decimals that are printed.
     #[serde(skip)]
@@ -64,9 +64,9 @@ pub fn compare(this: &Assessment, other: &Assessment) -> Vec<ComparedFigure> {
         figures(other).map(|(_, _, figure)| (figure.key.as_str(), figure)).collect();
     let compared = figures(this).filter_map(|(section, subject, figure)| {
         let other = others.get(figure.key.as_str())?;
-        let blocks = figure.blocks?.min(other.blocks?);
+        figure.blocks?;
         let (value, with) = (figure.value?, other.value?);
-        let interval = interval(figure, other, blocks);
+        let interval = interval(figure, other);
         let verdict = match interval {
             None => Verdict::NoInterval,
             Some([low, _]) if low > 0.0 => Verdict::Higher,
@@ -90,11 +90,11 @@ pub fn compare(this: &Assessment, other: &Assessment) -> Vec<ComparedFigure> {
 }
 
 /// Interval of the difference: from the replicates of both; if one has none, from the ends of the intervals, which is wider.
-fn interval(this: &AssessmentFigure, other: &AssessmentFigure, blocks: usize) -> Option<[f64; 2]> {
+fn interval(this: &AssessmentFigure, other: &AssessmentFigure) -> Option<[f64; 2]> {
     if !this.replicates.is_empty() && !other.replicates.is_empty() {
         let pairs = this.replicates.iter().zip(&other.replicates);
         let differences: Vec<f64> = pairs.map(|(this, other)| other - this).collect();
-        return percentiles(&differences, blocks);
+        return percentiles(&differences, this.effective.min(other.effective));
     }
     let ([low, high], [other_low, other_high]) = (this.interval?, other.interval?);
     Some([other_low - high, other_high - low])

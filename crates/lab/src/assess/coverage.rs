@@ -56,7 +56,8 @@ pub(super) fn map(subject: &AssessedSubject<'_>) -> Option<(String, String)> {
         let (x, y) = (MARGIN + east * side, MARGIN + north * side);
         let _ = write!(
             svg,
-            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{side:.1}\" height=\"{side:.1}\" fill=\"{fill}\"><title>{made} of {due}</title></rect>"
+            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{side:.1}\" height=\"{side:.1}\" fill=\"{fill}\">\
+            <title>{made} of {due}</title></rect>"
         );
     }
     let middle = MARGIN + SIDE / 2.0;

@@ -15,8 +15,10 @@ pub(super) const HEIGHT_BINS: f64 = 8.0;
 /// Probability of update of a subject, in all and by group.
 pub(super) fn probability(scene: &AssessmentScene<'_>, subject: &AssessedSubject<'_>) -> FigureTable {
     let range = |due: &DueUpdate| due.place.offset_from(&subject.origin).horizontal_m();
-    let is_within = |due: &&DueUpdate| subject.max_range_m.is_none_or(|limit_m| range(due) <= limit_m);
-    let due: Vec<&DueUpdate> = subject.updates.due.iter().filter(is_within).collect();
+    let counts = |due: &&DueUpdate| {
+        subject.covers(scene, due.drone) && subject.max_range_m.is_none_or(|limit_m| range(due) <= limit_m)
+    };
+    let due: Vec<&DueUpdate> = subject.updates.due.iter().filter(counts).collect();
     let mut figures = Vec::new();
     let mut figure = |key: String, name: &str, is_wanted: &dyn Fn(&DueUpdate) -> bool| {
         let mut sums = BlockSums::new();
@@ -76,7 +78,7 @@ pub(super) fn intervals(scene: &AssessmentScene<'_>, subject: &AssessedSubject<'
     let mut lengths: Vec<f64> = intervals.iter().map(|interval| seconds(interval.length_ns)).collect();
     lengths.sort_by(f64::total_cmp);
     let mut sums = BlockSums::new();
-    let mut gaps = scene.flown(3600.0);
+    let mut gaps = scene.flown(3600.0, |drone| subject.covers(scene, drone));
     for interval in intervals {
         let block = scene.block(interval.drone, interval.until);
         add(&mut sums, block, seconds(interval.length_ns), 1.0);

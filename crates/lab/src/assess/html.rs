@@ -30,7 +30,8 @@ pub fn html(report: &AssessmentReport) -> Result<String, fmt::Error> {
     write!(
         page,
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-        <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{0}</title>\n<style>\n{STYLE}</style>\n</head>\n\
+        <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{0}</title>\n\
+        <style>\n{STYLE}</style>\n</head>\n\
         <body>\n<h1>{0}</h1>\n",
         escaped(&title)
     )?;
@@ -148,7 +149,7 @@ fn section(page: &mut String, section: &AssessmentSection) -> fmt::Result {
         writeln!(
             page,
             "<table>\n<caption>{}</caption>\n<thead><tr><th scope=\"col\">figure</th><th scope=\"col\" class=\"n\">value</th>\
-            <th scope=\"col\" class=\"n\">95 % interval</th><th scope=\"col\" class=\"n\">of</th>\
+            <th scope=\"col\" class=\"n\">95 % interval</th><th scope=\"col\" class=\"n\">count</th>\
             <th scope=\"col\" class=\"n\">blocks</th></tr></thead>\n<tbody>",
             escaped(&table.title)
         )?;
@@ -201,8 +202,10 @@ fn comparison(page: &mut String, against: &Provenance, figures: &[ComparedFigure
     provenance(page, "The other recording", against)?;
     writeln!(
         page,
-        "<table>\n<thead><tr><th scope=\"col\">figure</th><th scope=\"col\" class=\"n\">this</th><th scope=\"col\" class=\"n\">other</th>\
-        <th scope=\"col\" class=\"n\">difference</th><th scope=\"col\" class=\"n\">95 % interval</th><th scope=\"col\">the other is</th></tr></thead>\n<tbody>"
+        "<table>\n<thead><tr><th scope=\"col\">figure</th><th scope=\"col\" class=\"n\">this</th>\
+        <th scope=\"col\" class=\"n\">other</th>\
+        <th scope=\"col\" class=\"n\">difference</th><th scope=\"col\" class=\"n\">95 % interval</th>\
+        <th scope=\"col\">the other is</th></tr></thead>\n<tbody>"
     )?;
     for figure in figures {
         let printed = |value: f64| format!("{value:.*}", figure.digits);
@@ -232,8 +235,8 @@ fn method(page: &mut String, report: &AssessmentReport) -> fmt::Result {
     );
     writeln!(
         page,
-        "<section id=\"method\">\n<h2>Method and terms</h2>\n<p>Intervals are of {} % confidence, by a block bootstrap of {} replicates, \
-        seed {}. {block}</p>\n{METHOD}</section>",
+        "<section id=\"method\">\n<h2>Method and terms</h2>\n<p>Intervals are of {} % confidence, by a block bootstrap of {} \
+        replicates, seed {}. {block}</p>\n{METHOD}</section>",
         method.confidence_percent, method.replicates, method.seed
     )
 }

@@ -1,4 +1,4 @@
-//! What the engine states of transponders, and of aircraft without one.
+//! Flags of the engine: transponders, and aircraft without one.
 
 use std::collections::{BTreeMap, BTreeSet};
 

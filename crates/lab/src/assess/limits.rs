@@ -1,4 +1,4 @@
-//! What a recording cannot say, and why.
+//! Statements that a recording does not permit, with reasons.
 
 use super::scene::AssessmentScene;
 use super::subject::{AssessedSubject, SubjectKind};
@@ -62,8 +62,8 @@ pub(super) fn limits(
         limit(
             "The difference between aircraft",
             &format!(
-                "fewer than 8 aircraft of the reference fly ({}), so the blocks are pieces of {block_s} s of each. The intervals hold for \
-                these aircraft, not for others.",
+                "fewer than 8 aircraft of the reference fly ({}), so the blocks are pieces of {block_s} s of each. The intervals \
+                hold for these aircraft, not for others.",
                 scene.aircraft
             ),
         );
@@ -100,7 +100,8 @@ pub(super) fn limits(
     );
     limit(
         "Performance elsewhere",
-        "the figures hold for the site, the weather, the aircraft and the flown area of this recording. Bins without flights are missing.",
+        "the figures hold for the site, the weather, the aircraft and the flown area of this recording. Bins without \
+        flights are missing.",
     );
     limits
 }

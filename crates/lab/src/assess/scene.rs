@@ -95,10 +95,10 @@ impl<'a> AssessmentScene<'a> {
         self.counted.intervals(drone).iter().map(span)
     }
 
-    /// Time flown that counts, in units of `unit_s` seconds, by block.
-    pub(super) fn flown(&self, unit_s: f64) -> BlockSums {
+    /// Time flown that counts by aircraft for which `is_wanted` holds, in units of `unit_s` seconds, by block.
+    pub(super) fn flown(&self, unit_s: f64, is_wanted: impl Fn(usize) -> bool) -> BlockSums {
         let mut sums = BlockSums::new();
-        for drone in self.drones() {
+        for drone in self.drones().filter(|&drone| is_wanted(drone)) {
             for &(first, last) in self.counted.intervals(drone) {
                 for slot in first.0..=last.0 {
                     let time = self.grid.centre(fusion::slots::Slot(slot));

@@ -1,4 +1,4 @@
-//! What is assessed: a sensor, or the picture; and its updates of each aircraft.
+//! A subject of the assessment: a sensor, or the picture; and its updates of each aircraft.
 
 use std::collections::BTreeSet;
 
@@ -117,6 +117,11 @@ impl<'a> AssessedSubject<'a> {
 
     pub(super) fn figure_key(&self, rest: &str) -> String {
         format!("{}.{rest}", self.key)
+    }
+
+    /// Whether the subject is to report an aircraft: a receiver reports those with a transponder.
+    pub(super) fn covers(&self, scene: &AssessmentScene<'_>, drone: usize) -> bool {
+        self.kind != SubjectKind::Receiver || scene.equipped[drone]
     }
 
     /// Interval above which updates are missing for long: three periods, and 3 s at least.

@@ -23,14 +23,14 @@ pub(super) fn tracking(scene: &AssessmentScene<'_>, subject: &AssessedSubject<'_
         let name = (key(name), label);
         figures.push(AssessmentFigure::estimated(name, (unit, digits), Estimator::Rate, sums, scene.seed));
     };
-    let mut changed = scene.flown(60.0);
+    let mut changed = scene.flown(60.0, |drone| subject.covers(scene, drone));
     for (drone, points) in by_drone.iter().enumerate() {
         for time in changes(points) {
             add(&mut changed, scene.block(drone, time), 1.0, 0.0);
         }
     }
     rate("changes", "changes of an aircraft's number, an aircraft-minute", "1/min", 3, &changed);
-    let mut swapped = scene.flown(3600.0);
+    let mut swapped = scene.flown(3600.0, |drone| subject.covers(scene, drone));
     for (drone, time) in tracks.iter().flat_map(|track| swaps(track)) {
         add(&mut swapped, scene.block(drone, time), 1.0, 0.0);
     }
@@ -67,7 +67,10 @@ pub(super) fn tracking(scene: &AssessmentScene<'_>, subject: &AssessedSubject<'_
     let mut firsts: Vec<f64> =
         (scene.drones()).filter_map(|drone| until_first(scene, drone, &by_drone[drone])).collect();
     firsts.sort_by(f64::total_cmp);
-    let with_slots = scene.drones().filter(|&drone| scene.counted.slots(drone) > 0).count() as u64;
+    let with_slots = scene
+        .drones()
+        .filter(|&drone| scene.counted.slots(drone) > 0 && subject.covers(scene, drone))
+        .count() as u64;
     let mut plain = |name: &str, label: &str, unit, digits, value, count| {
         figures.push(AssessmentFigure::plain(key(name), label, unit, digits, value).with_count(count));
     };

@@ -42,7 +42,7 @@ pub struct Provenance {
 /// A file that was read.
 #[derive(Clone, Debug, Serialize)]
 pub struct AssessedFile {
-    /// What it is: `recording`, `configuration` or `truth`.
+    /// Role of the file: `recording`, `configuration` or `truth`.
     pub role: &'static str,
     /// Name, without its folder.
     pub name: String,
@@ -55,7 +55,7 @@ pub struct AssessedFile {
 /// Figures on a recording.
 #[derive(Clone, Debug, Serialize)]
 pub struct Assessment {
-    /// What the figures are measured against.
+    /// Reference of the figures.
     pub reference: ReferenceKind,
     /// How the intervals are made.
     pub method: IntervalMethod,
@@ -135,6 +135,8 @@ pub struct AssessmentFigure {
     pub count: Option<u64>,
     /// Number of blocks behind the interval.
     pub blocks: Option<usize>,
+    /// Effective number of blocks.
+    pub(super) effective: usize,
     /// Values of the bootstrap, for comparisons.
     pub(super) replicates: Vec<f64>,
 }
@@ -142,9 +144,9 @@ pub struct AssessmentFigure {
 /// A statement that the recording does not permit.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Limit {
-    /// What cannot be said.
+    /// Statement that is not permitted.
     pub what: String,
-    /// Why.
+    /// Reason.
     pub why: String,
 }
 
@@ -166,6 +168,7 @@ impl AssessmentFigure {
             interval: None,
             count: None,
             blocks: None,
+            effective: 0,
             replicates: Vec::new(),
         }
     }
@@ -178,7 +181,7 @@ impl AssessmentFigure {
         sums: &BlockSums,
         seed: u64,
     ) -> Self {
-        let Estimate { value, interval, blocks, replicates } = estimator.estimate(sums, seed);
+        let Estimate { value, interval, blocks, effective, replicates } = estimator.estimate(sums, seed);
         // Events of a rate; else trials, reports or intervals.
         let counted = usize::from(estimator != Estimator::Rate);
         let count = Some(sums.values().map(|sum| sum[counted]).sum::<f64>() as u64);
@@ -187,6 +190,7 @@ impl AssessmentFigure {
             interval,
             count,
             blocks: Some(blocks),
+            effective,
             replicates,
             ..Self::plain(key, name, unit, digits, None)
         }
