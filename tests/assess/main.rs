@@ -33,7 +33,12 @@ fn demo() -> Flight {
 
 /// Simulates the scenario.
 fn simulated(scratch: &Scratch, seed: &str) -> Flight {
-    let scenario = scratch.file("assessed.toml", SCENARIO);
+    simulated_as(scratch, SCENARIO, seed)
+}
+
+/// Simulates a scenario.
+fn simulated_as(scratch: &Scratch, scenario: &str, seed: &str) -> Flight {
+    let scenario = scratch.file("assessed.toml", scenario);
     let folder = scratch.path(seed);
     let made =
         utm_fusion("simulate").arg(scenario).args(["--seed", seed, "--out"]).arg(&folder).output().unwrap();
