@@ -622,6 +622,8 @@ def tracking(figures, reference, subject):
             if before != drone:
                 add(swaps, reference.block(drone, time), 1, 0)
     figures.estimated(f"{key}.swaps", "rate", swaps, 2)
+    value, _, digits, count, _ = figures.found[f"{key}.swaps"]
+    figures.plain(f"{key}.swaps", value, digits, count)
     if reference.is_truth:
         false = reference.run_time(3600)
         for track in tracks:

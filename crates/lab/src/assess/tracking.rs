@@ -35,6 +35,14 @@ pub(super) fn tracking(scene: &AssessmentScene<'_>, subject: &AssessedSubject<'_
         add(&mut swapped, scene.block(drone, time), 1.0, 0.0);
     }
     rate("swaps", "swaps: a number passes to another aircraft, an aircraft-hour", "1/h", 2, &swapped);
+    // Two aircraft swap in series, and their blocks are not independent: an interval would be too narrow.
+    if let Some(swaps) = figures.last_mut() {
+        *swaps = AssessmentFigure { interval: None, blocks: None, ..swaps.clone() };
+    }
+    let mut rate = |name: &str, label: &str, unit, digits, sums: &BlockSums| {
+        let name = (key(name), label);
+        figures.push(AssessmentFigure::estimated(name, (unit, digits), Estimator::Rate, sums, scene.seed));
+    };
     if scene.is_truth() {
         let mut false_tracks = scene.run_time(3600.0);
         let mut false_time = scene.run_time(60.0);
