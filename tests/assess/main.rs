@@ -1,6 +1,6 @@
 //! `assess` from the user's point of view: its figures against a second implementation, the report, comparisons, hostile input.
 
-#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
+#![allow(clippy::disallowed_methods, clippy::unwrap_used, reason = "tests read files, and may fail")]
 
 mod coverage;
 #[path = "../shared/program.rs"]

@@ -69,8 +69,8 @@ fn commands_of_the_guides_run_as_printed() {
     for folder in FOLDERS {
         assert!(ran(&format!("utm-fusion simulate small.toml --out {folder}")).status.success());
     }
-    for (from, to) in [("capture.pcap", "mixed.pcap"), ("capture.pcap", "radar.pcap")] {
-        fs::copy(scratch.path(from), scratch.path(to)).unwrap();
+    for to in ["mixed.pcap", "radar.pcap", "before.pcap"] {
+        fs::copy(scratch.path("capture.pcap"), scratch.path(to)).unwrap();
     }
     for prepared in [
         "utm-fusion replay capture.pcap --config site.toml -o out.csv",
