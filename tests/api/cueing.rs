@@ -52,8 +52,8 @@ async fn camera_is_sent_to_aircraft_in_conflict_and_unidentified_ones() {
 }
 
 #[tokio::test]
-async fn cueing_of_a_sensor_that_is_no_camera_is_not_found() {
+async fn cueing_of_a_sensor_that_is_no_camera_is_refused() {
     let site = Site::with_camera(CAMERA);
-    assert_eq!(site.get("/api/v1/cueing?sensor=gamekeeper").await.status, 404);
+    assert_eq!(site.get("/api/v1/cueing?sensor=gamekeeper").await.status, 400);
     assert_eq!(site.get("/api/v1/cueing?limit=0").await.status, 400);
 }

@@ -24,13 +24,13 @@ const MAX_TARGETS: usize = 100;
 /// Reason to look at an aircraft, the most urgent first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CueReason {
-    /// It is in another aircraft's volume.
+    /// Another aircraft is within the volume.
     Violation,
-    /// It comes near another aircraft.
+    /// Another aircraft comes near.
     Warning,
-    /// It flies without a transponder where one would be heard.
+    /// No transponder is heard where one would be.
     Uncooperative,
-    /// There is evidence against its transponder.
+    /// Evidence contradicts the transponder.
     Untrusted,
     /// Only radars see it.
     Unidentified,
@@ -106,8 +106,8 @@ pub fn cues(request: &ApiRequest) -> Result<CueList, Problem> {
         request.query.value("limit", &rule, |limit| (1..=MAX_TARGETS).contains(limit))?.unwrap_or(TARGETS);
     let wanted = request.query.text("sensor");
     let cameras = || hub.config.sensors.iter().enumerate().filter(|(_, sensor)| sensor.kind.is_camera());
-    if let Some(id) = wanted.filter(|id| !cameras().any(|(_, sensor)| sensor.id == **id)) {
-        return Err(Problem::not_found(format!("there is no camera {id:?}")));
+    if wanted.is_some_and(|id| !cameras().any(|(_, sensor)| sensor.id == id)) {
+        return Err(Problem::parameter("sensor", "the id of a camera"));
     }
     let status = hub.status();
     let published = hub.latest();

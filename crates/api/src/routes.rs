@@ -449,8 +449,7 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
             "Where each camera should look: aircraft in conflict, without a trusted transponder, or unidentified",
             Reply::json(cueing::cues),
         )
-        .with(&CUEING)
-        .or(&[404]),
+        .with(&CUEING),
         Route::get("/data/aircraft.json", "The picture as readsb serves it", Reply::json(readsb::aircraft))
             .any_query(),
         Route::get("/data/receiver.json", "The site as readsb serves it", Reply::json(readsb::receiver))

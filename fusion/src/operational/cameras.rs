@@ -7,8 +7,8 @@
 //!
 //! A camera is turned and tilted by some degrees from what is configured. Until its orientation is known, each pair of a
 //! track and a target is judged with an orientation of its own, learnt from the pair's looks: the right target explains all
-//! looks by one rotation. The camera then takes the orientation of the first pair, and learns from all further looks at
-//! aircraft with a transponder. Until then its looks measure nothing.
+//! looks by one rotation. The camera takes an orientation on which two tracks agree, or one alone after many looks, and then
+//! learns from all further looks at aircraft with a transponder. Until then its looks measure nothing.
 
 mod following;
 
@@ -41,8 +41,10 @@ pub struct OrientedCamera {
     pub orientation: CameraOrientation,
     /// Latest time at which looks contradicted the orientation, and another one replaced it.
     pub turned: Option<Time>,
-    /// Time up to which the orientation was learnt.
+    /// Time up to which the orientation was predicted.
     until: Time,
+    /// Time of the latest look learnt from.
+    learnt: Time,
 }
 
 /// The bearings of one track, and its target.
@@ -60,7 +62,7 @@ struct CameraTrack {
 }
 
 /// Likelihood that a track shows a target.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct PairScore {
     /// Sum of log-likelihood ratios with the camera's orientation, or with the pair's own until that is known.
     llr: f64,

@@ -337,15 +337,20 @@ pub(super) const CAMERA_LLR_MAX: f64 = 12.0;
 pub(super) const CAMERA_FOLLOW_LLR: f64 = 6.0;
 /// Minimum LLR advantage of the followed target over all others.
 pub(super) const CAMERA_MARGIN_LLR: f64 = 3.0;
-/// Minimum angle over which a target has moved before its looks teach a camera an orientation that is not known, radians (3°).
-/// Any hovering target explains any hovering track.
+/// Minimum angle over which a target has moved before its looks determine an orientation, radians (3°). Any hovering target explains
+/// any hovering track.
 pub(super) const CAMERA_SPAN: f64 = 0.052;
-/// LLR of a track and a target against a camera's known orientation, and for another one, at which the camera has turned.
+/// Minimum number of looks of a pair that determines an orientation.
+pub(super) const CAMERA_WITNESS_LOOKS: u64 = 30;
+/// Minimum number of looks, and angle, radians (10°), of a pair that determines one alone.
+pub(super) const CAMERA_ALONE_LOOKS: u64 = 120;
+pub(super) const CAMERA_ALONE_SPAN: f64 = 0.175;
+/// Maximum squared distance of two orientations that agree: 99 % with three degrees of freedom.
+pub(super) const CAMERA_AGREE2: f64 = 11.3;
+/// LLR of a pair against a camera's known orientation, and for its own one, at which it may have turned.
 pub(super) const CAMERA_TURNED_LLR: f64 = 10.0;
-/// Minimum number of looks of that track.
-pub(super) const CAMERA_TURNED_LOOKS: u64 = 40;
-/// Minimum angle over which that target has moved, radians (6°).
-pub(super) const CAMERA_TURNED_SPAN: f64 = 0.105;
+/// Minimum time without a look that fits, after which a camera may have turned, seconds.
+pub(super) const CAMERA_TURNED_S: f64 = 15.0;
 /// Minimum ground distance from a camera at which its angles are used, metres.
 pub(super) const CAMERA_NEAR_M: f64 = 5.0;
 /// Ratio between quantised distances of a bearing, so that nearly equal distances do not repeat the filtering.

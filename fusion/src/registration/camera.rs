@@ -17,6 +17,10 @@ const PERSISTENCE: f64 = 6.0;
 const GROWTH: f64 = 0.1 * 0.1 * (TAU / 360.0) * (TAU / 360.0) / 3600.0;
 /// Maximum standard deviation of a rotation that is known, radians (0.5°).
 const KNOWN: f64 = 0.5 * TAU / 360.0;
+/// Deviation of an orientation by errors that do not show in its looks, radians (0.2°).
+const FLOOR: f64 = 0.2 * TAU / 360.0;
+/// Deviation that no number of looks removes, radians (0.03°): delays of transponders, and lenses.
+const LEAST: f64 = 0.03 * TAU / 360.0;
 /// Distance of a look, in standard deviations, from which its variance grows with the distance (Huber).
 const HUBER: f64 = 3.0;
 /// Time in which the mean of the residuals forgets, looks.
@@ -66,7 +70,7 @@ pub struct CameraMisalignment {
 }
 
 impl CameraOrientation {
-    /// As configured: no rotation, with this standard deviation about each axis, radians.
+    /// The configured orientation: no rotation, with this standard deviation about each axis, radians.
     pub(crate) fn configured(deviation: f64) -> Self {
         Self {
             rotation: UnitQuaternion::identity(),
@@ -102,6 +106,18 @@ impl CameraOrientation {
     /// Sum of the variances about all axes, radians².
     pub(crate) fn uncertainty(&self) -> f64 {
         self.covariance.trace()
+    }
+
+    /// Mean square of the latest residuals, radians².
+    pub(crate) fn residual2(&self) -> f64 {
+        self.residual2
+    }
+
+    /// Squared distance of two orientations in deviations, with three degrees of freedom. Each has a further deviation of 0.2°.
+    pub(crate) fn distance2(&self, other: &Self) -> f64 {
+        let off = (self.rotation * other.rotation.inverse()).scaled_axis();
+        let covariance = self.covariance + other.covariance + Matrix3::identity() * (2.0 * FLOOR * FLOOR);
+        covariance.cholesky().map_or(f64::INFINITY, |root| off.dot(&root.solve(&off)))
     }
 
     /// Lets the rotation drift for some seconds.
@@ -151,7 +167,7 @@ impl CameraOrientation {
         // The rotation turns stated directions into true ones; the misalignment is its inverse. Clockwise is negative about up.
         let left = -self.rotation.scaled_axis();
         let value = |axis: usize, sign: f64| {
-            let deviation = self.covariance[(axis, axis)].sqrt();
+            let deviation = self.covariance[(axis, axis)].sqrt().hypot(LEAST);
             BiasValue { value: sign * left[axis], deviation, observable: deviation <= KNOWN }
         };
         CameraMisalignment {

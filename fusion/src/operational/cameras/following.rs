@@ -1,13 +1,16 @@
 //! Decides which target each track of a camera shows, and learns the cameras' orientations.
 
+use std::collections::BTreeMap;
+
 use super::{CameraTrack, Cameras, OrientedCamera, PairScore, look_at};
-use crate::operational::cycle::Cycle;
+use crate::operational::cycle::{Cycle, EARLIEST};
 use crate::operational::ids::TargetId;
 use crate::operational::settings::Camera;
-use crate::operational::targets::{Target, Targets};
+use crate::operational::targets::Targets;
 use crate::operational::tuning::{
-    CAMERA_ENDS_S, CAMERA_FIELD, CAMERA_FOLLOW_LLR, CAMERA_KEPT, CAMERA_LLR_MAX, CAMERA_LOOK_LLR_MAX,
-    CAMERA_MARGIN_LLR, CAMERA_SPAN, CAMERA_TURNED_LLR, CAMERA_TURNED_LOOKS, CAMERA_TURNED_SPAN,
+    CAMERA_AGREE2, CAMERA_ALONE_LOOKS, CAMERA_ALONE_SPAN, CAMERA_ENDS_S, CAMERA_FIELD, CAMERA_FOLLOW_LLR,
+    CAMERA_KEPT, CAMERA_LLR_MAX, CAMERA_LOOK_LLR_MAX, CAMERA_MARGIN_LLR, CAMERA_SPAN, CAMERA_TURNED_LLR,
+    CAMERA_TURNED_S, CAMERA_WITNESS_LOOKS,
 };
 use crate::registration::{CameraLook, CameraOrientation};
 use crate::time::Time;
@@ -28,38 +31,71 @@ impl Cameras {
             }
             track.looks.back().is_some_and(|last| centre.seconds_since(last.time) <= CAMERA_ENDS_S)
         });
-        let mut turned = Vec::new();
+        let may_teach = |id: TargetId| {
+            is_trusted(id)
+                && targets
+                    .get(id)
+                    .is_some_and(|target| target.transponder().is_some() && target.is_heard(cycle))
+        };
         for (key, track) in &mut self.tracks {
             let Some(camera) = settings.camera(key.sensor) else { continue };
-            let configured = CameraOrientation::configured(camera.orientation);
             let oriented = self.oriented.entry(key.sensor).or_insert(OrientedCamera {
-                orientation: configured,
+                orientation: CameraOrientation::configured(camera.orientation),
                 turned: None,
                 until: centre,
+                learnt: EARLIEST,
             });
             if camera.orientation > 0.0 {
                 oriented.orientation.advance(centre.seconds_since(oriented.until));
             }
             oriented.until = centre;
-            let may_teach = |target: &Target| {
-                is_trusted(target.id()) && target.transponder().is_some() && target.is_heard(cycle)
-            };
-            track.score(targets, camera, oriented, may_teach, centre);
+            track.score(targets, camera, oriented, &may_teach, centre);
             let before = track.target;
             track.decide(targets);
-            if let Some(new) = track.turned_orientation(oriented) {
-                *oriented = OrientedCamera { orientation: new, turned: Some(centre), until: centre };
-                turned.push(key.sensor);
-            }
             if track.target != before {
                 track.from = previous;
             }
         }
-        // Scores with an orientation that was wrong mean nothing.
-        for (_, track) in self.tracks.iter_mut().filter(|(key, _)| turned.contains(&key.sensor)) {
-            (track.target, track.scores) = (None, Default::default());
+        for (&sensor, oriented) in &mut self.oriented {
+            let Some(camera) = settings.camera(sensor).filter(|camera| camera.orientation > 0.0) else {
+                continue;
+            };
+            let is_known = oriented.orientation.looks > 0;
+            if is_known && centre.seconds_since(oriented.learnt) < CAMERA_TURNED_S {
+                continue;
+            }
+            let its = self.tracks.iter().filter(|(key, _)| key.sensor == sensor);
+            let witnesses: Vec<PairScore> =
+                its.filter_map(|(_, track)| track.witness(is_known, may_teach, camera)).collect();
+            let Some(new) = agreed(&witnesses) else { continue };
+            let turned = if is_known { Some(centre) } else { oriented.turned };
+            *oriented = OrientedCamera { orientation: new, turned, until: centre, learnt: centre };
+            // Scores with another orientation mean nothing.
+            for track in
+                self.tracks.iter_mut().filter(|(key, _)| key.sensor == sensor).map(|(_, track)| track)
+            {
+                (track.target, track.scores) = (None, BTreeMap::new());
+            }
         }
     }
+}
+
+/// Orientation on which two tracks agree, or one alone after many looks; `None`: there is none.
+fn agreed(witnesses: &[PairScore]) -> Option<CameraOrientation> {
+    let agree = |one: &PairScore, other: &PairScore| one.own.distance2(&other.own) <= CAMERA_AGREE2;
+    let mut best: Option<&PairScore> = None;
+    for (index, one) in witnesses.iter().enumerate() {
+        let others = || witnesses.iter().enumerate().filter(|(at, _)| *at != index).map(|(_, other)| other);
+        let is_seconded = others().any(|other| agree(one, other));
+        let is_alone = one.own.looks >= CAMERA_ALONE_LOOKS && one.span >= CAMERA_ALONE_SPAN;
+        let is_contradicted = others().any(|other| !agree(one, other));
+        if (is_seconded || (is_alone && !is_contradicted))
+            && best.is_none_or(|best| one.own.uncertainty() < best.own.uncertainty())
+        {
+            best = Some(one);
+        }
+    }
+    best.map(|pair| pair.own)
 }
 
 impl CameraTrack {
@@ -69,7 +105,7 @@ impl CameraTrack {
         targets: &Targets,
         camera: &Camera,
         oriented: &mut OrientedCamera,
-        may_teach: impl Fn(&Target) -> bool,
+        may_teach: impl Fn(TargetId) -> bool,
         centre: Time,
     ) {
         let first = self.looks.partition_point(|look| look.time <= self.until);
@@ -86,29 +122,24 @@ impl CameraTrack {
                     first: view.expected,
                     span: 0.0,
                 };
-                let mut pair = self.scores.remove(&target.id());
-                let was_known = pair.is_some();
-                let mut pair_now = pair.take().unwrap_or_else(begun);
-                let own = llr(&pair_now.own, &view);
+                let known = self.scores.remove(&target.id());
+                let is_new = known.is_none();
+                let mut pair = known.unwrap_or_else(begun);
+                let own = llr(&pair.own, &view);
                 let llr = if is_known { llr(orientation, &view) } else { own };
                 // Targets that were never in the field of view need not be remembered.
-                if !was_known && llr <= 0.0 && own <= 0.0 {
+                if is_new && llr <= 0.0 && own <= 0.0 {
                     continue;
                 }
                 let sum = |before: f64, more: f64| (before + more).clamp(-CAMERA_LLR_MAX, CAMERA_LLR_MAX);
-                (pair_now.llr, pair_now.own_llr) = (sum(pair_now.llr, llr), sum(pair_now.own_llr, own));
-                pair_now.own.learn(&view);
-                pair_now.span = pair_now.span.max(angle(view.expected, pair_now.first));
-                if self.target == Some(target.id()) && may_teach(target) {
-                    if is_known {
-                        orientation.learn(&view);
-                    } else if pair_now.span >= CAMERA_SPAN
-                        && pair_now.own.uncertainty() < orientation.uncertainty()
-                    {
-                        *orientation = pair_now.own;
-                    }
+                (pair.llr, pair.own_llr) = (sum(pair.llr, llr), sum(pair.own_llr, own));
+                pair.own.learn(&view);
+                pair.span = pair.span.max(angle(view.expected, pair.first));
+                if is_known && self.target == Some(target.id()) && may_teach(target.id()) {
+                    orientation.learn(&view);
+                    oriented.learnt = look.time;
                 }
-                self.scores.insert(target.id(), pair_now);
+                self.scores.insert(target.id(), pair);
             }
         }
         self.until = self.until.max(centre);
@@ -138,22 +169,31 @@ impl CameraTrack {
         self.target = stays.or(new).map(|(id, _)| id);
     }
 
-    /// The orientation that explains the track by one target, which the camera's orientation contradicts; `None`: there is none.
-    fn turned_orientation(&self, oriented: &OrientedCamera) -> Option<CameraOrientation> {
-        let contradicts = |pair: &PairScore| {
-            pair.llr <= -CAMERA_TURNED_LLR
-                && pair.own_llr >= CAMERA_TURNED_LLR
-                && pair.own.looks >= CAMERA_TURNED_LOOKS
-                && pair.span >= CAMERA_TURNED_SPAN
-        };
-        if oriented.orientation.looks == 0 || self.scores.values().any(|pair| pair.llr > 0.0) {
+    /// The pair that explains the track by one target alone with an orientation of its own; if the camera's orientation is known,
+    /// that has to contradict the track. `None`: there is none.
+    fn witness(
+        &self,
+        is_known: bool,
+        may_teach: impl Fn(TargetId) -> bool,
+        camera: &Camera,
+    ) -> Option<PairScore> {
+        if is_known && self.scores.values().any(|pair| pair.llr > 0.0) {
             return None;
         }
-        let (id, pair) = self.scores.iter().find(|(_, pair)| contradicts(pair))?;
+        let (id, pair) = self.scores.iter().max_by(|one, other| one.1.own_llr.total_cmp(&other.1.own_llr))?;
         let is_alone = |(other, its): (&TargetId, &PairScore)| {
             other == id || its.own_llr <= pair.own_llr - CAMERA_MARGIN_LLR
         };
-        self.scores.iter().all(is_alone).then_some(pair.own)
+        let contradicts = !is_known || pair.llr <= -CAMERA_TURNED_LLR;
+        let is_close = pair.own.residual2() <= (2.0 * camera.azimuth.max(camera.elevation)).powi(2);
+        let is_witness = contradicts
+            && is_close
+            && pair.own_llr >= CAMERA_TURNED_LLR
+            && pair.own.looks >= CAMERA_WITNESS_LOOKS
+            && pair.span >= CAMERA_SPAN
+            && may_teach(*id)
+            && self.scores.iter().all(is_alone);
+        is_witness.then(|| pair.clone())
     }
 }
 
