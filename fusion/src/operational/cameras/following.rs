@@ -49,7 +49,7 @@ impl Cameras {
                 oriented.orientation.advance(centre.seconds_since(oriented.until));
             }
             oriented.until = centre;
-            track.score(targets, camera, oriented, &may_teach, centre);
+            track.score(targets, camera, oriented, may_teach, centre);
             let before = track.target;
             track.decide(targets);
             if track.target != before {
