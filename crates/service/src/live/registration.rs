@@ -96,8 +96,8 @@ pub(super) fn turned_camera(oriented: &OrientedCamera, now: Time) -> Option<Stri
     let found = oriented.orientation.misalignment();
     let value = |name, value: BiasValue| format!("{name} {:+.1}°", value.value.to_degrees());
     Some(format!(
-        "since {turned} its bearings contradict the orientation known before. It is learnt again: {}, {}, {}. Look whether it \
-         was turned, moved or set anew: then this is right, and nothing is to be done; otherwise check its mount and its clock",
+        "since {turned} its bearings contradict the orientation known before. It is learnt again: {}, {}, {}. If it \
+         was turned, moved or given a new setting, this is right, and nothing is to be done. Otherwise check its mount and its clock",
         value("bearing", found.bearing),
         value("tilt east", found.tilt_east),
         value("tilt north", found.tilt_north),

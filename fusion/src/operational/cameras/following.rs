@@ -56,6 +56,12 @@ impl Cameras {
                 track.from = previous;
             }
         }
+        self.orient(may_teach, cycle);
+    }
+
+    /// Takes an orientation that the tracks determine for each camera whose orientation is not known, or fits no look any more.
+    fn orient(&mut self, may_teach: impl Fn(TargetId) -> bool + Copy, cycle: &Cycle) {
+        let Cycle { centre, settings, .. } = *cycle;
         for (&sensor, oriented) in &mut self.oriented {
             let Some(camera) = settings.camera(sensor).filter(|camera| camera.orientation > 0.0) else {
                 continue;
