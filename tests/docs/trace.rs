@@ -1,4 +1,4 @@
-//! TRACE.md and SECURITY-MODEL.md: the tests that they name exist, and every row of the trace names its evidence.
+//! TRACE.md, SECURITY-MODEL.md and ASSURANCE.md: the tests that they name exist, and every row names its evidence.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,7 +16,7 @@ fn named(page: &str) -> Vec<(String, String)> {
     code.filter_map(test).collect()
 }
 
-/// Whether the text has a test with this name: a function with a test attribute.
+/// Whether the text has a test with this name that is run: a function with a test attribute, and not ignored.
 fn has_test(text: &str, name: &str) -> bool {
     let lines: Vec<&str> = text.lines().map(str::trim).collect();
     let is_it = |line: &str| {
@@ -27,9 +27,13 @@ fn has_test(text: &str, name: &str) -> bool {
         })
     };
     let is_test = |at: usize| {
-        let above =
-            lines[..at].iter().rev().take_while(|line| line.starts_with("#[") || line.starts_with("//"));
-        above.into_iter().any(|line| line.starts_with("#[test]") || line.starts_with("#[tokio::test"))
+        let above: Vec<&&str> = lines[..at]
+            .iter()
+            .rev()
+            .take_while(|line| line.starts_with("#[") || line.starts_with("//"))
+            .collect();
+        let has = |attribute: &str| above.iter().any(|line| line.starts_with(attribute));
+        (has("#[test]") || has("#[tokio::test")) && !has("#[ignore")
     };
     lines.iter().enumerate().any(|(at, line)| is_it(line) && is_test(at))
 }
@@ -37,7 +41,7 @@ fn has_test(text: &str, name: &str) -> bool {
 #[test]
 fn every_test_that_is_named_exists() {
     let mut files = BTreeMap::new();
-    for page in ["TRACE.md", "SECURITY-MODEL.md"] {
+    for page in ["TRACE.md", "SECURITY-MODEL.md", "ASSURANCE.md"] {
         let text = fs::read_to_string(root().join("docs").join(page)).unwrap();
         let tests = named(&text);
         assert!(tests.len() > 25, "{page} names {} tests", tests.len());
@@ -48,7 +52,8 @@ fn every_test_that_is_named_exists() {
             assert!(has_test(text, &name), "{page}: {file} has no test {name}");
         }
     }
-    // Functions that are no tests are not accepted.
+    // Functions that are no tests, and ignored tests, are not accepted.
+    assert!(!has_test("#[test]\n#[ignore = \"slow\"]\nfn measured() {", "measured"));
     let here = include_str!("trace.rs");
     assert!(
         has_test(here, "every_test_that_is_named_exists")
@@ -128,4 +133,24 @@ fn every_rule_has_a_test_or_a_statement() {
     }
     println!("{count} rules, {without} without a test");
     assert!(count > 100 && without > 0);
+}
+
+/// Each hazard has mitigations with evidence, and states what remains.
+#[test]
+fn assurance_argues_from_each_hazard_to_its_tests() {
+    let text = fs::read_to_string(root().join("docs/ASSURANCE.md")).unwrap();
+    let hazards: Vec<&str> = text.split("\n## H").skip(1).collect();
+    assert!(hazards.len() >= 5, "{} hazards", hazards.len());
+    let mut mitigations = 0;
+    for hazard in hazards {
+        let name = hazard.lines().next().unwrap();
+        assert!(hazard.contains("\nEffect: ") && hazard.contains("\n**Remains.** "), "H{name}");
+        let rows =
+            hazard.lines().filter(|line| line.starts_with("| ") && *line != "| mitigation | evidence |");
+        for row in rows {
+            assert!(!named(row).is_empty(), "H{name}: {row}");
+            mitigations += 1;
+        }
+    }
+    assert!(mitigations > 30, "{mitigations} mitigations");
 }
