@@ -23,7 +23,7 @@ struct Trial<R: Record> {
     /// Index of the first octet of the item in the block.
     start: usize,
     encoded: Vec<u8>,
-    /// One of so many beginnings of two octets is completed by a third.
+    /// A third octet completes one beginning of two octets in this number.
     step: usize,
     /// Number of complete values.
     accepted: u64,

@@ -1,5 +1,7 @@
 //! `check`: validates the configuration and prints the effective one.
 
+mod lines;
+
 use std::io::{self, Write};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
@@ -7,7 +9,7 @@ use std::time::Duration;
 
 use tracing::warn;
 
-use super::zones::lines;
+use super::zones;
 use super::{CommandResult, Outcome, Usage, check_mqtt, mqtt_inputs, mqtt_receivers};
 use crate::app::runtime;
 use api::AccessSettings;
@@ -39,6 +41,13 @@ pub struct Args {
     /// configuration. Exit code 1 if any fails.
     #[arg(long, conflicts_with = "network")]
     pub notify: bool,
+    /// Prints what the lines of this file become, for a sensor whose connection has format `json` or `csv`, instead of the
+    /// configuration. Exit code 1 if a line is no report.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["network", "notify"])]
+    pub lines: Option<PathBuf>,
+    /// Sensor of the lines, if several have some.
+    #[arg(long, value_name = "ID", requires = "lines")]
+    pub sensor: Option<String>,
 }
 
 /// Runs the command.
@@ -62,8 +71,12 @@ pub fn run(args: &Args) -> CommandResult {
     sinks.warnings().iter().for_each(|warning| warn!("{warning}"));
     #[cfg(feature = "cluster")]
     super::cluster::checked_proofs(&config)?.iter().for_each(|warning| warn!("{warning}"));
-    let undulation_m = Normaliser::new(&config, areas.masks()).undulation_m();
+    let normaliser = Normaliser::new(&config, areas.masks());
+    let undulation_m = normaliser.undulation_m();
     let mut out = io::stdout().lock();
+    if let Some(file) = &args.lines {
+        return lines::lines(&config, &normaliser, (args.sensor.as_deref(), file), now(), &mut out);
+    }
     if args.network {
         return network(&config, &sinks, &mut out);
     }
@@ -72,7 +85,7 @@ pub fn run(args: &Args) -> CommandResult {
     }
     writeln!(out, "# {}: valid. In force, defaults filled in:", file.display())?;
     writeln!(out, "# geoid undulation: {undulation_m:.2} m")?;
-    writeln!(out, "{}", lines(&areas, now(), undulation_m))?;
+    writeln!(out, "{}", zones::lines(&areas, now(), undulation_m))?;
     #[cfg(feature = "cluster")]
     super::cluster::cells(&config)?.iter().try_for_each(|line| writeln!(out, "# {line}"))?;
     receivers.lines().iter().chain(sinks.lines()).try_for_each(|line| writeln!(out, "# {line}"))?;

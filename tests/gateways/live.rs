@@ -17,7 +17,7 @@ use super::program::{Scratch, utm_fusion};
 /// Timeout of all waits in these tests.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
+pub(super) fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
     let until = Instant::now() + PATIENCE;
     while !is_so() {
         assert!(Instant::now() < until, "{what}");
@@ -89,7 +89,7 @@ fn mavlink(system: u8) -> Vec<u8> {
     frame
 }
 
-struct Ended(Child);
+pub(super) struct Ended(pub(super) Child);
 
 impl Drop for Ended {
     fn drop(&mut self) {
@@ -98,7 +98,7 @@ impl Drop for Ended {
     }
 }
 
-fn get(port: u16, path: &str) -> Option<Value> {
+pub(super) fn get(port: u16, path: &str) -> Option<Value> {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
     write!(stream, "GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n").ok()?;
     let mut answer = String::new();
@@ -108,7 +108,7 @@ fn get(port: u16, path: &str) -> Option<Value> {
     serde_json::from_str(&body[body.find('{')?..=body.rfind('}')?]).ok()
 }
 
-fn free_port() -> u16 {
+pub(super) fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
 

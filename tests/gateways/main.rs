@@ -8,6 +8,7 @@
 mod adsb;
 mod corpus;
 mod flights;
+mod lines;
 mod live;
 #[path = "../shared/program.rs"]
 mod program;

@@ -5,6 +5,7 @@
 //! |---|---|---|
 //! | [`adsb`] | frames of a 1090 MHz receiver, Beast or AVR | CAT021, edition 2.6 |
 //! | [`blocks`] | ASTERIX over TCP | its data blocks, unchanged |
+//! | [`lines`] | lines of JSON or CSV, whose fields the configuration names | CAT048, CAT129 |
 //! | [`mavlink`] | MAVLink messages | CAT129, CAT021, lines of Remote ID |
 //! | [`remote_id`] | frames of Wi-Fi and Bluetooth; text from a broker | lines of Remote ID |
 //!
@@ -13,6 +14,7 @@
 
 pub mod adsb;
 pub mod blocks;
+pub mod lines;
 pub mod mavlink;
 pub mod remote_id;
 
@@ -84,6 +86,7 @@ mod tests {
         let page = include_str!("../../../docs/INPUTS.md");
         let all =
             super::adsb::REASONS.iter().chain(&super::mavlink::REASONS).chain(&super::remote_id::REFUSALS);
+        let all = all.chain(&super::lines::REASONS);
         all.for_each(|reason| assert!(page.contains(&format!("`{reason}`")), "{reason}"));
     }
 }

@@ -13,7 +13,7 @@ mod service;
 pub use barometer::Barometer;
 pub use camera::camera_place;
 pub use clock::{nearest_day, on_day, time_of_day_count};
-pub use normaliser::Normaliser;
+pub use normaliser::{Normaliser, undulation_m};
 pub use polar::RadarSite;
 pub use refusal::{Refusal, Refused};
 pub use remote_id::{identity, operator};

@@ -67,6 +67,7 @@ const LARGE: usize = 0x0900;
 const VIDEO: u8 = 240;
 
 const WHAT_IS_READ: &str = "this program reads raw ASTERIX, pcap, pcapng, FINAL, ORADIS, Beast, AVR and MAVLink logs, also gzip-compressed";
+const WHAT_IS_READ_OF_TEXT: &str = "this program reads raw ASTERIX, pcap, pcapng, FINAL, ORADIS, Beast, AVR and MAVLink logs, also gzip-compressed; if a sensor sends such lines, `utm-fusion check SITE --lines FILE` shows what they become";
 const WITH_STAMPS: &str = "without them it is not known when a frame came; record Beast (usually port 30005), or AVR whose lines begin with @";
 const PACKED: &str = "unpack it first";
 
@@ -268,7 +269,8 @@ fn describe(sample: &[u8], objection: &str) -> RecognisedKind {
         let found = format!("nothing known (first octets {first}; {objection})");
         return RecognisedKind::Foreign { found, advice: WHAT_IS_READ };
     };
-    RecognisedKind::Foreign { found: found.to_owned(), advice: WHAT_IS_READ }
+    let advice = if found == "XML or HTML" { WHAT_IS_READ } else { WHAT_IS_READ_OF_TEXT };
+    RecognisedKind::Foreign { found: found.to_owned(), advice }
 }
 
 fn hexadecimal(octets: &[u8]) -> String {

@@ -91,13 +91,19 @@ struct RadarSensor {
 /// turbine.
 const NOT_A_UAV: [u8; 6] = [5, 6, 7, 19, 20, 23];
 
+/// Height of the geoid (mean sea level) above the ellipsoid: as configured, or that of EGM96 at the origin, in metres.
+pub fn undulation_m(config: &Config) -> f64 {
+    let (latitude_deg, longitude_deg, _) = config.origin();
+    let at_origin = || egm96::egm96_compute_altitude_offset(latitude_deg, longitude_deg);
+    config.site.geoid_undulation_m.unwrap_or_else(at_origin)
+}
+
 impl Normaliser {
     /// The frame is east-north-up at the first radar, or at the configured origin. Without a configured geoid undulation,
     /// that of EGM96 at the origin is used. Plots inside `masks` are dropped.
     pub fn new(config: &Config, masks: Masks) -> Self {
         let (latitude_deg, longitude_deg, height_amsl_m) = config.origin();
-        let at_origin = || egm96::egm96_compute_altitude_offset(latitude_deg, longitude_deg);
-        let undulation_m = config.site.geoid_undulation_m.unwrap_or_else(at_origin);
+        let undulation_m = undulation_m(config);
         let origin = Geodetic::from_degrees(latitude_deg, longitude_deg, height_amsl_m + undulation_m);
         let frame = TangentPlane::at_site(origin);
         let mut radars = BTreeMap::new();

@@ -433,7 +433,10 @@ impl Rule {
             ConnectionFormat::Mqtt => {
                 connection.broker().map(|broker| (Ipv4Addr::UNSPECIFIED, broker.port).into())
             }
-            ConnectionFormat::Http | ConnectionFormat::Mavlink => None,
+            ConnectionFormat::Http
+            | ConnectionFormat::Mavlink
+            | ConnectionFormat::Json
+            | ConnectionFormat::Csv => None,
         };
         Self {
             source: DataSource { sac: sensor.sac, sic: sensor.sic },

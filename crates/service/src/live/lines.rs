@@ -16,6 +16,8 @@ use super::connections::ConnectionReader;
 use super::http_input::HttpInput;
 use crate::clock::WallClock;
 use crate::net::listen::{self as udp, Arrival, ConfiguredLine, LineCounters};
+use fusion::time::Time;
+use input::gateways::lines::LineTranslator;
 use input::gateways::mavlink::{MavlinkSensors, MavlinkTranslator};
 use input::gateways::remote_id::ReceiverIds;
 use site::config::{Config, Connection, ConnectionFormat};
@@ -124,14 +126,10 @@ pub fn listen(config: &Config, clock: &WallClock, runtime: &tokio::runtime::Hand
                 let forward = move |arrival| sender.try_send(arrival).is_ok();
                 return runtime.spawn(reader.keep_reading(forward).instrument(span));
             }
-            let translator = line.connection.as_ref().map(|of| {
-                let sensors = line.sensors.iter().map(|&index| &config.sensors[index]);
-                Mutex::new(MavlinkTranslator::new(MavlinkSensors::of(sensors, |with| {
-                    with.socket() == of.socket()
-                })))
-            });
+            let translator =
+                line.connection.as_ref().and_then(|of| DatagramTranslator::new(config, line, of));
             let reader = LineReader {
-                translator,
+                translator: translator.map(Mutex::new),
                 index,
                 line: line.clone(),
                 counters: counters.clone(),
@@ -157,12 +155,43 @@ fn receivers_of(config: &Config, line: &ConfiguredLine) -> ReceiverIds {
 /// Reader of one line.
 struct LineReader {
     /// Translator, for a line whose datagrams are translated.
-    translator: Option<Mutex<MavlinkTranslator>>,
+    translator: Option<Mutex<DatagramTranslator>>,
     index: usize,
     line: Arc<ConfiguredLine>,
     counters: Arc<LineCounters>,
     clock: WallClock,
     stopped: watch::Receiver<bool>,
+}
+
+/// Translates datagrams of another protocol.
+enum DatagramTranslator {
+    Mavlink(MavlinkTranslator),
+    Lines(Box<LineTranslator>),
+}
+
+impl DatagramTranslator {
+    fn new(config: &Config, line: &ConfiguredLine, of: &Connection) -> Option<Self> {
+        if of.has_lines() {
+            return LineTranslator::new(config, line.sensors[0], of).map(Box::new).map(Self::Lines);
+        }
+        let sensors = line.sensors.iter().map(|&index| &config.sensors[index]);
+        let sensors = MavlinkSensors::of(sensors, |with| with.socket() == of.socket());
+        Some(Self::Mavlink(MavlinkTranslator::new(sensors)))
+    }
+
+    fn take(&mut self, payload: &[u8], received: Time, out: impl FnMut(Vec<u8>)) {
+        match self {
+            Self::Mavlink(translator) => translator.take(payload, received, out),
+            Self::Lines(translator) => translator.take(payload, received, out),
+        }
+    }
+
+    fn note(&self, counters: &LineCounters) {
+        match self {
+            Self::Mavlink(translator) => counters.note_untranslated(translator.counts().dropped.iter()),
+            Self::Lines(translator) => counters.note_untranslated(translator.dropped().iter()),
+        }
+    }
 }
 
 /// Reason for the end of reading.
@@ -244,7 +273,7 @@ impl LineReader {
         translator.take(&payload, received, |payload| {
             is_whole &= forward(Arrival { line, received, from, payload });
         });
-        self.counters.note_untranslated(translator.counts().dropped.iter());
+        translator.note(&self.counters);
         is_whole
     }
 

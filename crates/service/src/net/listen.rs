@@ -242,7 +242,7 @@ impl ConfiguredLine {
 
     /// Whether the line is a UDP socket.
     pub fn is_udp(&self) -> bool {
-        self.connection.as_ref().is_none_or(|connection| connection.format == ConnectionFormat::Mavlink)
+        self.connection.as_ref().is_none_or(Connection::is_listener)
     }
 
     /// Whether gateways post to the line over HTTP.

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 
 use asterix::cat129::WholeSerial;
 
+use super::line_fields::{LineFields, LineMapping};
 use super::sensors::Sensor;
-use tables::kinds::{any_text, beside, is_plain, tables, text, whole};
+use tables::kinds::{any_text, beside, inline, is_plain, list, tables, text, whole};
 use tables::reader::Section;
 use tables::section;
 use tables::table::{ByHand, Entry, absent, depends, need};
@@ -19,12 +20,12 @@ section! {
     Connection {
         /// Protocol of the receiver or gateway.
         format: ConnectionFormat = need(
-            "format = \"beast\" or \"avr\" (kind = \"adsb\"), \"asterix\" (\"adsb\", \"radar\" or \"transponder\"), \"mqtt\" or \"http\" (kind = \"remote-id\") or \"mavlink\" (kind = \"transponder\", \"adsb\" or \"remote-id\")",
+            "format = \"beast\" or \"avr\" (kind = \"adsb\"), \"asterix\" (\"adsb\", \"radar\" or \"transponder\"), \"mqtt\" or \"http\" (kind = \"remote-id\"), \"mavlink\" (kind = \"transponder\", \"adsb\" or \"remote-id\"), or \"json\" or \"csv\" (kind = \"radar\" or \"transponder\")",
         ), tables::kinds::named();
         /// Address of the receiver. `"beast"`, `"avr"`, `"asterix"`: address and port of the receiver, such as `127.0.0.1:30005`.
         /// `"mqtt"`: the broker, `mqtt://host:1883`, or with TLS `mqtts://host:8883`. `"mavlink"`: local address and UDP port to
-        /// listen on, which sensors of different kinds may share. `"http"`: none, because gateways post to the API of this
-        /// service.
+        /// listen on, which sensors of different kinds may share. `"json"`, `"csv"`: local address and UDP port to listen on.
+        /// `"http"`: none, because gateways post to the API of this service.
         address: String = depends("none with `\"http\"`, else it is needed", String::new()), any_text();
         /// Topic filter of the subscription, with `"mqtt"`. `+` matches one level, `#` all remaining levels.
         topic: String = depends("`remote-id/#`", "remote-id/#".to_owned()), text("a filter of topics, up to 200 octets", |text| text.len() <= 200);
@@ -41,6 +42,14 @@ section! {
             text("a client id is made of letters, digits, _ and -", is_plain);
         /// Drones that a `"mavlink"` connection of a transponder carries.
         systems: Vec<MavlinkSystem> = depends("none", Vec::new()), tables();
+        /// Where lines of `"json"` and `"csv"` have their values.
+        fields: Option<LineFields> = absent("needed with `\"json\"` and `\"csv\"`"), inline::<LineFields>();
+        /// Names of the columns of `"csv"`, in their order.
+        columns: Vec<String> = depends("needed with `\"csv\"`", Vec::new()), list(text("the name of a column, without spaces", |text| {
+            !text.contains(char::is_whitespace)
+        }));
+        /// Values of `fields.class` that are drones; every other class is none.
+        drone_classes: Vec<String> = depends("none", Vec::new()), list(any_text());
     } by hand {}
 }
 
@@ -61,6 +70,10 @@ names! {
         /// MAVLink over UDP: positions of own drones (`kind = "transponder"`), aircraft with ADS-B (`"adsb"`), or Remote ID
         /// (`"remote-id"`).
         Mavlink = "mavlink",
+        /// Lines of JSON over UDP, one object for each plot of a radar or report of a transponder.
+        Json = "json",
+        /// Lines of values with commas between them over UDP, else like `"json"`.
+        Csv = "csv",
     }
 }
 
@@ -119,6 +132,25 @@ impl Connection {
     /// Address of a connection whose format has a socket address. `None` for brokers; a validated configuration always has it.
     pub fn socket(&self) -> Option<SocketAddrV4> {
         self.address.parse().ok().filter(|address: &SocketAddrV4| address.port() > 0)
+    }
+
+    /// Whether the connection has lines of text whose values `fields` names.
+    pub fn has_lines(&self) -> bool {
+        matches!(self.format, ConnectionFormat::Json | ConnectionFormat::Csv)
+    }
+
+    /// Where the lines of a `"json"` or `"csv"` connection have their values, for a sensor of kind `radar` or `transponder`.
+    ///
+    /// # Errors
+    /// What is missing or too much, for the operator.
+    pub fn line_mapping(&self, is_radar: bool) -> Result<LineMapping, String> {
+        let fields = self.fields.as_ref().ok_or("add fields = { … }, the names of the values")?;
+        fields.mapping(&self.columns, &self.drone_classes, is_radar)
+    }
+
+    /// Whether the service listens on a UDP port, and senders need no connection.
+    pub fn is_listener(&self) -> bool {
+        self.format == ConnectionFormat::Mavlink || self.has_lines()
     }
 
     /// Broker of an `"mqtt"` connection. A validated configuration always has it.
@@ -198,6 +230,15 @@ impl Sensor {
         }
     }
 
+    /// Reports connections with lines whose fields do not make a report of this sensor.
+    pub(super) fn check_lines(&self, section: &mut Section<'_>) {
+        for connection in self.connections.iter().filter(|of| of.has_lines()) {
+            if let Err(message) = connection.line_mapping(self.kind.is_radar()) {
+                section.contradict(&["connections"], message);
+            }
+        }
+    }
+
     /// Whether gateways post to this connection over HTTP.
     pub fn is_posted(&self) -> bool {
         self.connections.iter().any(|connection| connection.format == ConnectionFormat::Http)
@@ -212,6 +253,7 @@ impl ConnectionFormat {
             Self::Asterix => &["adsb", "radar", "transponder"],
             Self::Mqtt | Self::Http => &["remote-id"],
             Self::Mavlink => &["transponder", "adsb", "remote-id"],
+            Self::Json | Self::Csv => &["radar", "transponder"],
         }
     }
 }
@@ -226,6 +268,9 @@ impl ByHand for Connection {
             "address" => self.format != ConnectionFormat::Http,
             "topic" => is_broker,
             "systems" => !self.systems.is_empty(),
+            "fields" => self.fields.is_some(),
+            "columns" => !self.columns.is_empty(),
+            "drone_classes" => !self.drone_classes.is_empty(),
             key => is_broker || !others.contains(&key),
         });
     }
@@ -246,7 +291,7 @@ impl ByHand for Connection {
             section.contradict(&["address"], "a broker is mqtt://host:port, or with TLS mqtts://host:port; user and password have keys of their own");
         } else if !is_broker && self.socket().is_none() {
             section.contradict(&["address"], "expected an IPv4 address and a port, such as 127.0.0.1:30005");
-        } else if self.format != ConnectionFormat::Mavlink
+        } else if !self.is_listener()
             && self.socket().is_some_and(|socket| *socket.ip() == Ipv4Addr::UNSPECIFIED)
         {
             section.contradict(
@@ -279,6 +324,21 @@ impl ByHand for Connection {
                     &["ca"],
                     "nobody proves anything without TLS; write mqtts://, or remove the key",
                 );
+            }
+        }
+        let is_csv = self.format == ConnectionFormat::Csv;
+        if is_csv
+            && section.need("columns", "columns = [\"time\", …], the names of the values of a line").is_none()
+        {
+            return;
+        }
+        for (key, belongs) in
+            [("fields", self.has_lines()), ("columns", is_csv), ("drone_classes", self.has_lines())]
+        {
+            if !belongs && section.written(key).is_some() {
+                let formats = if key == "columns" { "\"csv\"" } else { "\"json\" or \"csv\"" };
+                let message = format!("only a connection with format = {formats} has this key; remove it");
+                section.contradict(&[key], message);
             }
         }
         let has_systems = !self.systems.is_empty();

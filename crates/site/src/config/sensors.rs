@@ -298,9 +298,9 @@ impl ByHand for Sensor {
             );
         }
         self.check_systems(section);
+        self.check_lines(section);
         let is_pinned = self.inputs.iter().any(|input| input.source.is_some());
-        let is_open =
-            |of: &&Connection| matches!(of.format, ConnectionFormat::Http | ConnectionFormat::Mavlink);
+        let is_open = |of: &&Connection| of.format == ConnectionFormat::Http || of.is_listener();
         if let Some(open) = self.connections.iter().find(is_open).filter(|_| is_pinned) {
             section.contradict(
                 &["connections"],
@@ -370,6 +370,7 @@ pub(super) fn read(top: &mut Section<'_>, site: &Site, faults: &Faults) -> Vec<S
     // Ids and source codes of the previous sensors, where valid, with the path of the sensor.
     let mut ids = Vec::new();
     let mut codes = Vec::new();
+    let mut ports = Vec::new();
     let mut is_radar_missing = true;
     let sensors = checked_tables(list.clone(), |sensor: &Sensor, section| {
         let Sensor { id, sac, sic, .. } = sensor;
@@ -380,6 +381,13 @@ pub(super) fn read(top: &mut Section<'_>, site: &Site, faults: &Faults) -> Vec<S
             section.contradict(&["id"], "another sensor has this id already; give each its own");
         }
         ids.push(id.clone());
+        for socket in sensor.connections.iter().filter(|of| of.has_lines()).filter_map(Connection::socket) {
+            if ports.contains(&socket.port()) {
+                let message = "another sensor listens for lines on this port already; give each its own";
+                section.contradict(&["connections"], message);
+            }
+            ports.push(socket.port());
+        }
         if !section.is_sound(&["kind", "sac", "sic"]) {
             return;
         }

@@ -167,6 +167,11 @@ fn connections() {
         )
     };
     let drone = "{ system_id = 1, serial_number = \"A\" }";
+    const FIELDS: &str =
+        "fields = { serial_number = \"sn\", latitude = \"lat\", longitude = \"lon\", height = \"alt ft\" }";
+    let lines = |format: &str, rest: &str| {
+        with("transponder", &format!("format = \"{format}\", address = \"0.0.0.0:15129\", {rest}"))
+    };
     for (text, message) in [
         (
             with("transponder", "format = \"avr\", address = \"127.0.0.1:1\""),
@@ -196,6 +201,20 @@ fn connections() {
         (mavlink("{ system_id = 0, serial_number = \"A\" }"), "1 to 255"),
         (mavlink("{ system_id = 1, serial_number = \"123456789012345678901\" }"), "1 to 20 printable"),
         (mavlink("{ system_id = 1, serial_number = \"A\", country = \"nl\" }"), "two capital letters"),
+        (lines("json", ""), "add fields = { … }"),
+        (lines("csv", FIELDS), "columns = [\"time\", …]"),
+        (lines("csv", &format!("columns = [\"sn\", \"lat\"], {FIELDS}")), "names none of the columns"),
+        (lines("json", &format!("columns = [\"sn\"], {FIELDS}")), "only a connection with format = \"csv\""),
+        (lines("json", &FIELDS.replace("alt ft", "alt deg")), "a name, and m, km, ft or NM"),
+        (lines("json", &FIELDS.replace(", height = \"alt ft\"", "")), "fields.height is missing"),
+        (lines("json", &FIELDS.replace("serial_number", "track")), "a transponder has no fields.track"),
+        (lines("json", &FIELDS.replace("latitude = \"lat\", ", "")), "needs both latitude and longitude"),
+        (lines("json", &FIELDS.replace("{", "{ speed = \"v\",")), "speed and course go together"),
+        (lines("json", &format!("drone_classes = [\"a\"], {FIELDS}")), "class and drone_classes go together"),
+        (
+            with("adsb", &format!("format = \"json\", address = \"127.0.0.1:15129\", {FIELDS}")),
+            "belongs to a sensor",
+        ),
     ] {
         let errors = parse(&BASE.replace(kind, &text)).unwrap_err();
         let shown = errors.to_string();
@@ -210,6 +229,8 @@ fn connections() {
         mqtt("\"mqtts://[::1]:8884/\", ca = \"a.pem\""),
         mavlink(drone),
         heard,
+        lines("json", FIELDS),
+        lines("csv", &format!("columns = [\"sn\", \"lat\", \"lon\", \"alt\"], {FIELDS}")),
     ] {
         let config = parse(&BASE.replace(kind, &text)).unwrap();
         let again = parse(&config.to_string()).unwrap();
