@@ -99,6 +99,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let mut out = BufWriter::new(out);
     let mut outcome = Outcome::Done;
     let mut sensors = Vec::new();
+    let mut is_offered = false;
     for (place, capture) in captures.into_iter().enumerate() {
         let info = survey(capture);
         if info.damage.is_some() {
@@ -115,10 +116,17 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         }
         // The report can be read while the next input is processed.
         out.flush()?;
+        is_offered |= text::can_locate(&info.report.sensors);
         sensors.extend(info.report.sensors);
     }
+    let inputs: Vec<String> = args.inputs.iter().map(|input| input.display().to_string()).collect();
+    // A radar and the transponders may be in different files.
+    if !args.json && !is_offered && text::can_locate(&sensors) {
+        let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
+        write!(out, "\n{}", text::locate_hint(&sensors, &inputs))?;
+        out.flush()?;
+    }
     if let Some(file) = &args.config_out {
-        let inputs: Vec<String> = args.inputs.iter().map(|input| input.display().to_string()).collect();
         site::write(file, "--config-out", &inputs, sensors, &BTreeMap::new())?;
         tracing::info!("{0}: written; `utm-fusion check {0}` names what is to be filled in", file.display());
     }

@@ -7,6 +7,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
+use serde_json::Value;
+
 use crate::pages::{Fenced, pages, parts, root};
 use crate::program::Scratch;
 
@@ -121,8 +123,12 @@ fn tutorial_runs_as_printed() {
 
     // One shell, because it knows its background processes; the output of each block goes to a file.
     let mut script = String::new();
+    // `locate` writes the usual port into the site file.
+    let other_port =
+        here("if [ -f site.toml ]; then sed -i 's/127.0.0.1:80\\(80\\)/127.0.0.1:8080/' site.toml; fi");
     for (index, step) in steps.iter().enumerate() {
-        let _ = writeln!(script, "set -e\n{{\n{}}} > {index}.printed 2>&1", here(&step.commands));
+        let commands = here(&step.commands);
+        let _ = writeln!(script, "set -e\n{{\n{commands}}} > {index}.printed 2>&1\n{other_port}");
     }
     let program = Path::new(env!("CARGO_BIN_EXE_utm-fusion")).parent().unwrap();
     let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
@@ -146,7 +152,69 @@ fn tutorial_runs_as_printed() {
     let last = steps.len() - 1;
     let printed = fs::read_to_string(scratch.path(format!("{last}.printed"))).unwrap();
     assert!(status.success(), "{printed}");
+    let printed_by = |command: &str| {
+        let index = steps.iter().position(|step| step.commands.contains(command)).unwrap();
+        fs::read_to_string(scratch.path(format!("{index}.printed"))).unwrap()
+    };
+    let file = |name: &str| fs::read_to_string(scratch.path(name)).unwrap();
+    radar_is_where_it_stands(&file("site.toml"), &file("survey/site.toml"));
+    scores_are_those_of_a_located_radar(&printed_by("evaluate own.csv"));
+    let live = printed_by("api/v1/tracks");
+    let live = live.lines().rfind(|line| line.starts_with('{')).unwrap();
+    aircraft_are_where_they_fly(&serde_json::from_str(live).unwrap(), &file("flight/truth.csv"));
     println!("{} blocks in {:.1} s", steps.len(), begun.elapsed().as_secs_f64());
+}
+
+/// Metres over ground between two places, degrees.
+fn apart_m((latitude, longitude): (f64, f64), (other_latitude, other_longitude): (f64, f64)) -> f64 {
+    let north_m = (latitude - other_latitude) * 111_250.0;
+    let east_m = (longitude - other_longitude) * 111_320.0 * latitude.to_radians().cos();
+    north_m.hypot(east_m)
+}
+
+fn radar_is_where_it_stands(located: &str, simulated: &str) {
+    let key = |site: &str, name: &str| -> f64 {
+        let line = site.lines().find(|line| line.starts_with(&format!("{name} = "))).unwrap();
+        line.split(['=', '#']).nth(1).unwrap().trim().parse().unwrap()
+    };
+    let place = |site: &str| (key(site, "latitude_deg"), key(site, "longitude_deg"));
+    let off_m = apart_m(place(located), place(simulated));
+    assert!(off_m < 40.0, "{off_m} m: {located}");
+    // The scenario's bias of azimuths.
+    assert!((key(located, "bearing_correction_deg") + 137.0).abs() < 1.5, "{located}");
+}
+
+/// The drone without a transponder, D1, is located by the radar alone.
+fn scores_are_those_of_a_located_radar(printed: &str) {
+    let error_m = |name: &str| -> f64 {
+        let line = printed.lines().find(|line| line.starts_with(name)).unwrap();
+        line.split_whitespace().rev().nth(2).unwrap().parse().unwrap()
+    };
+    assert!(error_m("D1 ") < 60.0 && error_m("all equipped") < 15.0, "{printed}");
+}
+
+/// The live picture against the truth of the flight, at the picture's time.
+fn aircraft_are_where_they_fly(picture: &Value, truth: &str) {
+    let time: jiff::Timestamp = picture["time"].as_str().unwrap().parse().unwrap();
+    let time_s = time.as_nanosecond() as f64 / 1e9;
+    let rows: Vec<Vec<&str>> = truth.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    let (mut count, mut fused) = (0, 0);
+    for feature in picture["features"].as_array().unwrap() {
+        let of = &feature["properties"];
+        let Some(serial) = of["uas_id"]["serial_number"].as_str() else { continue };
+        let id = format!("D{}", serial.trim_start_matches('0'));
+        let value = |row: &Vec<&str>, column: usize| -> f64 { row[column].parse().unwrap() };
+        let away_s = |row: &Vec<&str>| (value(row, 0) - time_s).abs();
+        let own = rows.iter().filter(|row| row[1] == id);
+        let row = own.min_by(|a, b| away_s(a).total_cmp(&away_s(b))).unwrap();
+        assert!(away_s(row) < 0.1, "{of}");
+        let shown = (of["lat"].as_f64().unwrap(), of["lng"].as_f64().unwrap());
+        let off_m = apart_m(shown, (value(row, 2), value(row, 3)));
+        assert!(off_m < 60.0, "{off_m} m: {of}");
+        count += 1;
+        fused += i32::from(of["source"] == "fused");
+    }
+    assert!(count >= 3 && fused >= 1, "{count} {fused}: {picture}");
 }
 
 /// The output without log lines if the page shows none.

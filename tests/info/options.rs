@@ -100,12 +100,21 @@ fn a_configuration_is_written_of_what_is_there_only() {
     assert_eq!(code, Some(0), "{told}");
     let all = fs::read_to_string(folder.0.join("all.toml")).unwrap();
     assert_eq!(all.matches("[[sensors]]").count(), 2, "{all}");
+    let locate = "utm-fusion locate a.pcap b.pcap c.pcap -o ";
+    assert!(
+        told.contains(&format!("`{locate}site.toml`"))
+            && all.contains(&format!("#   {locate}located.toml\n")),
+        "{told}{all}"
+    );
     let both = "{ group = \"239.192.48.1\", port = 8048 }, { group = \"239.192.48.1\", port = 8049 }";
     assert!(all.contains(both), "{all}");
 
     // Without a radar in the recording all of its values are open.
     let (code, told) = said(&["info", "c.pcap", "--config-out", "c.toml"]);
     assert_eq!(code, Some(0), "{told}");
+    assert!(!told.contains("locate"), "there is no radar: {told}");
+    let open = fs::read_to_string(folder.0.join("c.toml")).unwrap();
+    assert!(!open.contains("locate"), "{open}");
     let (code, told) = said(&["check", "c.toml"]);
     assert!(code == Some(3) && told.lines().count() == 5, "{told}");
     assert!(told.lines().all(|line| line.contains("this is still to be filled in; ")), "{told}");

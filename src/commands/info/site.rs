@@ -7,7 +7,7 @@ use std::fs::OpenOptions;
 use std::io::{self, Write as _};
 use std::path::Path;
 
-use super::text::{classification, edition, inputs};
+use super::text::{can_locate, classification, edition, inputs};
 use crate::commands::Usage;
 use input::survey::SensorHint;
 use site::config::FILL_IN;
@@ -90,16 +90,21 @@ fn site(file: &Path, seen_in: &[String], sensors: &[SensorHint], places: &RadarP
     let command = if places.is_empty() { "info" } else { "locate" };
     let advice = if radars().count() > 0 && radars().all(is_known) {
         "# The radars were located from the transponders in it; ± is a standard deviation. Check the result:\n".to_owned()
-    } else {
+    } else if places.is_empty() && can_locate(sensors) {
         format!(
-            "# Where a radar stands is not in its data: `utm-fusion locate` finds it; or replace each \"{FILL_IN}\", then\n"
+            "# Where a radar stands is not in its data. This command finds it from the transponders:\n\
+             #   utm-fusion locate {} -o located.toml\n\
+             # Or replace each \"{FILL_IN}\", then\n",
+            seen_in.join(" ").escape_debug()
         )
+    } else {
+        format!("# Where a radar stands is not in its data: replace each \"{FILL_IN}\", then\n")
     };
     let mut text = format!(
         "# Made by `utm-fusion {command}` of what is in {}.\n\
          {advice}\
          #   utm-fusion check {}\n\
-         # Left off, with their defaults in force: [fusion], [output] (nothing is sent), [http], [state], [alerts], [integrity],\n\
+         # Left off, with their defaults in force: [fusion], [output] (nothing is sent), [state], [alerts], [integrity],\n\
          # [[areas]], and sensors that are neither radars (CAT048) nor transponder receivers (CAT129).\n\
          # config/example.toml explains all keys.\n\n\
          [site]\n\
@@ -151,6 +156,7 @@ fn site(file: &Path, seen_in: &[String], sensors: &[SensorHint], places: &RadarP
             }
         };
     }
+    text += "\n# Map and API, for this machine only.\n[http]\nlisten = \"127.0.0.1:8080\"\n";
     text
 }
 

@@ -30,6 +30,8 @@ pub(super) fn text(info: &InputSummary) -> Result<String, fmt::Error> {
     remote_id(&mut text, report)?;
     errors(&mut text, info)?;
     sensors(&mut text, &report.sensors)?;
+    let input = if info.input == "standard input" { "CAPTURE" } else { &info.input };
+    text += &locate_hint(&report.sensors, &[input]);
     Ok(text)
 }
 
@@ -335,11 +337,22 @@ fn sensors(text: &mut String, sensors: &[SensorHint]) -> fmt::Result {
         keys.extend(inputs(sensor));
         wrapped(text, &format!("{:<11}  ", sensor.kind), &keys)?;
     }
-    let has = |kind| sensors.iter().any(|sensor| sensor.kind == kind);
-    if has("radar") && has("transponder") {
-        writeln!(text, "`utm-fusion locate` finds the radars' places from the transponders")?;
-    }
     Ok(())
+}
+
+/// The command that finds the radars' positions, if these inputs have what it needs.
+pub(super) fn locate_hint(sensors: &[SensorHint], inputs: &[&str]) -> String {
+    if !can_locate(sensors) {
+        return String::new();
+    }
+    let inputs = inputs.join(" ");
+    format!("`utm-fusion locate {inputs} -o site.toml` finds the radars' places from the transponders\n")
+}
+
+/// Whether there are a radar and transponders (CAT129), so that `locate` may find the radar's position.
+pub(super) fn can_locate(sensors: &[SensorHint]) -> bool {
+    let has = |kind| sensors.iter().any(|sensor| sensor.kind == kind);
+    has("radar") && has("transponder")
 }
 
 /// Key `classification` of a radar.
