@@ -1,6 +1,6 @@
 //! How well `utm-fusion locate` finds radars: random worlds, standard scenarios, and the drone trial's radar.
 //!
-//! `cargo run --profile test --workspace --features full --example locate -- --first 1001 --count 40`
+//! `cargo run --release --features full --example locate -- --first 1001 --count 40`
 //!
 //! In each world the radar stands at a random place, 0.5 to 2.5 km from the centre of the airspace, with a random bearing; the
 //! recording ends after about 15 drone-minutes of transponders. Nothing of the radar is known beforehand. Two thirds of the sites

@@ -50,5 +50,6 @@ pub use estimate::{BiasValue, Misalignment};
 pub use guard::Creep;
 pub(crate) use guard::{CreepGuard, GuardResult};
 pub(crate) use heights::{HeightAlignment, HeightOffset, HeightSums, height_verdict};
+pub use qmethod::{DirectionPair, attitude};
 pub use state::{RegistrationState, RegistrationStateError};
 pub use tracks::{Registration, SampleOutcome};

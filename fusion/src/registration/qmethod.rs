@@ -11,6 +11,9 @@ use serde::{Deserialize, Serialize};
 use super::along::Information;
 use super::parameters::{BEARING, HEIGHT, TILT_EAST, TILT_NORTH, TIME};
 
+/// Second singular value of an attitude profile over the first, below which the rotation about one axis is undetermined.
+const SINGULAR: f64 = 1e-12;
+
 /// Attitude profile B of a segment of a track or of their sum, and its change with the other parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct AttitudeProfile {
@@ -72,6 +75,31 @@ pub(super) fn rotation_vector(parameters: &Vector6<f64>) -> Vector3<f64> {
 /// Profile B of no rotation, with this information about a small rotation.
 pub(super) fn bare(information: &Matrix3<f64>) -> Matrix3<f64> {
     Matrix3::identity() * (information.trace() / 2.0) - information
+}
+
+/// A direction as a sensor measured it, and as a reference has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DirectionPair {
+    /// Measured unit vector.
+    pub measured: Vector3<f64>,
+    /// Unit vector of the reference, in its axes.
+    pub reference: Vector3<f64>,
+    /// Weight, without a unit: inverse variances up to a common factor.
+    pub weight: f64,
+}
+
+/// The rotation A from the reference's axes to the sensor's that minimises Wahba's loss Σ w |b - A r|² of measured directions b
+/// and reference directions r (G. Fasano et al., *An Innovative Procedure for Calibration of Strapdown Electro-Optical Sensors
+/// Onboard Unmanned Air Vehicles*, equation 3).
+///
+/// `None`: the directions do not determine a rotation, because fewer than two of them differ.
+pub fn attitude(pairs: impl IntoIterator<Item = DirectionPair>) -> Option<UnitQuaternion<f64>> {
+    let profile = pairs
+        .into_iter()
+        .fold(Matrix3::zeros(), |sum, pair| sum + pair.measured * pair.reference.transpose() * pair.weight);
+    let mut sizes = profile.singular_values();
+    sizes.as_mut_slice().sort_unstable_by(|a, b| b.total_cmp(a));
+    (sizes[1] > SINGULAR * sizes[0]).then(|| rotation(&profile).0)
 }
 
 /// The rotation A with the largest tr(A Bᵀ), for b = A r and B = Σ w b rᵀ, and that trace.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use super::super::qmethod::{bare, rotation, turn};
+use super::super::qmethod::{DirectionPair, attitude, bare, rotation, turn};
 use super::super::sums::{MisalignmentSums, SolvedSums};
 use super::{World, values};
 
@@ -29,17 +29,37 @@ fn the_rotation_is_that_of_scipy() {
         let (weights, measured, reference) = (list(fields[1]), list(fields[2]), list(fields[3]));
         let (expected, loss) = (Matrix3::from_row_slice(&list(fields[4])), list(fields[5])[0]);
         let pairs = measured.chunks_exact(3).zip(reference.chunks_exact(3)).zip(&weights);
-        let profile = pairs.fold(Matrix3::zeros(), |sum, ((b, r), weight)| {
-            sum + Vector3::from_column_slice(b) * Vector3::from_column_slice(r).transpose() * *weight
+        let pairs: Vec<DirectionPair> = pairs
+            .map(|((b, r), &weight)| DirectionPair {
+                measured: Vector3::from_column_slice(b),
+                reference: Vector3::from_column_slice(r),
+                weight,
+            })
+            .collect();
+        let profile = pairs.iter().fold(Matrix3::zeros(), |sum, pair| {
+            sum + pair.measured * pair.reference.transpose() * pair.weight
         });
         let (found, trace) = rotation(&profile);
         let wrong = (found.to_rotation_matrix().matrix() - expected).amax();
         assert!(wrong < 1e-9, "case {}: {wrong:e}", fields[0]);
+        let again = attitude(pairs).unwrap();
+        assert!(again.angle_to(&found) < 1e-12, "case {}", fields[0]);
         let all: f64 = weights.iter().sum();
         assert!((all - trace - loss).abs() < 1e-9 * all, "case {}: {}", fields[0], all - trace);
         cases += 1;
     }
     assert_eq!(cases, 100);
+}
+
+#[test]
+fn attitude_of_one_direction_is_undetermined() {
+    let pair = DirectionPair { measured: Vector3::x(), reference: Vector3::y(), weight: 2.0 };
+    assert_eq!(attitude([]), None);
+    assert_eq!(attitude([pair]), None);
+    assert_eq!(attitude([pair, DirectionPair { weight: 1.0, ..pair }]), None);
+    let other = DirectionPair { measured: Vector3::z(), reference: Vector3::z(), weight: 1.0 };
+    let turned = attitude([pair, other]).unwrap();
+    assert!((turned * Vector3::y() - Vector3::x()).norm() < 1e-12, "{turned}");
 }
 
 /// Any rotation, with any information about it, even if some directions have none.
