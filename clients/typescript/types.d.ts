@@ -296,6 +296,17 @@ export type Closed = {
   reason: string;
 };
 
+/** A collection of features. */
+export type Collection = {
+  id: "tracks" | "areas";
+  title: string;
+  description: string;
+  extent: Extent;
+  itemType: "feature";
+  crs: Array<string>;
+  links: Array<Link2>;
+};
+
 /** A GeoJSON feature collection. */
 export type CollectionOfFeatureOfAreaProperties = {
   /** Type of a GeoJSON object with features. */
@@ -315,6 +326,12 @@ export type CollectionOfFeatureOfZoneLimits = {
   /** Type of a GeoJSON object with features. */
   type: "FeatureCollection";
   features: Array<FeatureOfZoneLimits>;
+};
+
+/** `/ogc/collections`. */
+export type Collections = {
+  links: Array<Link2>;
+  collections: Array<Collection>;
 };
 
 /** A candidate that was not associated: a transponder for a radar track, or a radar track for a transponder. */
@@ -391,6 +408,11 @@ export type Conflicts = {
   left_out: number;
   /** Conflicts, highest level first, then those of known heights, then by time to the entry of the volume. */
   conflicts: Array<Conflict>;
+};
+
+/** Classes of requirements that the service conforms to. */
+export type ConformanceClasses = {
+  conformsTo: Array<string>;
 };
 
 /** A sender that is refused because another one uses the SAC/SIC of a sensor. */
@@ -513,6 +535,11 @@ export type Ended = {
   /** A UTC time, RFC 3339. */
   time: string;
   ids: Array<string>;
+};
+
+/** Where features of a collection may be. */
+export type Extent = {
+  spatial: SpatialExtent;
 };
 
 /** Unreadable blocks and records. */
@@ -785,6 +812,37 @@ export type IntegrityVerdict = {
   verdict: "trusted" | "distrusted" | "automatic";
 };
 
+/** Features of a collection, RFC 7946 with the members of OGC 17-069r4. */
+export type ItemsOfFeatureOfAreaProperties = {
+  /** Type of a GeoJSON object with features. */
+  type: "FeatureCollection";
+  /** Time of the picture, or of the answer if there is none. */
+  timeStamp: string;
+  numberMatched: number;
+  numberReturned: number;
+  links: Array<Link2>;
+  features: Array<FeatureOfAreaProperties>;
+};
+
+/** Features of a collection, RFC 7946 with the members of OGC 17-069r4. */
+export type ItemsOfFeatureOfTrackProperties = {
+  /** Type of a GeoJSON object with features. */
+  type: "FeatureCollection";
+  /** Time of the picture, or of the answer if there is none. */
+  timeStamp: string;
+  numberMatched: number;
+  numberReturned: number;
+  links: Array<Link2>;
+  features: Array<FeatureOfTrackProperties>;
+};
+
+/** `/ogc`. */
+export type LandingPage = {
+  title: string;
+  description: string;
+  links: Array<Link2>;
+};
+
 export type LatLngPoint = {
   lat: number;
   lng: number;
@@ -876,6 +934,13 @@ export type Link = {
   id: string;
   /** `disputed`: only one of the two tracks is the aircraft. */
   relation: "disputed";
+};
+
+/** A link. */
+export type Link2 = {
+  href: string;
+  rel: "self" | "service-desc" | "service-doc" | "conformance" | "data" | "items" | "collection" | "next";
+  type: "application/json" | "application/geo+json" | "text/html" | "application/vnd.oai.openapi+json;version=3.1";
 };
 
 /** Members of the cluster, at most a second old. */
@@ -1337,6 +1402,12 @@ export type Snapshot = {
   features: Array<FeatureOfPastProperties>;
 };
 
+export type SpatialExtent = {
+  /** West, south, east and north, degrees. */
+  bbox: Array<Array<number>>;
+  crs: "http://www.opengis.net/def/crs/OGC/1.3/CRS84";
+};
+
 /** An event of the stream */
 export type StreamMessage = {
   event: "snapshot";
@@ -1638,6 +1709,15 @@ export interface Answers {
   "/data/receiver.json": Receiver;
   "/uss/flights": Flights;
   "/uss/flights/{id}/details": FlightDetails;
+  "/ogc": LandingPage;
+  "/ogc/conformance": ConformanceClasses;
+  "/ogc/collections": Collections;
+  "/ogc/collections/tracks": Collection;
+  "/ogc/collections/areas": Collection;
+  "/ogc/collections/tracks/items": ItemsOfFeatureOfTrackProperties;
+  "/ogc/collections/tracks/items/{id}": FeatureOfTrackProperties;
+  "/ogc/collections/areas/items": ItemsOfFeatureOfAreaProperties;
+  "/ogc/collections/areas/items/{id}": FeatureOfAreaProperties;
   "/healthz": Health;
   "/readyz": Health;
   "/openapi.json": Record<string, unknown>;
@@ -1699,6 +1779,15 @@ export interface Parameters {
   "/data/receiver.json": {};
   "/uss/flights": { view: string; recent_positions_duration?: number };
   "/uss/flights/{id}/details": { id: string };
+  "/ogc": {};
+  "/ogc/conformance": {};
+  "/ogc/collections": {};
+  "/ogc/collections/tracks": {};
+  "/ogc/collections/areas": {};
+  "/ogc/collections/tracks/items": { bbox?: string; datetime?: string; limit?: number; after?: string };
+  "/ogc/collections/tracks/items/{id}": { id: string };
+  "/ogc/collections/areas/items": { bbox?: string; datetime?: string; limit?: number; after?: string };
+  "/ogc/collections/areas/items/{id}": { id: string };
   "/healthz": {};
   "/readyz": {};
   "/metrics": {};

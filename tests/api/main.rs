@@ -16,6 +16,7 @@ mod history;
 mod integrity;
 mod limits;
 mod now;
+mod ogc;
 mod operational;
 mod rate;
 mod registration;

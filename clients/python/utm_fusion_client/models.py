@@ -247,6 +247,19 @@ Closed = TypedDict(
     },
 )
 
+Collection = TypedDict(
+    "Collection",
+    {
+        "id": Literal["tracks", "areas"],
+        "title": str,
+        "description": str,
+        "extent": "Extent",
+        "itemType": Literal["feature"],
+        "crs": list[str],
+        "links": list["Link2"],
+    },
+)
+
 CollectionOfFeatureOfAreaProperties = TypedDict(
     "CollectionOfFeatureOfAreaProperties",
     {
@@ -268,6 +281,14 @@ CollectionOfFeatureOfZoneLimits = TypedDict(
     {
         "type": Union[Literal["FeatureCollection"]],
         "features": list["FeatureOfZoneLimits"],
+    },
+)
+
+Collections = TypedDict(
+    "Collections",
+    {
+        "links": list["Link2"],
+        "collections": list["Collection"],
     },
 )
 
@@ -320,6 +341,13 @@ Conflicts = TypedDict(
         "aircraft": int,
         "left_out": int,
         "conflicts": list["Conflict"],
+    },
+)
+
+ConformanceClasses = TypedDict(
+    "ConformanceClasses",
+    {
+        "conformsTo": list[str],
     },
 )
 
@@ -428,6 +456,13 @@ Ended = TypedDict(
     {
         "time": str,
         "ids": list[str],
+    },
+)
+
+Extent = TypedDict(
+    "Extent",
+    {
+        "spatial": "SpatialExtent",
     },
 )
 
@@ -731,6 +766,39 @@ IntegrityVerdict = TypedDict(
     },
 )
 
+ItemsOfFeatureOfAreaProperties = TypedDict(
+    "ItemsOfFeatureOfAreaProperties",
+    {
+        "type": Union[Literal["FeatureCollection"]],
+        "timeStamp": str,
+        "numberMatched": int,
+        "numberReturned": int,
+        "links": list["Link2"],
+        "features": list["FeatureOfAreaProperties"],
+    },
+)
+
+ItemsOfFeatureOfTrackProperties = TypedDict(
+    "ItemsOfFeatureOfTrackProperties",
+    {
+        "type": Union[Literal["FeatureCollection"]],
+        "timeStamp": str,
+        "numberMatched": int,
+        "numberReturned": int,
+        "links": list["Link2"],
+        "features": list["FeatureOfTrackProperties"],
+    },
+)
+
+LandingPage = TypedDict(
+    "LandingPage",
+    {
+        "title": str,
+        "description": str,
+        "links": list["Link2"],
+    },
+)
+
 LatLngPoint = TypedDict(
     "LatLngPoint",
     {
@@ -820,6 +888,15 @@ Link = TypedDict(
     {
         "id": str,
         "relation": Literal["disputed"],
+    },
+)
+
+Link2 = TypedDict(
+    "Link2",
+    {
+        "href": str,
+        "rel": Literal["self", "service-desc", "service-doc", "conformance", "data", "items", "collection", "next"],
+        "type": Literal["application/json", "application/geo+json", "text/html", "application/vnd.oai.openapi+json;version=3.1"],
     },
 )
 
@@ -1285,6 +1362,14 @@ Snapshot = TypedDict(
         "numberMatched": int,
         "numberReturned": int,
         "features": list["FeatureOfPastProperties"],
+    },
+)
+
+SpatialExtent = TypedDict(
+    "SpatialExtent",
+    {
+        "bbox": list[list[float]],
+        "crs": Literal["http://www.opengis.net/def/crs/OGC/1.3/CRS84"],
     },
 )
 

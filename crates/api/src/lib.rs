@@ -36,6 +36,7 @@ mod hosts;
 mod integrity;
 mod learnt;
 mod metrics;
+mod ogc;
 mod openapi;
 mod page;
 mod payload;

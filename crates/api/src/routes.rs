@@ -15,7 +15,8 @@ use super::slot_json::{TrackCollection, TrackFeature};
 use super::tokens::Scope;
 use super::{
     alerts, asyncapi, basemap, cluster, conflicts, correlations, cueing, events, history, integrity, metrics,
-    openapi, page, raw, readsb, remote_id, replay, sensors, service, stream, tracks, uss, websocket, zones,
+    ogc, openapi, page, raw, readsb, remote_id, replay, sensors, service, stream, tracks, uss, websocket,
+    zones,
 };
 use ::service::net::listen::POSTED_TO;
 use fusion::integrity::State;
@@ -197,6 +198,23 @@ const TILE: [QueryParameter; 3] = [
 const AFTER: [QueryParameter; 1] =
     [QueryParameter::new("after", "integer", "last of the answer before; default: everything that is kept")
         .within(0.0, 9e15)];
+
+/// Parameters of OGC API – Features.
+const ITEMS: [QueryParameter; 4] = [
+    QueryParameter::new(
+        "bbox",
+        "string",
+        "lon_min,lat_min,lon_max,lat_max, degrees; of six numbers the third and the last are heights, which are not compared",
+    ),
+    QueryParameter::new(
+        "datetime",
+        "string",
+        "a time of RFC 3339, or an interval start/end with .. for an open end: nothing if the picture is of another time",
+    ),
+    QueryParameter::new("limit", "integer", "features at most, 1 to 10000; default: 1000")
+        .within(1.0, 10_000.0),
+    QueryParameter::new("after", "string", "as the link next has it"),
+];
 
 const SPEED: [QueryParameter; 1] =
     [QueryParameter::new("speed", "number", "how many times faster than it happened, 0.01 to 1000")
@@ -466,6 +484,45 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
             "/uss/flights/{id}/details",
             "ASTM F3411-22a display data: who a flight is",
             Reply::json(uss::details),
+        )
+        .or(&[404]),
+        Route::get("/ogc", "OGC API - Features: the landing page", Reply::json(ogc::landing)),
+        Route::get("/ogc/conformance", "OGC API - Features: core and GeoJSON", Reply::json(ogc::conformance)),
+        Route::get("/ogc/collections", "OGC API - Features: tracks and areas", Reply::json(ogc::collections)),
+        Route::get(
+            "/ogc/collections/tracks",
+            "OGC API - Features: the collection of tracks",
+            Reply::json(ogc::tracks_collection),
+        ),
+        Route::get(
+            "/ogc/collections/areas",
+            "OGC API - Features: the collection of areas",
+            Reply::json(ogc::areas_collection),
+        ),
+        Route::get(
+            "/ogc/collections/tracks/items",
+            "OGC API - Features: tracks of the latest slot",
+            Reply::octets::<ogc::TrackItems<'_>>(GEO_JSON, ogc::tracks),
+        )
+        .with(&ITEMS)
+        .weighs(|_| 1),
+        Route::get(
+            "/ogc/collections/tracks/items/{id}",
+            "OGC API - Features: one track",
+            Reply::octets::<TrackFeature<'_>>(GEO_JSON, tracks::one),
+        )
+        .or(&[404]),
+        Route::get(
+            "/ogc/collections/areas/items",
+            "OGC API - Features: areas and zones",
+            Reply::octets::<ogc::AreaItems>(GEO_JSON, ogc::area_items),
+        )
+        .with(&ITEMS)
+        .weighs(|_| 1),
+        Route::get(
+            "/ogc/collections/areas/items/{id}",
+            "OGC API - Features: one area",
+            Reply::octets::<ogc::AreaItem>(GEO_JSON, ogc::area),
         )
         .or(&[404]),
         Route::get("/healthz", "The process is alive", Reply::json(service::health)).probe(),
