@@ -1,12 +1,13 @@
 //! Random octets as data of other receivers.
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
-use asterix::{DataSource, Record, blocks, cat021, cat129};
+use asterix::{DataSource, Record, blocks, cat021, cat048, cat129};
 use fusion::Time;
 use remote_id::{Link, Listener};
-use utm_fusion::config::KnownSystem;
-use utm_fusion::gateways::{adsb, mavlink, remote_id as lines};
+use utm_fusion::config::{Config, KnownSystem};
+use utm_fusion::gateways::{adsb, lines as text_lines, mavlink, remote_id as lines};
 
 const SOURCE: DataSource = DataSource { sac: 25, sic: 21 };
 const START: i64 = 1_800_000_000_000_000_000;
@@ -51,6 +52,47 @@ pub fn mavlink(data: &[u8]) {
             129 => is_a_record::<cat129::Record>(datagram, ()),
             21 => is_a_record::<cat021::Record>(datagram, cat021::Edition::default()),
             _ => assert!(lines::BroadcastLine::parse(datagram).is_ok()),
+        }
+    }
+}
+
+/// Checks that each line of a sensor that sends text is one sound record, or dropped by its reason.
+pub fn text(data: &[u8]) {
+    const SITE: &str = r#"
+[site]
+name = "fuzz"
+sac = 25
+sic = 1
+[[sensors]]
+kind = "radar"
+id = "hill"
+sac = 25
+sic = 21
+latitude_deg = 52.0
+longitude_deg = 4.0
+height_amsl_m = 20.0
+connections = [{ format = "json", address = "127.0.0.1:15048", fields = { time = "t ms", track = "id", latitude = "p.lat", longitude = "p.lon", height = "p.h ft", speed = "v kt", course = "c", probability = "u %" } }]
+[[sensors]]
+kind = "transponder"
+id = "beacons"
+sac = 25
+sic = 21
+connections = [{ format = "csv", address = "127.0.0.1:15129", columns = ["t", "sn", "lat", "lon", "h"], fields = { time = "t", serial_number = "sn", latitude = "lat", longitude = "lon", height = "-h" } }]
+"#;
+    static CONFIG: LazyLock<Config> =
+        LazyLock::new(|| Config::parse(SITE, "site.toml", std::iter::empty()).expect("the site is valid"));
+    for (index, sensor) in CONFIG.sensors.iter().enumerate() {
+        let translator = text_lines::LineTranslator::new(&CONFIG, index, &sensor.connections[0]);
+        let mut translator = translator.expect("the sensor has lines");
+        let mut datagrams = Vec::new();
+        translator.take(data, Time::from_nanos(START), |datagram| datagrams.push(datagram));
+        let count = datagrams.len() as u64 + translator.dropped().total();
+        assert_eq!(count, lines::lines(data).count() as u64);
+        for datagram in &datagrams {
+            match datagram[0] {
+                48 => is_a_record::<cat048::Record>(datagram, ()),
+                _ => is_a_record::<cat129::Record>(datagram, ()),
+            }
         }
     }
 }

@@ -8,8 +8,12 @@ mod gateways;
 #[test]
 fn fuzz_corpus_of_each_target_passes() {
     type Target = (&'static str, fn(&[u8]));
-    let targets: [Target; 3] =
-        [("adsb", gateways::adsb), ("mavlink", gateways::mavlink), ("remote_id", gateways::remote_id)];
+    let targets: [Target; 4] = [
+        ("adsb", gateways::adsb),
+        ("mavlink", gateways::mavlink),
+        ("remote_id", gateways::remote_id),
+        ("text", gateways::text),
+    ];
     for (target, exercise) in targets {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target);
         let mut count = 0;
