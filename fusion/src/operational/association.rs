@@ -160,10 +160,11 @@ impl RadarTracks<'_> {
                 (is_free && score.llr > least).then_some((score.target, DISSOCIATE_LLR - bonus - score.llr))
             };
             let finds = scores.iter().filter(|score| matches!(score.by, CandidateEvidence::Place));
-            problem.doubt(self.doubts(tracklet, finds.map(|score| (score.target, score.llr)).collect()));
-            problem.add(tracklet.id, scores.into_iter().filter_map(candidate));
+            let finds = finds.map(|score| (score.target, score.llr)).collect();
+            problem.add(tracklet.id, scores.into_iter().filter_map(candidate), finds);
         }
-        let assigned = problem.solve().into_iter();
+        let assigned =
+            problem.solve(|tracklet, target, finds| self.doubt(tracklet, target, finds)).into_iter();
         assigned
             .map(|assigned| match self.decided.target(assigned.tracklet) {
                 Some(target) => TrackAssignment { target: Some(target), doubt: None, ..assigned },
@@ -172,19 +173,13 @@ impl RadarTracks<'_> {
             .collect()
     }
 
-    /// Doubts that a track is each of these targets, from their LLRs.
-    fn doubts(
-        &self,
-        tracklet: &Tracklet,
-        finds: Vec<(TargetId, f64)>,
-    ) -> Vec<((TrackletId, TargetId), Doubt)> {
+    /// Doubt that a track is this one of the targets found by their positions, each with its LLR.
+    fn doubt(&self, id: TrackletId, target: TargetId, finds: &[(TargetId, f64)]) -> Option<Doubt> {
+        let &(_, llr) = finds.iter().rev().find(|find| find.0 == target)?;
+        let since = self.tracklets.get(id)?.first().max(self.cycle.centre);
+        let expected = self.targets.get(target)?.estimate(since)?;
         let all: Vec<f64> = finds.iter().map(|find| find.1).collect();
-        let since = tracklet.first().max(self.cycle.centre);
-        let doubt = |(id, llr): (TargetId, f64)| {
-            let expected = self.targets.get(id)?.estimate(since)?;
-            Some(((tracklet.id, id), Doubt::new(llr, &all, expected.sigma_m().powi(2), since)))
-        };
-        finds.into_iter().filter_map(doubt).collect()
+        Some(Doubt::new(llr, &all, expected.sigma_m().powi(2), since))
     }
 
     /// Candidate targets of a track.
@@ -320,19 +315,24 @@ impl RadarTracks<'_> {
             let is_missing = |&(id, _): &(TargetId, f64)| {
                 self.targets.get(id).is_some_and(|target| self.is_missing(target, tracklet))
             };
-            let plausible: Vec<(TargetId, f64)> =
-                reacquisition::plausible(tracklet, self.radar, self.targets, self.measured, self.decided)
-                    .collect();
+            let mut plausible: Vec<(TargetId, f64)> = Vec::new();
+            let mut all =
+                reacquisition::plausible(tracklet, self.radar, self.targets, self.measured, self.decided);
             // A track that could also be a target that is not missing is left until it has begun.
-            if plausible.iter().all(is_missing) {
-                let with_ahead = |(id, llr)| (id, llr + self.total_ahead(tracklet, id));
-                let plausible: Vec<(TargetId, f64)> = plausible.into_iter().map(with_ahead).collect();
-                problem.doubt(self.doubts(tracklet, plausible.clone()));
-                let likely = plausible.into_iter().filter(|&(_, llr)| llr > REACQUIRE_AHEAD_LLR);
-                problem.add(tracklet.id, likely.map(|(id, llr)| (id, DISSOCIATE_LLR - llr)));
+            let is_left = all.any(|found| {
+                plausible.push(found);
+                !is_missing(&found)
+            });
+            if !is_left {
+                plausible.iter_mut().for_each(|(id, llr)| *llr += self.total_ahead(tracklet, *id));
+                let likely = plausible.iter().filter(|found| found.1 > REACQUIRE_AHEAD_LLR);
+                let costs: Vec<(TargetId, f64)> =
+                    likely.map(|&(id, llr)| (id, DISSOCIATE_LLR - llr)).collect();
+                problem.add(tracklet.id, costs.into_iter(), plausible);
             }
         }
-        let found = problem.solve().into_iter().filter(|found| found.target.is_some());
+        let found = problem.solve(|tracklet, target, finds| self.doubt(tracklet, target, finds));
+        let found = found.into_iter().filter(|found| found.target.is_some());
         freed.into_iter().chain(found).collect()
     }
 }
@@ -344,12 +344,19 @@ struct AssignmentProblem {
     columns: Vec<TargetId>,
     column_of: BTreeMap<TargetId, usize>,
     candidates: Vec<Vec<Candidate>>,
-    doubts: BTreeMap<(TrackletId, TargetId), Doubt>,
+    /// Targets of each track that were found by their positions, each with its LLR.
+    finds: Vec<Vec<(TargetId, f64)>>,
 }
 
 impl AssignmentProblem {
-    /// Adds a track and its candidate targets with their costs; no target costs nothing.
-    fn add(&mut self, id: TrackletId, costs: impl Iterator<Item = (TargetId, f64)>) {
+    /// Adds a track and its candidate targets with their costs; no target costs nothing. `finds`: targets found by their
+    /// positions, each with its LLR.
+    fn add(
+        &mut self,
+        id: TrackletId,
+        costs: impl Iterator<Item = (TargetId, f64)>,
+        finds: Vec<(TargetId, f64)>,
+    ) {
         let Self { columns, column_of, .. } = self;
         let mut column = |target: TargetId| {
             *column_of.entry(target).or_insert_with(|| {
@@ -360,21 +367,21 @@ impl AssignmentProblem {
         self.rows.push(id);
         self.candidates
             .push(costs.map(|(target, cost)| Candidate { column: column(target), cost }).collect());
+        self.finds.push(finds);
     }
 
-    /// Adds the doubts of some candidates.
-    fn doubt(&mut self, doubts: Vec<((TrackletId, TargetId), Doubt)>) {
-        self.doubts.extend(doubts);
-    }
-
-    /// The target of each track, at the least total cost.
-    fn solve(self) -> TrackAssignments {
+    /// The target of each track, at the least total cost. `doubt` is called for the chosen pairs.
+    fn solve(
+        self,
+        doubt: impl Fn(TrackletId, TargetId, &[(TargetId, f64)]) -> Option<Doubt>,
+    ) -> TrackAssignments {
         let chosen = assign(&self.candidates, self.columns.len(), 0.0);
-        let assigned = |(tracklet, column): (TrackletId, Option<usize>)| {
+        let rows = self.rows.into_iter().zip(&self.finds).zip(chosen);
+        let assigned = |((tracklet, finds), column): ((TrackletId, &Vec<(TargetId, f64)>), Option<usize>)| {
             let target = column.map(|column| self.columns[column]);
-            let doubt = target.and_then(|target| self.doubts.get(&(tracklet, target)).copied());
+            let doubt = target.and_then(|target| doubt(tracklet, target, finds));
             TrackAssignment { tracklet, target, doubt }
         };
-        self.rows.into_iter().zip(chosen).map(assigned).collect()
+        rows.map(assigned).collect()
     }
 }
