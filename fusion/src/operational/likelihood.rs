@@ -122,9 +122,14 @@ impl PairLikelihood {
         settings: &OperationalSettings,
     ) {
         let mut before: Option<(Time, PlotOffset)> = None;
+        let mut plots = plots.peekable();
+        if plots.peek().is_none() {
+            return;
+        }
+        let Some(mut walk) = transponder.walk(settings) else { return };
         let bias = transponder.bias(settings).unwrap_or_default();
         for plot in plots {
-            let Some(curve) = transponder.on_curve(plot.time, settings) else { continue };
+            let Some(curve) = walk.at(plot.time) else { continue };
             let seen = LineOfSight::from(radar.position, plot.position);
             let apart = plot.position.0 - curve.position.0;
             let metres = [

@@ -6,7 +6,7 @@ use super::cycle::Cycle;
 use super::settings::{OperationalSettings, RadarSettings};
 use super::targets::{Target, Targets};
 use super::tracklets::{CorrectedPlot, Tracklet};
-use super::transponder::{Transponder, lowered};
+use super::transponder::{CurveCursor, Transponder, lowered};
 use super::tuning::{NEAR_M, STEEP, VELOCITY_HALF_BASE_S};
 use crate::filter::LineOfSight;
 use crate::frames::Enu;
@@ -24,8 +24,35 @@ pub(super) fn residuals<'a>(
     let radar = cycle.settings.radar(tracklet.key.sensor);
     let target = tracklet.target().and_then(|target| targets.get(target));
     let Some((radar, target)) = radar.zip(target) else { return Vec::new() };
-    let plots = tracklet.corrected_between(cycle.previous, cycle.centre);
-    plots.filter_map(|plot| Some((plot, residual(plot, target, radar, cycle.settings)?))).collect()
+    let mut plots = tracklet.corrected_between(cycle.previous, cycle.centre).peekable();
+    if plots.peek().is_none() {
+        return Vec::new();
+    }
+    let Some(mut curve) = ReportedCurve::of(target, cycle.settings) else { return Vec::new() };
+    plots.filter_map(|plot| Some((plot, residual(plot, target, &mut curve, radar)?))).collect()
+}
+
+/// A transponder's curve, with the values that are the same for all plots of a slot.
+struct ReportedCurve<'a> {
+    walk: CurveCursor<'a>,
+    /// Delay that is taken off the time stamps, seconds.
+    delay_s: f64,
+    /// Offset that is taken off the heights, metres.
+    height_offset_m: f64,
+    /// Standard deviation of the receiver's positions over ground, metres.
+    lasting_m: f64,
+}
+
+impl<'a> ReportedCurve<'a> {
+    fn of(target: &'a Target, settings: &OperationalSettings) -> Option<Self> {
+        let transponder = target.transponder()?;
+        Some(Self {
+            walk: transponder.walk(settings)?,
+            delay_s: settings.delay(&transponder.identity, &transponder.kind())?.applied_s,
+            height_offset_m: settings.height_offset_m(&transponder.identity),
+            lasting_m: settings.transponder(transponder.sensor)?.horizontal_m,
+        })
+    }
 }
 
 /// Compares an uncorrected plot with the transponder's position by its time stamps.
@@ -36,16 +63,13 @@ pub(super) fn residuals<'a>(
 fn residual(
     plot: &CorrectedPlot,
     target: &Target,
+    curve: &mut ReportedCurve,
     radar: &RadarSettings,
-    settings: &OperationalSettings,
 ) -> Option<Residual> {
-    let transponder = target.transponder()?;
-    let receiver = settings.transponder(transponder.sensor)?;
-    let delay_s = settings.delay(&transponder.identity, &transponder.kind())?.applied_s;
     let CorrectedPlot { plot, raw } = plot;
-    let at = |after_s: f64| {
-        let time = Time::from_nanos(plot.time.nanos() + (after_s * SECOND as f64).round() as i64);
-        transponder.on_curve(time, settings)
+    let ReportedCurve { ref mut walk, delay_s, height_offset_m, lasting_m } = *curve;
+    let mut at = |after_s: f64| {
+        walk.at(Time::from_nanos(plot.time.nanos() + (after_s * SECOND as f64).round() as i64))
     };
     let (here, before, after) = (at(0.0)?, at(-VELOCITY_HALF_BASE_S)?, at(VELOCITY_HALF_BASE_S)?);
     if target.jumps_at(plot.time) {
@@ -56,13 +80,12 @@ fn residual(
         time: plot.time,
         plot: radar.frame.from_site(*raw),
         // The reported height: the offset that is taken off it rests on this.
-        target: radar.frame.from_site(lowered(
-            Enu::from(here.position.0 - velocity * delay_s),
-            -settings.height_offset_m(&transponder.identity),
-        )),
+        target: radar
+            .frame
+            .from_site(lowered(Enu::from(here.position.0 - velocity * delay_s), -height_offset_m)),
         velocity: radar.frame.vector_from_site(velocity),
         height_measured: plot.height_measured && here.height_measured,
-        lasting_m: receiver.horizontal_m,
+        lasting_m,
         curve_m: here.sigma_m,
         spacing_s: here.spacing_s,
     })
