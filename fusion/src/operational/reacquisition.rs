@@ -116,7 +116,10 @@ fn near<'a>(
     let furthest_m = flown_m(*earliest).max(flown_m(*latest)) + off_m;
     let near = |&(place, (id, time)): &(Enu, (TargetId, Time))| {
         let away_m = (plot.position.0 - place.0).xy().norm();
-        Some((away_m, targets.get(id).filter(|_| away_m <= flown_m(time) + off_m)?))
+        if away_m > flown_m(time) + off_m {
+            return None;
+        }
+        Some((away_m, targets.get(id)?))
     };
     let mut near: Vec<(f64, &Target)> = places.within(plot.position, furthest_m).filter_map(near).collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0)); // stable
