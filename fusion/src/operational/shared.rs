@@ -5,9 +5,9 @@ use std::thread;
 
 use super::tuning::THREAD_LEAST;
 
-/// Number of items for a thread, so that each is worth its start.
+/// Number of items for a thread. Each thread has at least [`THREAD_LEAST`], so that it is worth its start.
 fn share(count: usize, threads: NonZeroUsize) -> usize {
-    count.div_ceil(threads.get()).max(THREAD_LEAST)
+    count.div_ceil((count / THREAD_LEAST).clamp(1, threads.get())).max(1)
 }
 
 /// Processes parts of the items, each on a thread of its own, the first on this one.
