@@ -236,9 +236,10 @@ impl CreepMonitor {
                 let block = (bin.index - begin) / length;
                 let x = (bin.index - begin - block * length) as f64;
                 let part = (*identity, if has_own { block } else { bin.begun.nanos() });
+                let of_bin = bin.sums(x, wrapped(bin.offset - zero));
                 match parts.last_mut() {
-                    Some((last, sums)) if *last == part => sums.add(&bin.sums(x, zero), 1.0),
-                    _ => parts.push((part, bin.sums(x, zero))),
+                    Some((last, sums)) if *last == part => sums.add(&of_bin, 1.0),
+                    _ => parts.push((part, of_bin)),
                 }
             }
         }
@@ -297,14 +298,19 @@ impl CreepMonitor {
         explained: f64,
     ) -> bool {
         let zero = group.clone().find_map(|(_, bins)| bins.front()).map_or(0.0, |bin| bin.offset);
-        let apart = (length * number / STEPS).max(1);
-        (begin + 1..begin + length * number).step_by(apart as usize).any(|step| {
+        let (end, apart) = (begin + length * number, (length * number / STEPS).max(1));
+        // The bins with their offsets, which are the same for each step.
+        let turned = |bin: &OffsetBin| (*bin, wrapped(bin.offset - zero));
+        let known: Vec<Vec<(OffsetBin, f64)>> =
+            group.clone().map(|(_, bins)| within(bins, begin..end).map(turned).collect()).collect();
+        (begin + 1..end).step_by(apart as usize).any(|step| {
             let from = begin + (step - begin) / length * length;
             let mut total = TrendSums::default();
-            for (_, bins) in group.clone() {
+            for bins in &known {
                 let mut own = TrendSums::default();
-                for bin in within(bins, from..from + length) {
-                    own.add(&bin.sums(f64::from(u8::from(bin.index >= step)), zero), 1.0);
+                let first = bins.partition_point(|(bin, _)| bin.index < from);
+                for (bin, y) in bins[first..].iter().take_while(|(bin, _)| bin.index < from + length) {
+                    own.add(&bin.sums(f64::from(u8::from(bin.index >= step)), *y), 1.0);
                 }
                 total.add(&if number > 1 { own.centred() } else { own }, 1.0);
             }
@@ -315,9 +321,9 @@ impl CreepMonitor {
 }
 
 impl OffsetBin {
-    fn sums(&self, x: f64, zero: f64) -> TrendSums {
-        let Self { offset, rate: v, .. } = *self;
-        let (y, count) = (wrapped(offset - zero), f64::from(self.plots));
+    /// Sums of this bin at `x`; `y` is its offset.
+    fn sums(&self, x: f64, y: f64) -> TrendSums {
+        let (v, count) = (self.rate, f64::from(self.plots));
         let mut sums = TrendSums::default();
         let one = TrendSums { count: 1.0, x, y, v, xx: x * x, xy: x * y, xv: x * v, vy: v * y, vv: v * v };
         sums.add(&one, count);
