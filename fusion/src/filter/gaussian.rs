@@ -110,6 +110,8 @@ impl<const D: usize> Bridge<D> {
 }
 
 impl<const D: usize> Gaussian<D> {
+    pub(super) const ZERO: Self = Self { mean: [0.0; D], covariance: Symmetric::ZERO };
+
     /// Predicts the state; returns it with its covariance to the state before.
     pub(super) fn predicted<M: LinearMotion<D>>(&self, motion: &M, slow: &BiasTransition<D>) -> Bridge<D> {
         let carry = |rows: &mut Rows<D, D>| {

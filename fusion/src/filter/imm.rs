@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::gaussian::{BiasTransition, Bridge, Gaussian, LinearMotion, PairObservation};
-use super::symmetric::{Symmetric, add_scaled, difference, scale};
+use super::symmetric::{Rows, Symmetric, add_scaled, difference, scale};
 
 /// Minimum weight of a model after an observation, relative to the likeliest, so that no model vanishes.
 const WEIGHT_MIN: f64 = 1e-6;
@@ -43,6 +43,21 @@ impl<const D: usize, const M: usize> Mixture<D, M> {
         slow: &BiasTransition<D>,
         switch: &[[f64; M]; M],
     ) -> (Self, Bridge<D>) {
+        let mut across = [[0.0; D]; D];
+        let (after, predicted) = self.advanced(before, motions, slow, switch, Some(&mut across));
+        (after, Bridge { predicted, across })
+    }
+
+    /// Like [`Self::predicted`], with the combined Gaussian. `across`, which begins with zeros, takes its covariance with
+    /// the state before; few callers need it.
+    pub(super) fn advanced(
+        &self,
+        before: &Gaussian<D>,
+        motions: &[impl LinearMotion<D>; M],
+        slow: &BiasTransition<D>,
+        switch: &[[f64; M]; M],
+        mut across: Option<&mut Rows<D, D>>,
+    ) -> (Self, Gaussian<D>) {
         let mut weights = [0.0; M];
         for from in 0..M {
             add_scaled(&mut weights, &switch[from], self.weights[from]);
@@ -55,12 +70,15 @@ impl<const D: usize, const M: usize> Mixture<D, M> {
             moments[from].add(&self.parts[from].covariance, 1.0);
             moments[from].add_square(&apart[from], 1.0);
         }
-        let mut after = Self { weights, parts: self.parts };
-        let mut across = [[0.0; D]; D];
+        let mut after = Self { weights, parts: [Gaussian::ZERO; M] };
         let mut mixed_apart = [[0.0; D]; M];
         for to in 0..M {
             let mut mixed = Gaussian { mean: before.mean, covariance: Symmetric::ZERO };
             for from in 0..M {
+                // Some changes do not occur.
+                if switch[from][to] == 0.0 {
+                    continue;
+                }
                 let share = switch[from][to] * self.weights[from] / weights[to];
                 add_scaled(&mut mixed_apart[to], &apart[from], share);
                 mixed.covariance.add(&moments[from], share);
@@ -68,20 +86,24 @@ impl<const D: usize, const M: usize> Mixture<D, M> {
             mixed.covariance.add_square(&mixed_apart[to], -1.0);
             add_scaled(&mut mixed.mean, &mixed_apart[to], 1.0);
             let bridge = mixed.predicted(&motions[to], slow);
-            for row in 0..D {
-                add_scaled(&mut across[row], &bridge.across[row], weights[to]);
+            if let Some(across) = &mut across {
+                for row in 0..D {
+                    add_scaled(&mut across[row], &bridge.across[row], weights[to]);
+                }
             }
             after.parts[to] = bridge.predicted;
         }
         let predicted = after.combined();
-        // The spread of the models' means contributes to the covariance of the states before and after.
-        for to in 0..M {
-            let part = difference(&after.parts[to].mean, &predicted.mean);
-            for row in 0..D {
-                add_scaled(&mut across[row], &mixed_apart[to], part[row] * weights[to]);
+        if let Some(across) = across {
+            // The spread of the models' means contributes to the covariance of the states before and after.
+            for to in 0..M {
+                let part = difference(&after.parts[to].mean, &predicted.mean);
+                for row in 0..D {
+                    add_scaled(&mut across[row], &mixed_apart[to], part[row] * weights[to]);
+                }
             }
         }
-        (after, Bridge { predicted, across })
+        (after, predicted)
     }
 
     /// Updates the models by an observation.

@@ -11,6 +11,7 @@ use super::height::{self, AboveGround};
 use super::imm::Mixture;
 use super::measurement::{By, Measurement, Owner, StateEstimate};
 use super::plane::{self, OverGround};
+use super::symmetric::Rows;
 use crate::frames::Enu;
 use crate::time::Time;
 
@@ -176,20 +177,25 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> FilterState
     }
 
     /// The state `dt` seconds later, without a measurement.
-    #[inline]
     pub(super) fn moved_to(&self, dt: f64, models: &impl StateMotion<P, M, H>) -> Self {
-        self.moved(dt, &self.changes(dt), models).0
+        let changes = self.changes(dt);
+        let (plane, combined) = self.plane_at(dt, &changes, models, None);
+        let above = self.height.predicted(&models.motion(dt), &height::slow(&changes));
+        Self { held: self.held, plane, combined, height: above.predicted, jumps: self.jumps }
     }
 
     /// The bridges to this state from that at the next measurement.
-    #[inline]
     pub(super) fn bridges(
         &self,
         next: &Measurement,
         dt: f64,
         models: &impl StateMotion<P, M, H>,
     ) -> Bridges<P, H> {
-        self.ahead_to(next, dt, models).1
+        let (_, changes) = self.changes_to(next, dt);
+        let mut across = [[0.0; P]; P];
+        let (_, predicted) = self.plane_at(dt, &changes, models, Some(&mut across));
+        let above = self.height.predicted(&models.motion(dt), &height::slow(&changes));
+        (Bridge { predicted, across }, above)
     }
 
     /// The state after the next measurement, and the bridges back. `later` are the measurements after that, in order of
@@ -225,48 +231,51 @@ impl<const P: usize, const M: usize, const H: usize, const S: usize> FilterState
         self.held.map(|held| held.map_or(SlowChange::NONE, |held| SlowChange::after(&held.errors, dt)))
     }
 
-    /// The state at the next measurement. If that is of another radar track, its bias starts there.
-    #[inline]
-    fn ahead_to(
-        &self,
-        next: &Measurement,
-        dt: f64,
-        models: &impl StateMotion<P, M, H>,
-    ) -> (Self, Bridges<P, H>) {
-        let mut changes = self.changes(dt);
-        let mut held = self.held;
+    /// The radars whose biases are estimated, and the change of the biases up to the next measurement. If that is of another radar
+    /// track, its bias starts there.
+    fn changes_to(&self, next: &Measurement, dt: f64) -> ([Option<BiasSlot>; S], [SlowChange; S]) {
+        let (mut held, mut changes) = (self.held, self.changes(dt));
         if let By::Radar { owner, errors, known, .. } = next.by {
             let place = self.place(&owner);
             let is_same = held[place].is_some_and(|held| held.owner == owner);
             changes[place] = if is_same { SlowChange::after(&errors, dt) } else { SlowChange::reset(known) };
             held[place] = Some(BiasSlot { owner, errors, last: next.time });
         }
-        let (state, bridges) = self.moved(dt, &changes, models);
-        (Self { held, ..state }, bridges)
+        (held, changes)
     }
 
-    #[inline]
-    fn moved(
+    /// The state at the next measurement, and the bridges back.
+    fn ahead_to(
+        &self,
+        next: &Measurement,
+        dt: f64,
+        models: &impl StateMotion<P, M, H>,
+    ) -> (Self, Bridges<P, H>) {
+        let (held, changes) = self.changes_to(next, dt);
+        let mut across = [[0.0; P]; P];
+        let (plane, predicted) = self.plane_at(dt, &changes, models, Some(&mut across));
+        let above = self.height.predicted(&models.motion(dt), &height::slow(&changes));
+        let state = Self { held, plane, combined: predicted, height: above.predicted, jumps: self.jumps };
+        (state, (Bridge { predicted, across }, above))
+    }
+
+    /// The state over ground `dt` seconds later, and the Gaussian that approximates it; `across` as in
+    /// [`Mixture::advanced`].
+    fn plane_at(
         &self,
         dt: f64,
         changes: &[SlowChange; S],
         models: &impl StateMotion<P, M, H>,
-    ) -> (Self, Bridges<P, H>) {
-        let (plane, over_ground) = self.plane.predicted(
+        across: Option<&mut Rows<P, P>>,
+    ) -> (Mixture<P, M>, Gaussian<P>) {
+        let speed_m_s = self.combined.mean[2].hypot(self.combined.mean[3]);
+        self.plane.advanced(
             &self.combined,
-            &models.motions(dt, self.combined.mean[2].hypot(self.combined.mean[3])),
+            &models.motions(dt, speed_m_s),
             &plane::slow(changes),
             &OverGround::switch(models, dt),
-        );
-        let above = self.height.predicted(&models.motion(dt), &height::slow(changes));
-        let state = Self {
-            plane,
-            combined: over_ground.predicted,
-            height: above.predicted,
-            held: self.held,
-            jumps: self.jumps,
-        };
-        (state, (over_ground, above))
+            across,
+        )
     }
 
     /// Checks a transponder's report for a jump of its receiver, over ground or in height. A jump enlarges the
