@@ -97,7 +97,7 @@ impl SilentTarget {
     /// All such targets, in order.
     fn all(targets: &Targets, cycle: &Cycle) -> Vec<Self> {
         let is_silent = |target: &&Target| {
-            !targets.is_companion(target.id()) && target.on_curve(cycle.centre, cycle.settings).is_none()
+            !targets.is_companion(target.id()) && !target.is_on_curve(cycle.centre, cycle.settings)
         };
         let silent = targets.iter().filter(is_silent);
         silent.map(|target| Self { target: target.id(), expected: OnceLock::new() }).collect()
@@ -377,11 +377,11 @@ impl AssignmentProblem {
     ) -> TrackAssignments {
         let chosen = assign(&self.candidates, self.columns.len(), 0.0);
         let rows = self.rows.into_iter().zip(&self.finds).zip(chosen);
-        let assigned = |((tracklet, finds), column): ((TrackletId, &Vec<(TargetId, f64)>), Option<usize>)| {
+        rows.map(|((tracklet, finds), column)| {
             let target = column.map(|column| self.columns[column]);
             let doubt = target.and_then(|target| doubt(tracklet, target, finds));
             TrackAssignment { tracklet, target, doubt }
-        };
-        rows.map(assigned).collect()
+        })
+        .collect()
     }
 }

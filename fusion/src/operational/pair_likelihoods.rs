@@ -46,8 +46,7 @@ fn compare_one(
     near.clear();
     near.extend(self::near(places, &plot, centre, radar));
     // The track's own target is compared at any distance.
-    let is_heard =
-        |id: &TargetId| targets.get(*id).is_some_and(|own| own.on_curve(centre, settings).is_some());
+    let is_heard = |id: &TargetId| targets.get(*id).is_some_and(|own| own.is_on_curve(centre, settings));
     if let Some(own) = tracklet.target().filter(|own| !near.contains(own)).filter(is_heard) {
         near.push(own);
     }

@@ -177,7 +177,7 @@ pub(super) fn targets<'a>(
 
 fn placed_track<'a>(tracklet: &'a Tracklet, targets: &Targets, cycle: &Cycle) -> Option<PlacedTrack<'a>> {
     let target = tracklet.target().and_then(|id| targets.get(id));
-    if target.is_some_and(|target| target.on_curve(cycle.centre, cycle.settings).is_some()) {
+    if target.is_some_and(|target| target.is_on_curve(cycle.centre, cycle.settings)) {
         return None;
     }
     let plot = tracklet.nearest(cycle.centre)?;

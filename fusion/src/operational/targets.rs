@@ -156,11 +156,16 @@ impl Target {
         self.transponder.as_ref()?.on_curve(time, settings)
     }
 
+    /// Whether the transponder has a position at a time.
+    pub(super) fn is_on_curve(&self, time: Time, settings: &OperationalSettings) -> bool {
+        self.transponder.as_ref().is_some_and(|transponder| transponder.is_on_curve(time, settings))
+    }
+
     /// Whether the transponder reports around the slot, or is not yet known to be silent.
     pub(super) fn is_heard(&self, cycle: &Cycle) -> bool {
         let Some(transponder) = &self.transponder else { return false };
         let since = |last: Time| cycle.silent_s(last) <= TRANSPONDER_SILENT_S;
-        transponder.on_curve(cycle.centre, cycle.settings).is_some()
+        transponder.is_on_curve(cycle.centre, cycle.settings)
             || transponder.last_until(cycle.centre).is_some_and(since)
     }
 
@@ -183,7 +188,7 @@ impl Target {
     /// Whether no sensor sees the target at the slot.
     pub(super) fn is_unseen(&self, tracklets: &Tracklets, cycle: &Cycle) -> bool {
         self.followed(tracklets).all(|tracklet| tracklet.last() < cycle.centre)
-            && self.on_curve(cycle.centre, cycle.settings).is_none()
+            && !self.is_on_curve(cycle.centre, cycle.settings)
     }
 
     /// Whether a new track of this radar could be the target: no track of this radar follows it now, and its transponder is
@@ -191,7 +196,7 @@ impl Target {
     pub(super) fn is_open_to(&self, sensor: SensorIndex, tracklets: &Tracklets, cycle: &Cycle) -> bool {
         self.followed(tracklets)
             .all(|tracklet| tracklet.key.sensor != sensor || tracklet.last() < cycle.centre)
-            && self.on_curve(cycle.centre, cycle.settings).is_none()
+            && !self.is_on_curve(cycle.centre, cycle.settings)
     }
 
     /// Updates the filter with all measurements. The state up to `since` is final.
@@ -215,6 +220,12 @@ impl Target {
             let pair = || *pair.get_or_init(|| self.pair_ahead(tracklet, radar, cycle));
             let silence = |time| self.transponder.as_ref()?.silence(time, tracklet.last());
             let lacks_height = self.transponder.as_ref().is_some_and(Transponder::lacks_height);
+            let is_silent = |transponder: &Transponder| {
+                transponder.is_silent_within(since, tracklet.last(), TRANSPONDER_SILENT_S)
+            };
+            if !lacks_height && !self.transponder.as_ref().is_none_or(is_silent) {
+                continue; // none of its plots is used
+            }
             measurements.extend(tracklet.between(since, LATEST).filter_map(|plot| {
                 let silence = silence(plot.time);
                 let is_used = silence.is_none_or(|(_, silent_s)| silent_s > TRANSPONDER_SILENT_S);
@@ -439,7 +450,7 @@ impl Targets {
         let Some(tracklet) = tracklets.get(id) else { return };
         let Some(left) = tracklet.target().and_then(|left| self.all.get_mut(left)) else { return };
         let is_alone = left.followed.len() == 1 && left.is_followed_by(id);
-        let is_silent = left.on_curve(cycle.centre, cycle.settings).is_none();
+        let is_silent = !left.is_on_curve(cycle.centre, cycle.settings);
         let is_wrong = is_alone && is_silent && tracklet.spans(cycle) && !was_likely(tracklet, left.id);
         if left.transponder.is_some() && is_wrong {
             left.doubt = None;

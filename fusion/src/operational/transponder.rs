@@ -90,11 +90,11 @@ impl CurveCursor<'_> {
     /// Position at a time; `None` outside the reports, and between two reports that are too far apart.
     pub(super) fn at(&mut self, time: Time) -> Option<CurvePosition> {
         if self.piece.as_ref().is_none_or(|piece| !piece.spans(time)) {
-            match self.find(time)? {
-                CurveLocation::Between(piece) => self.piece = Some(piece),
-                CurveLocation::At(position) => {
+            match CurveLocation::of(time, self.curve.knots(), self.max_gap_ns)? {
+                CurveLocation::After(index) => self.piece = Some(self.curve.piece(index)),
+                CurveLocation::At(index) => {
                     let Self { white_m: sigma_m, height_measured, .. } = *self;
-                    let position = self.corrected(position);
+                    let position = self.corrected(Enu::from(self.curve.knots()[index].position));
                     return Some(CurvePosition { position, sigma_m, spacing_s: 0.0, height_measured });
                 }
             }
@@ -114,21 +114,6 @@ impl CurveCursor<'_> {
     fn corrected(&self, position: Enu) -> Enu {
         lowered(position, self.height_offset_m)
     }
-
-    fn find(&self, time: Time) -> Option<CurveLocation> {
-        let knots = self.curve.knots();
-        if knots.len() < 2 {
-            return None;
-        }
-        let after = knots.partition_point(|knot| knot.time < time);
-        let next = knots.get(after)?;
-        if next.time == time {
-            return Some(CurveLocation::At(Enu::from(next.position)));
-        }
-        let index = after.checked_sub(1)?;
-        let is_apart = next.time.nanos() - knots[index].time.nanos() > self.max_gap_ns;
-        (!is_apart).then(|| CurveLocation::Between(self.curve.piece(index)))
-    }
 }
 
 /// A position with this taken off its height.
@@ -136,11 +121,27 @@ pub(super) fn lowered(position: Enu, by_m: f64) -> Enu {
     Enu::new(position.east(), position.north(), position.up() - by_m)
 }
 
-/// Location of a time on the curve.
+/// Location of a time on the curve: index of the report at that time, or of the one before.
 enum CurveLocation {
-    /// Exactly at a report.
-    At(Enu),
-    Between(CubicPiece),
+    At(usize),
+    After(usize),
+}
+
+impl CurveLocation {
+    /// `None` outside the reports, and between two that are more than `max_gap_ns` apart.
+    fn of(time: Time, knots: &[Knot], max_gap_ns: i64) -> Option<Self> {
+        if knots.len() < 2 {
+            return None;
+        }
+        let after = knots.partition_point(|knot| knot.time < time);
+        let next = knots.get(after)?;
+        if next.time == time {
+            return Some(Self::At(after));
+        }
+        let index = after.checked_sub(1)?;
+        let is_apart = next.time.nanos() - knots[index].time.nanos() > max_gap_ns;
+        (!is_apart).then_some(Self::After(index))
+    }
 }
 
 impl Transponder {
@@ -216,6 +217,15 @@ impl Transponder {
         Some((last, next.seconds_since(last)))
     }
 
+    /// Whether a silence of more than `seconds`, as in [`Self::silence`], covers some of the time from `since` to `until`.
+    pub(super) fn is_silent_within(&self, since: Time, until: Time, seconds: f64) -> bool {
+        let after = self.fixes.partition_point(|fix| fix.time <= since);
+        let Some(first) = after.checked_sub(1) else { return true };
+        let heard = self.fixes[first..].iter().take_while(|fix| fix.time <= until).map(|fix| fix.time);
+        let next = self.fixes[first + 1..].iter().map(|fix| fix.time).chain([until]);
+        heard.zip(next).any(|(last, next)| next.seconds_since(last) > seconds)
+    }
+
     /// Time of the newest report.
     pub(super) fn last_heard(&self) -> Option<Time> {
         self.fixes.last().map(|fix| fix.time)
@@ -269,6 +279,12 @@ impl Transponder {
     /// Position at a time; `None` outside the reports, and between two reports that are too far apart.
     pub(super) fn on_curve(&self, time: Time, settings: &OperationalSettings) -> Option<CurvePosition> {
         self.walk(settings)?.at(time)
+    }
+
+    /// Whether [`Self::on_curve`] has a position at a time.
+    pub(super) fn is_on_curve(&self, time: Time, settings: &OperationalSettings) -> bool {
+        settings.transponder(self.sensor).is_some()
+            && CurveLocation::of(time, self.curve.knots(), settings.max_gap_ns).is_some()
     }
 
     /// An evaluator of the curve for successive times.

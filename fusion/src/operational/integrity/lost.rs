@@ -66,7 +66,7 @@ fn all(
         let heard = target.map_or((heard <= cycle.centre).then_some(heard), until).filter(|_| is_known);
         // Most identities are not silent; their expected position is not computed.
         if heard.is_some_and(|heard| is_another(newest, heard))
-            || target.is_some_and(|target| target.on_curve(cycle.centre, cycle.settings).is_some())
+            || target.is_some_and(|target| target.is_on_curve(cycle.centre, cycle.settings))
         {
             return None;
         }
