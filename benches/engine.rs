@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 use asterix::{Record, TimeOfDay, cat048, cat129, encode_block};
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group};
-use fusion::Report;
 use fusion::frames::TangentPlane;
-use fusion::{Engine, Settings};
+use fusion::time::Time;
+use fusion::{Engine, Enu, Plot, RadarTrackKey, Report, SensorIndex, Settings};
 use utm_fusion::areas::Masks;
 use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Profile};
@@ -98,6 +98,41 @@ fn growth(criterion: &mut Criterion) {
         slots(&mut group, traffic, settings(traffic), "2,000 radar tracks and 2,000 transponders".to_owned());
         group.finish();
     }
+}
+
+/// Time of a slot while numbers of one radar jump by kilometres with each plot.
+fn jumping(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("slot with jumping numbers, operational");
+    group.sample_size(20);
+    for numbers in [0, 750, 1_500, 3_000] {
+        let mut engine = Engine::new(Traffic::DENSE.operational()).expect("the settings are right");
+        let reports = |slot: i64| Traffic::DENSE.reports(slot).chain(jumps(slot, numbers));
+        let warm = seconds(40);
+        for slot in 0..warm {
+            feed(&mut engine, slot, reports(slot));
+        }
+        let mut slots = warm..;
+        group.bench_function(format!("{numbers} numbers"), |bencher| {
+            let next = || slots.next().map(|slot| (slot, reports(slot).collect::<Vec<_>>()));
+            bencher.iter_batched(
+                next,
+                |batch| batch.map(|(slot, reports)| feed(&mut engine, slot, reports)),
+                BatchSize::PerIteration,
+            );
+        });
+        println!("{numbers} numbers: the state has {:.2} MB", 1e-6 * engine.checkpoint().len() as f64);
+    }
+    group.finish();
+}
+
+/// Plots of a slot, each kilometres from the one before under its number.
+fn jumps(slot: i64, numbers: u16) -> impl Iterator<Item = Report> {
+    (0..numbers).map(move |number| {
+        let track = RadarTrackKey { sensor: SensorIndex(0), number: 1000 + number };
+        let away = |step: i64| 9_000.0 + ((slot * step + i64::from(number) * 61) % 97) as f64 * 200.0;
+        let place = Enu::new(away(31), away(53), 100.0);
+        Report::Plot(Plot::new(track, Time::from_nanos(slot * SLOT_NS), place, place.0.norm()))
+    })
 }
 
 /// The state as octets, and back.
@@ -253,5 +288,5 @@ sac = 1
 sic = 3
 "#;
 
-criterion_group!(benches, dense, end_to_end, growth, checkpoints);
+criterion_group!(benches, dense, end_to_end, growth, jumping, checkpoints);
 criterion::criterion_main!(benches);

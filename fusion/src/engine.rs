@@ -450,7 +450,7 @@ impl Engine {
             plan.carry_out(slot, settings.window_slots, operational, profile);
             plan.resume((slot, settings.grid.centre(slot)), operational, profile);
         }
-        let SlotOutput { points, concerns, newcomers, now } = match rules {
+        let SlotOutput { points, concerns, newcomers, jumping, now } = match rules {
             ProfileState::Reference(reference) => reference.emit(&window, numbers).into(),
             // No aircraft is extrapolated after the last report of the input: a replay ends there, too.
             ProfileState::Operational(operational, profile) if last.is_none_or(|last| slot > last) => {
@@ -461,7 +461,8 @@ impl Engine {
             }
         };
         let numbers = numbers.take_changes();
-        Some(Emission { slot, time: settings.grid.centre(slot), points, numbers, newcomers, concerns, now })
+        let time = settings.grid.centre(slot);
+        Some(Emission { slot, time, points, numbers, newcomers, jumping, concerns, now })
     }
 }
 

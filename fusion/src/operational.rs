@@ -44,14 +44,14 @@ mod transponder_types;
 mod tuning;
 mod values;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
 use crate::integrity::{ActiveOverride, Assessment, Concern, TrustOverride};
 use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
 use crate::numbering::Numbers;
-use crate::point::{Newcomers, NowPicture, Point};
+use crate::point::{JumpingTracks, Newcomers, NowPicture, Point};
 use crate::registration::{RegistrationState, RegistrationStateError};
 use crate::report::{Bearing, Departed, Fix, Identity, Plot, Report, SensorIndex, TransponderType};
 use crate::settings::DECIDED_AFTER;
@@ -118,6 +118,8 @@ pub(super) struct SlotOutput {
     pub(super) concerns: Vec<Concern>,
     /// Counts of new identities.
     pub(super) newcomers: Vec<Newcomers>,
+    /// Counts of radar tracks discarded because their numbers jump.
+    pub(super) jumping: Vec<JumpingTracks>,
     /// Predicted picture of the deadline, if enabled.
     pub(super) now: Option<NowPicture>,
 }
@@ -132,6 +134,13 @@ impl From<Vec<Point>> for SlotOutput {
 /// The slot that is decided with the reports received by a deadline, at which a later slot may be shown.
 fn decided_slot(deadline: Time, shown: Slot, grid: SlotGrid) -> Slot {
     grid.of(deadline + -DECIDED_AFTER).min(shown)
+}
+
+/// Number of discarded radar tracks by radar.
+fn count_by_radar(jumping: Vec<SensorIndex>) -> Vec<JumpingTracks> {
+    let mut counts: BTreeMap<SensorIndex, u32> = BTreeMap::new();
+    jumping.into_iter().for_each(|sensor| *counts.entry(sensor).or_default() += 1);
+    counts.into_iter().map(|(sensor, discarded)| JumpingTracks { sensor, discarded }).collect()
 }
 
 impl Operational {
@@ -165,10 +174,10 @@ impl Operational {
         let shown = &cycle_of(slot, None);
         self.pass(cycle.centre, settings);
         self.apply_pending_handovers(settings);
-        self.sort_plots(cycle.slot, settings);
+        let mut jumping = self.sort_plots(cycle.slot, settings);
         self.sort_fixes(cycle.slot, settings);
         self.sort_bearings();
-        self.forget(cycle);
+        jumping.extend(self.forget(cycle));
         let Self {
             cameras,
             tracklets,
@@ -208,7 +217,8 @@ impl Operational {
         tracklets.finalise(cycle.centre, settings);
         classes.learn(tracklets, targets, cycle);
         self.decided = Some(cycle.centre);
-        SlotOutput { points, concerns, newcomers: self.admission.take_counts(), now }
+        let (newcomers, jumping) = (self.admission.take_counts(), count_by_radar(jumping));
+        SlotOutput { points, concerns, newcomers, jumping, now }
     }
 
     /// Skips a slot after the last report of the input, in which nothing is shown.
@@ -229,16 +239,20 @@ impl Operational {
         self.admission.begin_slot(time, |sensor| settings.transponder(sensor).copied());
     }
 
-    /// Corrects the new plots, and sorts them into tracklets.
-    fn sort_plots(&mut self, slot: Slot, settings: &OperationalSettings) {
+    /// Corrects the new plots, and sorts them into tracklets. Returns the radar of each plot whose track number jumps too often.
+    fn sort_plots(&mut self, slot: Slot, settings: &OperationalSettings) -> Vec<SensorIndex> {
+        let mut jumping = Vec::new();
         self.plots.sort_by_key(|plot| (plot.time, plot.track));
         for plot in self.plots.drain(..) {
             if let Some(radar) = settings.radar(plot.track.sensor) {
                 let corrected = self.registrations.correct(plot, radar);
-                self.tracklets.insert(corrected, plot.position, slot, radar);
+                if !self.tracklets.insert(corrected, plot.position, slot, radar) {
+                    jumping.push(plot.track.sensor);
+                }
             }
         }
         self.tracklets.update_evidence(&self.classes, settings);
+        jumping
     }
 
     /// Corrects the new transponder reports to the time of their measurement, and sorts them into targets.
@@ -287,17 +301,18 @@ impl Operational {
         targets.forget_all(&gone);
     }
 
-    /// Forgets old reports, and the state that refers to them.
-    fn forget(&mut self, cycle: &Cycle) {
+    /// Forgets old reports, and the state that refers to them. Returns the radar of each discarded track whose number jumps.
+    fn forget(&mut self, cycle: &Cycle) -> impl Iterator<Item = SensorIndex> + use<> {
         let Cycle { centre, settings, .. } = *cycle;
         self.forget_left(cycle);
-        self.tracklets.forget_before(centre + -tuning::PLOTS_KEPT);
+        let jumping = self.tracklets.forget_before(centre + -tuning::PLOTS_KEPT);
         self.tracklets.advance(centre);
         self.registrations.end(&self.tracklets, &mut self.types);
         let ended = self.targets.forget_before(centre + -tuning::FIXES_KEPT, centre, &self.tracklets);
         self.same_aircraft.end(&ended, &mut self.targets);
         self.tracklets.forget_targets(|&id| self.targets.get(id).is_some());
         self.correlations.end(&self.tracklets, centre, settings);
+        jumping.into_iter().map(|id| id.track.sensor)
     }
 
     /// State of each radar's registration.

@@ -24,6 +24,8 @@ pub struct Emission {
     pub numbers: Vec<NumberChange>,
     /// Counts of new identities, for each transponder receiver that has some (`operational` profile).
     pub newcomers: Vec<Newcomers>,
+    /// Counts of radar tracks discarded because their numbers jump, for each radar that has some (`operational` profile).
+    pub jumping: Vec<JumpingTracks>,
     /// Integrity concerns about transponders at this slot (`operational` profile).
     pub concerns: Vec<Concern>,
     /// Predicted current positions of the aircraft (`operational` profile, if enabled).
@@ -316,6 +318,15 @@ impl Newcomers {
             ("crowded_out", self.crowded_out),
         ]
     }
+}
+
+/// Radar tracks discarded in a slot because their numbers began again elsewhere, plot after plot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct JumpingTracks {
+    /// The radar.
+    pub sensor: SensorIndex,
+    /// Number of tracks.
+    pub discarded: u32,
 }
 
 impl Source {

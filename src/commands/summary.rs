@@ -261,6 +261,10 @@ fn received(text: &mut String, tally: &Tally) -> fmt::Result {
             writeln!(text, "dropped    {count} identities {what}")?;
         }
     }
+    let jumping: u64 = tally.jumping_tracks.values().sum();
+    if jumping > 0 {
+        writeln!(text, "dropped    {jumping} radar tracks whose numbers jump")?;
+    }
     let mut note = |count: u64, what: &str| {
         if count > 0 { writeln!(text, "noted      {count} {what}") } else { Ok(()) }
     };

@@ -201,6 +201,8 @@ impl Metrics {
         self.by("reports_accepted_total", "Reports taken", "sensor", accepted);
         let shed = tally.shed.iter().map(|(&sensor, count)| (name(sensor), count));
         self.by("plots_shed_total", "Plots left out because a node could not keep up", "sensor", shed);
+        let jumping = tally.jumping_tracks.iter().map(|(&sensor, count)| (name(sensor), count));
+        self.by("jumping_tracks_total", "Radar tracks discarded: their numbers jump", "sensor", jumping);
         let service = tally.service.iter().map(|(&sensor, count)| (name(sensor), count));
         self.by("service_messages_total", "Service messages of radars", "sensor", service);
         self.family("records_refused_total", "Records that gave no report");

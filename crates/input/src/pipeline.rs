@@ -432,6 +432,7 @@ impl Pipeline {
         outputs.clear();
         for emission in self.engine.finish() {
             emission.newcomers.iter().for_each(|&newcomers| tally.count(&Event::Newcomers(newcomers)));
+            emission.jumping.iter().for_each(|&jumping| tally.count(&Event::JumpingTracks(jumping)));
             outputs.push_back(Output::Emission(emission));
         }
     }

@@ -93,9 +93,12 @@ impl IdentityAssessments {
         }
         self.reports.evaluate(cycle.deadline);
         self.claims.begin_slot(cycle.centre + SECOND * -CLAIMED_S);
-        for &ended in tracklets.ended() {
-            self.claims.end(ended);
-            self.monitors.values_mut().for_each(|monitor| _ = monitor.watches.remove(&ended));
+        let ended = tracklets.ended();
+        if !ended.is_empty() {
+            ended.iter().for_each(|&id| self.claims.end(id));
+            for monitor in self.monitors.values_mut() {
+                monitor.watches.retain(|id, _| ended.binary_search(id).is_err());
+            }
         }
         self.observe_tracks(tracklets, targets, cycle);
         self.update_states(tracklets, targets, cycle);

@@ -60,7 +60,7 @@ impl Case {
         let mut sensors = two_drones::settings(true).sensors;
         sensors.push(sensors[0].clone());
         let settings = OperationalSettings::new(&sensors, LATENCY, &OperationalRules::default());
-        let numbers = Numbers::new(GRID, Keeping::ADay, std::collections::BTreeMap::new());
+        let numbers = Numbers::new(GRID, Keeping::ADay, BTreeMap::new());
         Self { air: Operational::default(), settings, numbers, begun: 0 }
     }
 

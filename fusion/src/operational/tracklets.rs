@@ -1,5 +1,7 @@
 //! Radar tracks, for as long as the radar keeps them.
 
+mod jumping;
+
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 
@@ -365,7 +367,7 @@ impl Tracklet {
 pub(super) struct Tracklets {
     all: ById<TrackletId, Tracklet>,
     by_key: BTreeMap<RadarTrackKey, Vec<TrackletId>>,
-    /// Tracklets that were dropped last.
+    /// Tracklets that were dropped last, in order.
     ended: Vec<TrackletId>,
 }
 
@@ -405,8 +407,9 @@ impl Tracklets {
         self.all.values_mut()
     }
 
-    /// Adds a plot, received in this slot, to its tracklet, or to a new one.
-    pub(super) fn insert(&mut self, plot: Plot, raw: Enu, slot: Slot, radar: &RadarSettings) {
+    /// Adds a plot, received in this slot, to its tracklet, or to a new one. Returns whether it was added: if too many tracks
+    /// begin under its number, it is not.
+    pub(super) fn insert(&mut self, plot: Plot, raw: Enu, slot: Slot, radar: &RadarSettings) -> bool {
         let new = CorrectedPlot { plot, raw };
         let ids = self.by_key.entry(plot.track).or_default();
         let continues = |id: &&TrackletId| {
@@ -419,12 +422,16 @@ impl Tracklets {
                 }
             }
             None => {
+                if jumping::is_jumping(ids, slot) {
+                    return false;
+                }
                 let named = |nth| TrackletId { slot, time: plot.time, track: plot.track, nth };
                 let id = (0..).map(named).find(|id| !ids.contains(id)).expect("few begin at once");
                 ids.push(id);
                 self.all.insert(id, Tracklet::new(id, new));
             }
         }
+        true
     }
 
     /// Removes and returns the tracklets that are the same track as this one of another engine.
@@ -479,12 +486,14 @@ impl Tracklets {
         });
     }
 
-    /// Removes plots before `time`, and drops the tracklets without other plots.
-    pub(super) fn forget_before(&mut self, time: Time) {
+    /// Removes plots before `time`, and drops the tracklets without other plots. Also drops tracklets of numbers that jump, and
+    /// returns these.
+    pub(super) fn forget_before(&mut self, time: Time) -> Vec<TrackletId> {
+        let jumping = self.jumping();
         let Self { all, by_key, ended, .. } = self;
         ended.clear();
         all.retain(|id, tracklet| {
-            let is_left = tracklet.forget_before(time);
+            let is_left = tracklet.forget_before(time) && jumping.binary_search(&id).is_err();
             if !is_left {
                 ended.push(id);
                 if let Some(ids) = by_key.get_mut(&tracklet.key) {
@@ -496,6 +505,7 @@ impl Tracklets {
             }
             is_left
         });
+        jumping
     }
 
     /// Tracklets that were dropped when plots were last removed.

@@ -356,6 +356,14 @@ pub(super) const CAMERA_NEAR_M: f64 = 5.0;
 /// Ratio between quantised distances of a bearing, so that nearly equal distances do not repeat the filtering.
 pub(super) const CAMERA_RANGE_STEP: f64 = 1.05;
 
+// --- Radar tracks whose numbers jump
+
+/// Maximum number of radar tracks that begin under one number in one slot. A radar gives a number to one object at a time.
+pub(super) const BEGUN_MAX: usize = 4;
+/// Maximum number of unassigned tracks of a radar whose numbers already belong to later tracks. A radar that ends all its
+/// tracks at once stays below it, unless it has many.
+pub(super) const SUPERSEDED_MAX: usize = 256;
+
 // --- Threads
 
 /// Minimum number of radar tracks or targets that are shared between threads. One takes microseconds, as does the start of a

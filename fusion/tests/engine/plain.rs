@@ -224,6 +224,7 @@ impl Plain<'_> {
             points,
             numbers,
             newcomers: Vec::new(),
+            jumping: Vec::new(),
             concerns: Vec::new(),
             now: None,
         });

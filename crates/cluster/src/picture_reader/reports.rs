@@ -25,6 +25,10 @@ pub(super) fn merge_reports(homes: &[CellName], reports: Vec<(CellName, CellRepo
     for (sensor, shed) in reports.iter().flat_map(|(_, report)| &report.status.tally.shed) {
         *tally.shed.entry(*sensor).or_default() += shed;
     }
+    tally.jumping_tracks.clear();
+    for (sensor, jumping) in reports.iter().flat_map(|(_, report)| &report.status.tally.jumping_tracks) {
+        *tally.jumping_tracks.entry(*sensor).or_default() += jumping;
+    }
     for (index, sensor) in joined.status.sensors.iter_mut().enumerate() {
         let of = reports.iter().filter_map(|(cell, report)| Some((cell, report.status.sensors.get(index)?)));
         let home = homes.get(index);

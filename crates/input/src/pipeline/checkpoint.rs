@@ -17,7 +17,7 @@ use site::areas::Masks;
 use site::config::Config;
 
 /// Version of the layout below; the engine's part has its own version.
-const LAYOUT: u16 = 6;
+const LAYOUT: u16 = 7;
 
 /// Reason why a checkpoint cannot be restored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -11,7 +11,7 @@ use super::remote_id::LineFault;
 use super::senders::{Contest, ContestReason, Takeover};
 use crate::names::known;
 use crate::normalise::{Refusal, Service};
-use fusion::point::Newcomers;
+use fusion::point::{JumpingTracks, Newcomers};
 use fusion::{Report, SensorIndex};
 
 /// An event in the handling of received data.
@@ -84,6 +84,8 @@ pub enum Event {
     TookOver(Takeover),
     /// New identities of a transponder receiver admitted or dropped, reported with a slot.
     Newcomers(Newcomers),
+    /// Radar tracks discarded because their numbers jump, reported with a slot.
+    JumpingTracks(JumpingTracks),
     /// No data was received for longer than the window, or the clock of reception was set by more than that: the engine
     /// restarted with an empty window.
     Restarted,
@@ -191,6 +193,8 @@ pub struct Tally {
     /// New identities by transponder receiver and fate ([`Newcomers::fates`]).
     #[serde(deserialize_with = "known")]
     pub newcomers: BTreeMap<(SensorIndex, &'static str), u64>,
+    /// Radar tracks discarded because their numbers jump, by sensor; their plots count as accepted.
+    pub jumping_tracks: BTreeMap<SensorIndex, u64>,
     /// Restarts of the engine after a silence longer than the window, or after a step of the clock by more than that.
     pub restarts: u64,
     /// Number of times the clock of reception stepped back by more than 1 s.
@@ -225,6 +229,9 @@ impl Tally {
                     *self.newcomers.entry((newcomers.sensor, fate)).or_default() += u64::from(count);
                 }
             }
+            Event::JumpingTracks(JumpingTracks { sensor, discarded }) => {
+                *self.jumping_tracks.entry(sensor).or_default() += u64::from(discarded);
+            }
             Event::Restarted => self.restarts += 1,
             Event::ClockBehind { .. } => self.clock_behind += 1,
         }
@@ -236,7 +243,7 @@ impl Tally {
         self.newcomers.iter().map(|((_, fate), &count)| if is_dropped(fate) { count } else { 0 }).sum()
     }
 
-    /// Number of datagrams, blocks and records dropped for any reason, and of identities not admitted.
+    /// Number of datagrams, blocks and records dropped for any reason, of identities not admitted, and of radar tracks discarded.
     pub fn dropped(&self) -> u64 {
         self.dropped_by_reason().values().sum()
     }
@@ -251,6 +258,7 @@ impl Tally {
             ("unused_category", self.skipped.values().sum()),
             ("unknown_source", self.unknown_sources.values().sum()),
             ("overload", self.shed.values().sum()),
+            ("jumping_track", self.jumping_tracks.values().sum()),
         ];
         let newcomers = newcomers.filter(|(fate, _)| !matches!(*fate, "heard" | "admitted"));
         let mut reasons = BTreeMap::new();

@@ -33,8 +33,10 @@ impl Journal {
         let restarts = due.restarts();
         for mut emission in due {
             let newcomers = std::mem::take(&mut emission.newcomers);
+            let jumping = std::mem::take(&mut emission.jumping);
             self.outputs.push_back(Output::Emission(emission));
             newcomers.into_iter().for_each(|newcomers| self.note(Event::Newcomers(newcomers)));
+            jumping.into_iter().for_each(|jumping| self.note(Event::JumpingTracks(jumping)));
         }
         if restarts {
             self.note(Event::Restarted);

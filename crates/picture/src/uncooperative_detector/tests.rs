@@ -69,6 +69,7 @@ impl Field {
                 points: points.to_vec(),
                 numbers: Vec::new(),
                 newcomers: Vec::new(),
+                jumping: Vec::new(),
                 concerns: Vec::new(),
             });
             self.detector.look(&mut picture, &self.maker);

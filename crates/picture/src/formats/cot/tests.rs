@@ -80,6 +80,7 @@ fn track(source: Source, speed: Option<f64>) -> PictureTrack {
         points: vec![point],
         numbers: Vec::new(),
         newcomers: Vec::new(),
+        jumping: Vec::new(),
         concerns: Vec::new(),
         now: None,
     };

@@ -164,6 +164,7 @@ impl Slots {
             points: vec![point(7), point(8)],
             numbers: Vec::new(),
             newcomers: Vec::new(),
+            jumping: Vec::new(),
             concerns: concerns.to_vec(),
         });
         picture::TrackNames::default().name(&mut picture);

@@ -118,6 +118,7 @@ impl Site {
             points: vec![self.point(east_m)],
             numbers: Vec::new(),
             newcomers: Vec::new(),
+            jumping: Vec::new(),
             concerns: Vec::new(),
         });
         picture::TrackNames::default().name(&mut picture);

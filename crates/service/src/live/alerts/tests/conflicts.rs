@@ -60,6 +60,7 @@ impl Sky {
             points,
             numbers: Vec::new(),
             newcomers: Vec::new(),
+            jumping: Vec::new(),
             concerns: concerns.to_vec(),
         });
         picture::TrackNames::default().name(&mut picture);
