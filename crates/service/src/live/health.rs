@@ -40,6 +40,8 @@ const CLOCK_LATE_S: f64 = 5.0;
 const DISPLACED_M: u32 = 30;
 /// Maximum number of unknown sources that are distinguished.
 const UNKNOWN_KEPT: usize = 64;
+/// Time for which a radar is degraded after tracks were discarded because their numbers jump, in nanoseconds.
+const JUMPING_NS: i64 = 10 * SECOND;
 /// Time for which a change of a sensor's sender is reported as a warning, in nanoseconds: long enough for an operator to
 /// notice and to check the sender.
 const TAKEOVER_NS: i64 = 60 * SECOND;
@@ -211,6 +213,8 @@ struct MonitoredSensor {
     restarted: Option<Time>,
     /// Peak rate of a flood of new identities, per second, while it lasts.
     flood: Option<u32>,
+    /// Last time when tracks were discarded because their numbers jump.
+    jumping: Option<Time>,
     /// Maximum rate of admitted new identities, per second.
     max_new_per_s: u32,
 }
@@ -233,6 +237,7 @@ impl SensorMonitor {
             takeover: None,
             restarted: None,
             flood: None,
+            jumping: None,
             max_new_per_s: sensor.kind.receiver().map_or(0, |receiver| receiver.max_new_per_s),
         };
         Self {
@@ -298,6 +303,9 @@ impl SensorMonitor {
             }
             Event::Newcomers(newcomers) => {
                 self.sensors[usize::from(newcomers.sensor.0)].flood = newcomers.flood;
+            }
+            Event::JumpingTracks(jumping) => {
+                self.sensors[usize::from(jumping.sensor.0)].jumping = Some(now);
             }
             Event::Restarted => {
                 // The clock may have been set back: no reception may lie in the future.
@@ -384,7 +392,8 @@ impl MonitoredSensor {
     fn start_afresh(&mut self, now: Time) {
         // New identities that waited for admission are dropped.
         self.flood = None;
-        for time in [&mut self.last_seen, &mut self.taken, &mut self.restarted].into_iter().flatten() {
+        let times = [&mut self.last_seen, &mut self.taken, &mut self.restarted, &mut self.jumping];
+        for time in times.into_iter().flatten() {
             *time = now.min(*time);
         }
         self.recent.retain(|&time| time <= now);
@@ -471,6 +480,13 @@ impl MonitoredSensor {
                     "a flood of new identities, up to {most} a second: those that are heard once are not used, and of the \
                      others at most {max} a second are let in (max_new_per_s)"
                 ),
+            );
+        }
+        if self.jumping.is_some_and(|at| now.nanos() - at.nanos() < JUMPING_NS) {
+            find(
+                SensorState::Degraded,
+                "its track numbers jump: the tracks that they begin far from the last plot are discarded"
+                    .to_owned(),
             );
         }
         let clock_offset_s = self.clock_offset_s();

@@ -6,7 +6,6 @@
 use super::Tracklets;
 use crate::operational::ids::TrackletId;
 use crate::operational::tuning::{BEGUN_MAX, SUPERSEDED_MAX};
-use crate::report::RadarTrackKey;
 use crate::slots::Slot;
 
 /// Whether as many of a number's tracklets began in this slot as are kept.
@@ -19,19 +18,16 @@ impl Tracklets {
     /// in order.
     pub(super) fn jumping(&self) -> Vec<TrackletId> {
         let mut jumping = Vec::new();
-        let numbers: Vec<(&RadarTrackKey, &[TrackletId])> = self
-            .by_key
-            .iter()
-            .filter_map(|(key, ids)| Some((key, ids.split_last()?.1)))
-            .filter(|(_, superseded)| !superseded.is_empty())
-            .collect();
-        for of_radar in numbers.chunk_by(|one, other| one.0.sensor == other.0.sensor) {
-            let superseded = || of_radar.iter().flat_map(|(_, ids)| ids.iter().copied());
-            if superseded().count() <= SUPERSEDED_MAX {
+        let superseded =
+            self.by_key.values().filter_map(|ids| ids.split_last()).flat_map(|(_, earlier)| earlier);
+        // In order of the keys, so those of a radar follow each other.
+        let superseded: Vec<TrackletId> = superseded.copied().collect();
+        for of_radar in superseded.chunk_by(|one, other| one.track.sensor == other.track.sensor) {
+            if of_radar.len() <= SUPERSEDED_MAX {
                 continue;
             }
-            let is_free = |id: &TrackletId| self.get(*id).is_some_and(|known| known.target.is_none());
-            let mut free: Vec<TrackletId> = superseded().filter(is_free).collect();
+            let is_free = |id: &&TrackletId| self.get(**id).is_some_and(|known| known.target.is_none());
+            let mut free: Vec<TrackletId> = of_radar.iter().filter(is_free).copied().collect();
             free.sort_unstable();
             free.truncate(free.len().saturating_sub(SUPERSEDED_MAX));
             jumping.append(&mut free);

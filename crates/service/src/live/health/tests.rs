@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::live::alerts::{AlertMonitor, Severity};
+use fusion::point::JumpingTracks;
 
 fn at(second: f64) -> Time {
     Time::from_nanos(1_800_000_000 * SECOND + (second * SECOND as f64) as i64)
@@ -60,4 +61,18 @@ fn closed_line_at_the_start_is_an_outage_at_once() {
     let sensors = monitor().sensors(at(1.0), closed);
     assert_eq!(alerts_of(&sensors, at(1.0)), [Severity::Critical; 2]);
     assert!(sensors.iter().all(|sensor| sensor.state == SensorState::Outage), "{sensors:?}");
+}
+
+#[test]
+fn radar_is_degraded_while_its_track_numbers_jump() {
+    let mut monitor = monitor();
+    let jumping = Event::JumpingTracks(JumpingTracks { sensor: SensorIndex(0), discarded: 3 });
+    monitor.note(&jumping, at(2.0));
+    for (second, is_degraded) in [(2.0, true), (11.9, true), (12.1, false)] {
+        let radar = monitor.sensors(at(second), |_| Vec::new()).swap_remove(0);
+        let is_named = radar.reasons.iter().any(|reason| reason.starts_with("its track numbers jump"));
+        assert_eq!(is_named, is_degraded, "{second}: {:?}", radar.reasons);
+    }
+    let transponders = monitor.sensors(at(2.0), |_| Vec::new()).swap_remove(1);
+    assert!(transponders.reasons.iter().all(|reason| !reason.contains("jump")), "{:?}", transponders.reasons);
 }
