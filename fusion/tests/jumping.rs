@@ -57,7 +57,7 @@ fn reports(slot: i64, jumping: Jumping) -> Vec<Report> {
     match jumping {
         Jumping::Never => {}
         Jumping::Numbers(count) => reports.extend((0..count).map(|number| elsewhere(1000 + number, 0.9))),
-        // Among so many plots some continue a track, so they are not to be a drone.
+        // A few of these plots continue a track by chance. The radar says that they are no drones.
         Jumping::AtOnce(count) => reports.extend((0..count).map(|_| elsewhere(1000, 0.1))),
     }
     reports
