@@ -49,6 +49,11 @@ pub struct TrackFilter {
     competitors: bool,
 }
 
+/// Whether these are minimum longitude and latitude, then maximum longitude and latitude, in degrees.
+pub fn is_box([west, south, east, north]: [f64; 4]) -> bool {
+    west.abs() <= 180.0 && east.abs() <= 180.0 && -90.0 <= south && south <= north && north <= 90.0
+}
+
 /// A page of the selected tracks.
 #[derive(Debug)]
 pub struct SelectedPage<T> {
@@ -66,10 +71,7 @@ impl TrackFilter {
     /// 400 if a parameter breaks its rule.
     pub fn of(query: &Query, sensors: &[Sensor]) -> Result<Self, Problem> {
         let bbox = query.numbers::<4>("bbox", BBOX)?;
-        let sane = |&[west, south, east, north]: &[f64; 4]| {
-            west.abs() <= 180.0 && east.abs() <= 180.0 && -90.0 <= south && south <= north && north <= 90.0
-        };
-        if !bbox.as_ref().is_none_or(sane) {
+        if !bbox.is_none_or(is_box) {
             return Err(Problem::parameter("bbox", BBOX));
         }
         let sources = query.list(

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::filter::TrackFilter;
+use super::filter::{TrackFilter, is_box};
 use super::geometry::{CollectionType, Feature, GeoJsonGeometry};
 use super::ground::AreaProperties;
 use super::problem::Problem;
@@ -231,10 +231,7 @@ fn bbox(query: &Query) -> Result<Option<[f64; 4]>, Problem> {
             .map(|[west, south, _, east, north, _]| [west, south, east, north]),
         _ => query.numbers::<4>("bbox", RULE)?,
     };
-    let is_sound = |&[west, south, east, north]: &[f64; 4]| {
-        west.abs() <= 180.0 && east.abs() <= 180.0 && -90.0 <= south && south <= north && north <= 90.0
-    };
-    bbox.filter(is_sound).map(Some).ok_or_else(|| Problem::parameter("bbox", RULE))
+    bbox.filter(|bbox| is_box(*bbox)).map(Some).ok_or_else(|| Problem::parameter("bbox", RULE))
 }
 
 /// Whether a time is within `datetime`: an instant, or an interval with `..` for an open end.

@@ -187,9 +187,7 @@ impl LineFields {
         .into_iter()
         .filter_map(|(key, text)| Some((key, text.as_deref()?)))
     }
-}
 
-impl LineFields {
     /// Where lines have their values. `columns` are those of CSV, empty for JSON; `drone_classes` the values of `class` that are
     /// drones.
     ///
@@ -201,103 +199,114 @@ impl LineFields {
         drone_classes: &[String],
         is_radar: bool,
     ) -> Result<LineMapping, String> {
-        let fields = self;
-        let allowed: &[&str] = if is_radar { &OF_RADARS } else { &OF_TRANSPONDERS };
-        let kind = if is_radar { "radar" } else { "transponder" };
-        if let Some((key, _)) = fields.named().find(|(key, _)| !allowed.contains(key)) {
+        let (kind, allowed, identity_key, identity) = if is_radar {
+            ("radar", &OF_RADARS[..], "track", &self.track)
+        } else {
+            ("transponder", &OF_TRANSPONDERS[..], "serial_number", &self.serial_number)
+        };
+        if let Some((key, _)) = self.named().find(|(key, _)| !allowed.contains(key)) {
             return Err(format!("a {kind} has no fields.{key}; remove it"));
         }
-        let columns = (!columns.is_empty()).then(|| columns.to_vec());
-        if let Some(columns) = &columns {
+        let reader = FieldReader { is_csv: !columns.is_empty() };
+        if reader.is_csv {
             let is_known = |text: &str| {
-                LineField::new(text.split_whitespace().next().unwrap_or_default(), &[])
-                    .is_some_and(|field| columns.contains(&field.path.join(".")))
+                let name = text.split_whitespace().next().unwrap_or_default();
+                columns.iter().any(|column| column == name.trim_start_matches('-'))
             };
-            if let Some((key, text)) = fields.named().find(|(_, text)| !is_known(text)) {
+            if let Some((key, text)) = self.named().find(|(_, text)| !is_known(text)) {
                 return Err(format!("fields.{key} = \"{text}\" names none of the columns"));
             }
         }
-        let read = |text: &Option<String>, units| {
-            let mut field = LineField::new(text.as_deref()?, units)?;
-            if columns.is_some() {
-                field.path = vec![field.path.join(".")];
-            }
-            Some(field)
-        };
-        let length = |text| read(text, LENGTHS);
-        let angle = |text| read(text, ANGLES);
-        let polar = length(&fields.range).zip(angle(&fields.azimuth));
-        let local = length(&fields.east).zip(length(&fields.north));
-        let place = angle(&fields.latitude).zip(angle(&fields.longitude));
-        let height = length(&fields.height);
-        let forms = [
-            (fields.range.is_some() || fields.azimuth.is_some(), "range and azimuth"),
-            (fields.east.is_some() || fields.north.is_some(), "east and north"),
-            (fields.latitude.is_some() || fields.longitude.is_some(), "latitude and longitude"),
-        ];
-        let stated: Vec<&str> =
-            forms.iter().filter(|(is_stated, _)| *is_stated).map(|(_, name)| *name).collect();
-        let position = match (stated.as_slice(), polar, local, place) {
-            ([_], Some((range, azimuth)), ..) => {
-                LinePosition::Polar { range, azimuth, elevation: angle(&fields.elevation) }
-            }
-            ([_], _, Some((east, north)), _) => LinePosition::Local(east, north, length(&fields.up)),
-            ([_], .., Some((latitude, longitude))) => LinePosition::Geodetic(latitude, longitude),
-            ([], ..) if is_radar => {
-                return Err(
-                    "a position is needed: range and azimuth, east and north, or latitude and longitude"
-                        .to_owned(),
-                );
-            }
-            ([], ..) => return Err("a position is needed: latitude and longitude".to_owned()),
-            ([one], ..) => return Err(format!("a position needs both {one}")),
-            (several, ..) => {
-                return Err(format!("a position is one of {}; remove the others", several.join(", ")));
-            }
-        };
-        let stray = match &position {
-            LinePosition::Polar { elevation: Some(_), .. } if height.is_some() => Some("height or elevation"),
-            LinePosition::Local(_, _, Some(_)) if height.is_some() => Some("height or up"),
-            _ if fields.elevation.is_some() && !matches!(position, LinePosition::Polar { .. }) => {
-                Some("elevation, which goes with range")
-            }
-            _ if fields.up.is_some() && !matches!(position, LinePosition::Local(..)) => {
-                Some("up, which goes with east and north")
-            }
-            _ => None,
-        };
-        if let Some(stray) = stray {
-            return Err(format!("remove {stray}"));
-        }
-        let (identity, name) =
-            if is_radar { (&fields.track, "track") } else { (&fields.serial_number, "serial_number") };
-        let identity =
-            read(identity, &[]).ok_or_else(|| format!("fields.{name} is missing: a {kind} needs it"))?;
+        let missing = |key: &str| format!("fields.{key} is missing: a {kind} needs it");
+        let position = self.position(&reader, is_radar)?;
+        let height = reader.read(&self.height, LENGTHS);
+        self.check_height(&position)?;
         if !is_radar && height.is_none() {
-            return Err("fields.height is missing: a transponder needs it".to_owned());
+            return Err(missing("height"));
         }
-        let velocity = match (read(&fields.speed, SPEEDS), angle(&fields.course)) {
+        let class = reader.read(&self.class, &[]);
+        if class.is_some() == drone_classes.is_empty() {
+            return Err("fields.class and drone_classes go together".to_owned());
+        }
+        if class.is_some() && self.probability.is_some() {
+            return Err("remove class or probability".to_owned());
+        }
+        let velocity = match (reader.read(&self.speed, SPEEDS), reader.read(&self.course, ANGLES)) {
             (None, None) => None,
             (Some(speed), Some(course)) => Some((speed, course)),
             _ => return Err("speed and course go together".to_owned()),
         };
-        let class = read(&fields.class, &[]);
-        if class.is_some() == drone_classes.is_empty() {
-            return Err("fields.class and drone_classes go together".to_owned());
-        }
-        if class.is_some() && fields.probability.is_some() {
-            return Err("remove class or probability".to_owned());
-        }
-        let (time, probability) = (read(&fields.time, TIMES), read(&fields.probability, SHARES));
         Ok(LineMapping {
-            columns,
-            time,
-            identity,
+            columns: reader.is_csv.then(|| columns.to_vec()),
+            time: reader.read(&self.time, TIMES),
+            identity: reader.read(identity, &[]).ok_or_else(|| missing(identity_key))?,
             position,
             height,
             velocity,
-            probability,
+            probability: reader.read(&self.probability, SHARES),
             class: class.map(|class| (class, drone_classes.to_vec())),
         })
+    }
+
+    /// The only form of a position that is named.
+    fn position(&self, reader: &FieldReader, is_radar: bool) -> Result<LinePosition, String> {
+        let length = |text| reader.read(text, LENGTHS);
+        let angle = |text| reader.read(text, ANGLES);
+        let polar = (length(&self.range), angle(&self.azimuth));
+        let local = (length(&self.east), length(&self.north));
+        let place = (angle(&self.latitude), angle(&self.longitude));
+        let forms =
+            [("range and azimuth", &polar), ("east and north", &local), ("latitude and longitude", &place)];
+        let is_named = |(_, form): &&(&str, &(Option<LineField>, Option<LineField>))| **form != (None, None);
+        let named: Vec<&str> = forms.iter().filter(is_named).map(|(name, _)| *name).collect();
+        match named.as_slice() {
+            [_] => {}
+            [] if is_radar => {
+                let forms = forms.map(|(name, _)| name).join(", or ");
+                return Err(format!("a position is needed: {forms}"));
+            }
+            [] => return Err("a position is needed: latitude and longitude".to_owned()),
+            several => {
+                return Err(format!("a position is one of {}; remove the others", several.join(", ")));
+            }
+        }
+        match (polar, local, place) {
+            ((Some(range), Some(azimuth)), ..) => {
+                Ok(LinePosition::Polar { range, azimuth, elevation: angle(&self.elevation) })
+            }
+            (_, (Some(east), Some(north)), _) => Ok(LinePosition::Local(east, north, length(&self.up))),
+            (.., (Some(latitude), Some(longitude))) => Ok(LinePosition::Geodetic(latitude, longitude)),
+            _ => Err(format!("a position needs both {}", named.join(""))),
+        }
+    }
+
+    /// Reports a second height, and an elevation or `up` that does not go with the position.
+    fn check_height(&self, position: &LinePosition) -> Result<(), String> {
+        let is_polar = matches!(position, LinePosition::Polar { .. });
+        let is_local = matches!(position, LinePosition::Local(..));
+        let stray = match (&self.elevation, &self.up, &self.height) {
+            (Some(_), ..) if !is_polar => "elevation, which goes with range",
+            (_, Some(_), _) if !is_local => "up, which goes with east and north",
+            (Some(_), _, Some(_)) => "height or elevation",
+            (_, Some(_), Some(_)) => "height or up",
+            _ => return Ok(()),
+        };
+        Err(format!("remove {stray}"))
+    }
+}
+
+/// Reads the fields of one connection.
+struct FieldReader {
+    /// The names of columns may have dots.
+    is_csv: bool,
+}
+
+impl FieldReader {
+    fn read(&self, text: &Option<String>, units: Units) -> Option<LineField> {
+        let mut field = LineField::new(text.as_deref()?, units)?;
+        if self.is_csv {
+            field.path = vec![field.path.join(".")];
+        }
+        Some(field)
     }
 }
