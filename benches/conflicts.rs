@@ -4,8 +4,8 @@
 
 use std::time::{Duration, Instant};
 
+use conflict::{ConflictAircraft, Conflicts, TrafficKind};
 use criterion::{Criterion, criterion_group};
-use fusion::conflicts::{ConflictAircraft, Conflicts, TrafficKind};
 use fusion::{Enu, Time};
 use nalgebra::{Matrix4, Vector3};
 use rand::{RngExt, SeedableRng};

@@ -9,7 +9,7 @@ use crate::frames::Enu;
 /// Indices of positions by square. A search covers only the squares near a point, so a slot with ten thousand
 /// detections costs little more than one with a hundred.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct GroundCells {
+pub struct GroundCells {
     /// Row, column and index, ordered by row from south to north, then from west to east.
     squares: Vec<(i32, i32, u32)>,
     /// The rows that contain positions, with their ranges in `squares`.
@@ -18,7 +18,7 @@ pub(super) struct GroundCells {
 
 impl GroundCells {
     /// Sorts the positions into squares of `side_m`; an index is a position's place in the iteration.
-    pub(super) fn fill(&mut self, positions: impl Iterator<Item = Enu>, side_m: f64) {
+    pub fn fill(&mut self, positions: impl Iterator<Item = Enu>, side_m: f64) {
         self.clear();
         self.squares.extend((0..).zip(positions).map(|(index, position)| {
             let (row, column) = square(position, side_m);
@@ -32,13 +32,14 @@ impl GroundCells {
         }
     }
 
-    pub(super) fn clear(&mut self) {
+    /// Removes all positions.
+    pub fn clear(&mut self) {
         self.squares.clear();
         self.rows.clear();
     }
 
     /// Indices in the square of `point` and the eight around it: all within `side_m` over ground, and some beyond.
-    pub(super) fn around(&self, point: Enu, side_m: f64) -> impl Iterator<Item = usize> {
+    pub fn around(&self, point: Enu, side_m: f64) -> impl Iterator<Item = usize> {
         let (row, column) = square(point, side_m);
         let beside = |index: i32| index.saturating_sub(1)..=index.saturating_add(1);
         self.indices(self.parts(beside(row), beside(column)))
@@ -46,17 +47,12 @@ impl GroundCells {
 
     /// Indices of all positions within `reach_m` of `point` over ground, and some beyond; `side_m` is the squares'
     /// side.
-    pub(super) fn within(&self, point: Enu, reach_m: f64, side_m: f64) -> impl Iterator<Item = usize> {
+    pub fn within(&self, point: Enu, reach_m: f64, side_m: f64) -> impl Iterator<Item = usize> {
         self.indices(self.parts_within(point, reach_m, side_m))
     }
 
     /// Like [`Self::within`], as ranges of [`Self::order`].
-    pub(super) fn parts_within(
-        &self,
-        point: Enu,
-        reach_m: f64,
-        side_m: f64,
-    ) -> impl Iterator<Item = Range<usize>> {
+    pub fn parts_within(&self, point: Enu, reach_m: f64, side_m: f64) -> impl Iterator<Item = Range<usize>> {
         let corner =
             |away_m: f64| square(Enu::new(point.east() + away_m, point.north() + away_m, 0.0), side_m);
         let ((south, west), (north, east)) = (corner(-reach_m), corner(reach_m));
@@ -64,7 +60,7 @@ impl GroundCells {
     }
 
     /// All indices, square by square.
-    pub(super) fn order(&self) -> impl Iterator<Item = usize> {
+    pub fn order(&self) -> impl Iterator<Item = usize> {
         self.squares.iter().map(|&(_, _, index)| index as usize)
     }
 

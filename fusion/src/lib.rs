@@ -23,14 +23,12 @@
 //! | [`registration`] | a radar's misalignment, and its state for a restart |
 //! | [`learning`] | a radar's errors, estimated from its tracks, and their state for a restart |
 //! | [`integrity`] | whether a transponder's reports can be trusted, and the evidence against them |
-//! | [`conflicts`] | prediction of conflicts between pairs of aircraft |
 //! | [`measurement`] | measurement models of sensors, and a tracker of one aircraft that uses all of them |
-//! | [`interpolation`], [`assignment`] | shape-preserving interpolation; the optimal one-to-one assignment |
+//! | [`interpolation`], [`assignment`], [`cells`] | shape-preserving interpolation; the optimal one-to-one assignment; a search for neighbours |
 
 pub mod assignment;
-mod cells;
+pub mod cells;
 mod checkpoint;
-pub mod conflicts;
 mod decimals;
 pub mod declaration;
 mod engine;

@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fusion::conflicts::{
-    AcceptedKinds, Extrapolation, Preset, Relative, SteadyFlightRatios, Vertical, Volume,
-};
+use conflict::{AcceptedKinds, Extrapolation, Preset, Relative, SteadyFlightRatios, Vertical, Volume};
 use nalgebra::Matrix4;
 
 use crate::table::{Row, folder, number, numbers, rows};

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::problem::Problem;
 use super::request::ApiRequest;
-use fusion::conflicts::Level;
+use conflict::Level;
 use picture::Rfc3339;
 use picture::conflicts::{ConflictJson, NO_LEVEL, Outlook, VolumeJson};
 use service::live::PictureLateness;

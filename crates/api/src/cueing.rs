@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::conflicts::latest;
 use super::problem::Problem;
 use super::request::ApiRequest;
-use fusion::conflicts::Level;
+use conflict::Level;
 use fusion::frames::{AtRadar, Geodetic, TangentPlane};
 use fusion::integrity::State;
 use fusion::operational::OrientedCamera;

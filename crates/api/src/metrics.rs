@@ -16,7 +16,6 @@ use super::slot_json::SlotJson;
 use super::tls::Tls;
 use super::track_slice::SOURCES;
 use fusion::SensorIndex;
-use fusion::conflicts;
 use fusion::integrity::{Reason, State};
 use fusion::numbering::LARGEST_TRANSPONDER_NUMBER;
 use fusion::operational::Verdict;
@@ -136,12 +135,12 @@ impl Metrics {
     /// Conflicts of the latest second.
     fn conflicts(&mut self, outlooks: &ConflictReports) {
         let latest = outlooks.latest();
-        let of_level = |level: conflicts::Level| {
+        let of_level = |level: conflict::Level| {
             let all = latest.iter().flat_map(|outlook| &outlook.conflicts);
             (level.name(), all.filter(|conflict| conflict.level() == Some(level)).count())
         };
         let help = "Pairs of aircraft and volumes of the latest second that hold a level";
-        self.by("conflicts", help, "level", conflicts::Level::ALL.map(of_level));
+        self.by("conflicts", help, "level", conflict::Level::ALL.map(of_level));
         let help = "Aircraft that took part in the latest search for conflicts";
         self.one("conflict_aircraft", help, latest.as_ref().map_or(0, |outlook| outlook.aircraft));
         let help = "Pairs of aircraft that were near enough to be looked at in the latest second";

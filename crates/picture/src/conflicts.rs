@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix2, Matrix4};
 
 use crate::{Picture, PictureMaker, PictureTrack, TrackClass};
-use fusion::conflicts::{self, ConflictAircraft, Conflicts, HeldLevel, Level, TrafficKind, Volume};
+use conflict::{ConflictAircraft, Conflicts, HeldLevel, Level, TrafficKind, Volume};
 use fusion::frames::Geodetic;
 use fusion::integrity::State;
 use fusion::time::{SECOND, Time};
@@ -60,7 +60,7 @@ pub struct Conflict {
     /// Time of the positions; earlier than `time` if one aircraft is missing.
     pub seen: Time,
     /// Result of the engine.
-    pub found: conflicts::PredictedConflict,
+    pub found: conflict::PredictedConflict,
     /// Ids of both tracks.
     pub tracks: [String; 2],
     /// Track numbers of both tracks.
@@ -142,13 +142,13 @@ impl ConflictWatch {
             return None;
         }
         let time = Time::from_nanos(picture.time.nanos() + (self.age_s * SECOND as f64) as i64);
-        let tracks: BTreeMap<conflicts::ConflictKey, &PictureTrack> =
+        let tracks: BTreeMap<conflict::ConflictKey, &PictureTrack> =
             picture.within(self.max_accuracy_m).map(|track| (track.key(), track)).collect();
         self.ground.note(picture.time, tracks.values().copied());
         let aircraft = tracks.values().filter_map(|track| self.aircraft(track, maker)).collect();
         let evaluation = self.conflicts.evaluate(time, aircraft);
         let (aircraft, volumes) = (&evaluation.aircraft, &self.conflicts.rules().volumes);
-        let named = |&found: &conflicts::PredictedConflict| {
+        let named = |&found: &conflict::PredictedConflict| {
             let pair = found.pair.map(|index| &aircraft[index]);
             let tracks = pair.map(|one| tracks[&one.key]);
             let t_cpa_s = found.approach.t_cpa_s;
@@ -158,7 +158,7 @@ impl ConflictWatch {
                 true => (level, since),
                 false => (Level::Advisory, since),
             });
-            let found = conflicts::PredictedConflict { level, ..found };
+            let found = conflict::PredictedConflict { level, ..found };
             Conflict {
                 time,
                 seen: time,
@@ -182,12 +182,12 @@ impl ConflictWatch {
         for &HeldLevel { id, volume, level } in &evaluation.unseen {
             if let Some(conflict) = self.held.get(&(id, volume)) {
                 let level = if conflict.are_heights_known { level } else { (Level::Advisory, level.1) };
-                let found = conflicts::PredictedConflict { level: Some(level), ..conflict.found };
+                let found = conflict::PredictedConflict { level: Some(level), ..conflict.found };
                 conflicts.push(Conflict { time, found, ..conflict.clone() });
             }
         }
         let news = self.news(&conflicts);
-        let conflicts::ConflictEvaluation { aircraft, left_out, tested, .. } = evaluation;
+        let conflict::ConflictEvaluation { aircraft, left_out, tested, .. } = evaluation;
         Some(Outlook { time, conflicts, news, aircraft: aircraft.len(), left_out, tested })
     }
 

@@ -5,7 +5,7 @@ use std::fmt::{self, Write as _};
 
 use super::{Args, EvaluateInputs, files, integrity};
 use crate::commands::table::TextTable;
-use fusion::conflicts::{TrafficKind, Volume};
+use conflict::{TrafficKind, Volume};
 use lab::evaluate::{AlertFlight, AlertLine, AlertScore, Scoring, score_alerts};
 use site::areas::Areas;
 use site::config::SensorKind;

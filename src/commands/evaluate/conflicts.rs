@@ -35,7 +35,7 @@ pub(super) fn scored(
     let of_volume = |name: &str| -> Vec<ConflictPrediction> {
         all.iter().filter(|(volume, _)| volume == name).map(|(_, foreseen)| foreseen.clone()).collect()
     };
-    let score = |volume: fusion::conflicts::Volume| {
+    let score = |volume: conflict::Volume| {
         let foreseen = of_volume(&volume.name);
         let (horizontal_m, vertical_m) = (volume.horizontal_m, volume.vertical_m);
         let flight = ConflictFlight {

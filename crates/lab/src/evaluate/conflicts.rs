@@ -15,7 +15,7 @@ use super::labels::Labels;
 use super::track_owners::TrackOwners;
 use super::truth::Truth;
 use super::types::{OutputPoint, Scoring};
-use fusion::conflicts::Level;
+use conflict::Level;
 use fusion::time::{SECOND, Time};
 use paths::{Meeting, TruePaths};
 use picture::conflicts::Conflict;

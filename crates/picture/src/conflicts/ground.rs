@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::PictureTrack;
-use fusion::conflicts::ConflictKey;
+use conflict::ConflictKey;
 use fusion::time::{SECOND, Time};
 
 /// Operational status of Remote ID of a drone on the ground (ASTM F3411).

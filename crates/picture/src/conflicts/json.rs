@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::Conflict;
 use crate::{Rfc3339, StateName};
-use fusion::conflicts::{Level, Relative, Volume};
+use conflict::{Level, Relative, Volume};
 use fusion::frames::Geodetic;
 use input::json::rounded;
 

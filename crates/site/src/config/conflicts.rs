@@ -1,6 +1,6 @@
 //! `[conflicts]`.
 
-use fusion::conflicts::{
+use conflict::{
     AcceptedKinds, ConflictRules, Extrapolation, LevelThreshold, Preset, SteadyFlightRatios, Volume,
 };
 
@@ -141,8 +141,8 @@ impl From<VolumePreset> for Preset {
 impl From<VolumeSide> for AcceptedKinds {
     fn from(side: VolumeSide) -> Self {
         match side {
-            VolumeSide::Drone => Self::Only(fusion::conflicts::TrafficKind::Drone),
-            VolumeSide::Crewed => Self::Only(fusion::conflicts::TrafficKind::Crewed),
+            VolumeSide::Drone => Self::Only(conflict::TrafficKind::Drone),
+            VolumeSide::Crewed => Self::Only(conflict::TrafficKind::Crewed),
             VolumeSide::Any => Self::Any,
         }
     }

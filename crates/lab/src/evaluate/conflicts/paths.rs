@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use nalgebra::Vector2;
 
 use crate::evaluate::truth::{TrueTrack, Truth};
-use fusion::conflicts::{Interval, interval_in_height, interval_over_ground};
+use conflict::{Interval, interval_in_height, interval_over_ground};
 use fusion::time::{SECOND, Time};
 
 /// Time step along the true paths, nanoseconds.

@@ -8,7 +8,7 @@ use crate::evaluate::conflicts::ConflictPrediction;
 use crate::evaluate::integrity::AlertLine;
 use crate::evaluate::place::GeodeticPlace;
 use crate::evaluate::types::{OutputPoint, PointFlags, PointSource};
-use fusion::conflicts::Level;
+use conflict::Level;
 
 /// Fields of a track that are scored (`crates/picture/src/track_json.rs`).
 #[derive(Deserialize)]

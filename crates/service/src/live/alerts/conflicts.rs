@@ -4,8 +4,8 @@
 use super::situations::{Situation, pair_ids};
 use super::wording::{approaching, cluster, passed};
 use super::{AlertCause, AlertDetails, AlertInput, AlertKind, AlertMonitor, AlertSettings, Severity};
+use conflict::Level;
 use fusion::Identity;
-use fusion::conflicts::Level;
 use picture::conflicts::{Conflict, Outlook};
 
 impl AlertMonitor {

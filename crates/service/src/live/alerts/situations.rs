@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::details::ClosestPair;
-use fusion::conflicts::Level;
+use conflict::Level;
 use fusion::time::{SECOND, Time};
 use picture::conflicts::Conflict;
 

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Vector3};
 
 use super::*;
-use fusion::conflicts::Level;
+use conflict::Level;
 use fusion::declaration::{Declaration, DeclaredHeight};
 use fusion::integrity::PointIntegrity;
 use fusion::point::{Association, AssociationEvidence, Basis, Estimate, TransponderPart};

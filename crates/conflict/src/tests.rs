@@ -9,8 +9,8 @@ mod searched;
 use nalgebra::Matrix4;
 
 use super::*;
-use crate::frames::Enu;
-use crate::time::SECOND;
+use fusion::frames::Enu;
+use fusion::time::SECOND;
 
 fn at(seconds: i64) -> Time {
     Time::from_nanos(seconds * SECOND)

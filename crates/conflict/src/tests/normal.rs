@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::conflicts::normal::{above_both, at_most_within, within};
+use crate::normal::{above_both, at_most_within, within};
 
 /// Probability that both exceed their limits, by the midpoint rule over the first with 40,000 slices.
 fn sliced(h: f64, k: f64, correlation: f64) -> f64 {

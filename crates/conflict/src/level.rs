@@ -1,6 +1,6 @@
 //! Level of a conflict over time: several evaluations must agree to raise it, and it ends after seconds without one.
 
-use crate::time::{SECOND, Time};
+use fusion::time::{SECOND, Time};
 
 /// Number of evaluations that are remembered, and minimum number of these that must agree.
 const OF_THE_LAST: u32 = 4;
@@ -21,7 +21,7 @@ pub enum Level {
     Violation,
 }
 
-crate::interface_names!(Level { Advisory = "advisory", Warning = "warning", Violation = "violation" });
+fusion::interface_names!(Level { Advisory = "advisory", Warning = "warning", Violation = "violation" });
 
 /// Result of an evaluation for one level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -19,7 +19,7 @@ mod volume;
 
 use std::collections::BTreeMap;
 
-use crate::time::Time;
+use fusion::time::Time;
 use level::{LevelVote, Levels};
 use pairs::SortedAircraft;
 use rules::WORTH_A_LINE;

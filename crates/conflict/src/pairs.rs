@@ -10,7 +10,7 @@ use super::extrapolation::{Extrapolation, SteadyFlightRatios};
 use super::passage::is_slow;
 use super::rules::{ConflictRules, WORTH_A_LINE};
 use super::volume::TrafficKind;
-use crate::cells::GroundCells;
+use fusion::cells::GroundCells;
 
 /// Side of a square, metres.
 const SIDE_M: f64 = 1000.0;

@@ -4,8 +4,8 @@ use nalgebra::{Matrix4, Vector3};
 
 use super::extrapolation::Extrapolation;
 use super::volume::TrafficKind;
-use crate::frames::Enu;
-use crate::time::Time;
+use fusion::frames::Enu;
+use fusion::time::Time;
 
 /// Unique key of an aircraft: its track number, which may be reused, and the time since which it has that number.
 pub type ConflictKey = (u32, Time);
