@@ -1143,6 +1143,23 @@ export type RIDTime = {
   format: "RFC3339";
 };
 
+/** Where a radar stands according to its tracks, relative to the position that is used. */
+export type RadarPlace = {
+  east_m: number;
+  north_m: number;
+  /** Standard deviation of `east_m`. */
+  east_sigma_m: number;
+  north_sigma_m: number;
+  latitude_deg: number;
+  longitude_deg: number;
+  /** The configured value that belongs to this position. */
+  bearing_correction_deg: number;
+  /** Time of the tracks on which it rests, in minutes of one drone. */
+  drone_minutes: number;
+  /** Whether the tracks contradict the position that is used. Then it can be applied. */
+  contradicts: boolean;
+};
+
 /** Reports as GeoJSON, RFC 7946. */
 export type Raw = {
   /** Type of a GeoJSON object with features. */
@@ -1196,6 +1213,8 @@ export type Registration = {
   /** Advice to the operator after a step; present for an hour. */
   alarm?: string;
   step?: RegistrationStep;
+  place?: RadarPlace;
+  relocated?: RelocatedRadar;
 };
 
 /** Latest step since the start: the radar may have been moved. */
@@ -1225,6 +1244,33 @@ export type RegistrationValues = {
   range_m: RegistrationValue;
   height_m: RegistrationValue;
   time_s: RegistrationValue;
+};
+
+/** Correction of a radar's configured position that an operator applied. */
+export type RelocatedRadar = {
+  east_m: number;
+  north_m: number;
+  /** Angle taken off the azimuths, beside the configured correction. */
+  bearing_deg: number;
+  latitude_deg: number;
+  longitude_deg: number;
+};
+
+export type Relocation = {
+  /** Id of the radar. */
+  sensor: string;
+  /** Metres that the radar stands east of its configured position. */
+  east_m: number;
+  north_m: number;
+  /** Angle taken off the azimuths, beside the configured correction. */
+  bearing_deg: number;
+  /** Time of the first slot with it. */
+  since: string;
+};
+
+/** Relocations in force. */
+export type Relocations = {
+  relocations: Array<Relocation>;
 };
 
 /** Remote ID declarations of a drone, besides identity and position. */
@@ -1694,6 +1740,7 @@ export interface Answers {
   "/api/v1/snapshot": Snapshot;
   "/api/v1/correlations": Correlations;
   "/api/v1/integrity": Integrity;
+  "/api/v1/relocations": Relocations;
   "/api/v1/raw": Raw;
   "/api/v1/sensors": Sensors;
   "/api/v1/status": ServiceStatus;
@@ -1728,6 +1775,8 @@ export interface Answers {
 export interface Orders {
   "/api/v1/correlations": Correlations;
   "/api/v1/integrity/{identity}": Integrity;
+  "/api/v1/relocations/{sensor}": Relocations;
+  "/api/v1/relocations/{sensor}/revoke": Relocations;
   "/api/v1/remote-id": RemoteIdPosted;
   "/api/v1/replay/play": Replay;
   "/api/v1/replay/pause": Replay;
@@ -1750,6 +1799,9 @@ export interface Parameters {
   "/api/v1/correlations": { sensor?: string; track?: number; uas?: string; country?: string; verdict?: "correlated" | "decorrelated" | "automatic" };
   "/api/v1/integrity": {};
   "/api/v1/integrity/{identity}": { identity: string; country?: string };
+  "/api/v1/relocations": {};
+  "/api/v1/relocations/{sensor}": { sensor: string };
+  "/api/v1/relocations/{sensor}/revoke": { sensor: string };
   "/api/v1/remote-id": {};
   "/api/v1/replay/play": {};
   "/api/v1/replay/pause": {};

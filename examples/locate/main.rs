@@ -6,6 +6,8 @@
 //! recording ends after about 15 drone-minutes of transponders. Nothing of the radar is known beforehand. Two thirds of the sites
 //! are random worlds, the others standard scenarios of `config/scenarios`.
 
+mod moved;
+
 use std::error::Error;
 use std::path::Path;
 
@@ -30,6 +32,12 @@ struct Args {
     /// Prints each site.
     #[arg(long)]
     each: bool,
+    /// Moves the radar by these metres after half of each flight, and tells how soon the live check notices it.
+    #[arg(long, conflicts_with = "turned")]
+    moved: Option<f64>,
+    /// Turns it by these degrees instead.
+    #[arg(long)]
+    turned: Option<f64>,
 }
 
 /// Standard scenarios with transponders and one radar.
@@ -181,8 +189,43 @@ fn trial(flight: &str) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// How soon a radar that is moved or turned in flight is noticed.
+fn moved(args: &Args) -> Result<(), Box<dyn Error>> {
+    let fate = moved::Fate { moved_m: args.moved.unwrap_or(0.0), turned_deg: args.turned.unwrap_or(0.0) };
+    let (mut after, mut errors, mut squares, mut false_alerts, mut minutes) =
+        (Vec::new(), Vec::new(), Vec::new(), 0, 0.0);
+    for seed in args.first..args.first + args.count {
+        let (name, noticed) = moved::notice(seed, args.minutes, fate)?;
+        if args.each {
+            println!(
+                "{seed} {name}: noticed after {:.1?} drone-minutes, false {}, {:.1?}",
+                noticed.after, noticed.false_alert, noticed.error
+            );
+        }
+        after.push(noticed.after.unwrap_or(f64::INFINITY));
+        let (square, error_m) = noticed.error.unzip();
+        errors.extend(error_m);
+        squares.extend(square);
+        false_alerts += u32::from(noticed.false_alert);
+        minutes += noticed.minutes;
+    }
+    let missed = after.iter().filter(|minutes| minutes.is_infinite()).count();
+    println!(
+        "{} sites, {minutes:.0} drone-minutes: noticed after {:.1} drone-minutes (median), {missed} not at all; {false_alerts} false; error at \
+         the end {:.1} m (median), NEES {:.2}",
+        args.count,
+        median(after),
+        median(errors),
+        mean(squares.into_iter()),
+    );
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let args = Args::parse();
+    if args.moved.is_some() || args.turned.is_some() {
+        return moved(&args);
+    }
     for flight in ["1_1", "1_4", "2_1"] {
         trial(flight)?;
     }

@@ -17,8 +17,8 @@ use crate::checkpoint::{self, CheckpointError};
 use crate::integrity::{ActiveOverride, Assessment, Trust, TrustOverride};
 use crate::numbering::{Given, Keeping, Numbers};
 use crate::operational::{
-    ActiveAssociation, AssociationRefusal, ManualAssociation, Operational, RestoredAssociation,
-    SavedAssociation, SlotOutput,
+    ActiveAssociation, ActiveRelocation, AssociationRefusal, ManualAssociation, Operational, RadarRelocation,
+    RestoredAssociation, SavedAssociation, SlotOutput,
 };
 use crate::point::Emission;
 use crate::report::{Departed, Identity, Report};
@@ -371,6 +371,38 @@ impl Engine {
             };
         }
         overrides.into_values().collect()
+    }
+
+    /// Moves a radar from the next slot on: its plots, and what is computed from its position. Its registration begins anew.
+    /// Returns `false` if the profile has no relocations, there is no such radar, or nothing was received yet.
+    pub fn relocate(&mut self, decided: RadarRelocation) -> bool {
+        match (&mut self.rules, self.clock) {
+            (ProfileState::Operational(operational, profile), Some(clock)) => {
+                let is_radar = profile.radars.get(usize::from(decided.radar.0)).is_some_and(Option::is_some);
+                if is_radar {
+                    operational.relocate(decided, clock.next, true);
+                }
+                is_radar
+            }
+            _ => false,
+        }
+    }
+
+    /// Plans the relocations of a replayed flight or from before a restart. Each takes effect in its slot, as it did then. Those
+    /// from before the first slot leave the registration as it is: it rests on them.
+    pub fn plan_relocations(&mut self, mut relocations: Vec<(Slot, RadarRelocation)>) {
+        relocations.sort_by_key(|planned| planned.0);
+        self.plan.relocations = relocations;
+    }
+
+    /// The relocations in force, by radar, including those from before a restart from the first report on.
+    pub fn relocations(&self) -> Vec<ActiveRelocation> {
+        let (Some(operational), Some(clock)) = (self.operational(), self.clock) else { return Vec::new() };
+        let mut active = operational.relocations().clone();
+        for &(since, decided) in self.plan.relocations.iter().take_while(|(since, _)| *since <= clock.next) {
+            active.set(decided, since);
+        }
+        active.all().collect()
     }
 
     /// Assessments of the identities received lately; empty in the `reference` profile.

@@ -238,6 +238,11 @@ impl RadarFrame {
         self.origin
     }
 
+    /// The same axes at a position that is moved along them.
+    pub fn moved(&self, by: Vector3<f64>) -> Self {
+        Self { origin: (self.origin.0 + self.to_site * by).into(), ..*self }
+    }
+
     /// Converts a position of the site's frame to the radar's frame.
     pub fn from_site(&self, position: Enu) -> Enu<AtRadar> {
         self.vector_from_site(position.0 - self.origin.0).into()

@@ -29,6 +29,7 @@ mod radar_pairs;
 mod reacquisition;
 mod reacquisition_doubt;
 mod registrations;
+mod relocations;
 mod residuals;
 mod same_aircraft;
 mod settings;
@@ -66,6 +67,7 @@ use ids::{Begun, TargetId};
 use integrity::IdentityAssessments;
 use manual_association::ManualAssociations;
 use registrations::Registrations;
+use relocations::Relocations;
 use same_aircraft::SameAircraft;
 use targets::Targets;
 use tracklets::Tracklets;
@@ -79,6 +81,7 @@ pub use manual_association::{
     ActiveAssociation, AssociationRefusal, ManualAssociation, RestoredAssociation, SavedAssociation, Verdict,
 };
 pub use registrations::{Registered, Step};
+pub use relocations::{ActiveRelocation, RadarRelocation, Relocation};
 pub(crate) use settings::OperationalSettings;
 pub use tuning::{ASSOCIATE_LLR, DISSOCIATE_LLR};
 pub use values::SensorValues;
@@ -95,6 +98,7 @@ pub(super) struct Operational {
     targets: Targets,
     correlations: ManualAssociations,
     registrations: Registrations,
+    relocations: Relocations,
     classes: Classes,
     types: TransponderTypes,
     same_aircraft: SameAircraft,
@@ -167,7 +171,9 @@ impl Operational {
         numbers: &mut Numbers,
     ) -> SlotOutput {
         self.turn_values(slot);
-        let settings = &self.registrations.settings(settings, &mut self.types);
+        let mut settings = self.registrations.settings(settings, &mut self.types);
+        self.relocations.apply(&mut settings);
+        let settings = &settings;
         let deadline = grid.open(slot) + settings.latency;
         let cycle_of = |slot, previous| Cycle::new(slot, deadline, grid, previous, settings);
         let cycle = &cycle_of(decided_slot(deadline, slot, grid), self.decided);
@@ -245,6 +251,7 @@ impl Operational {
         self.plots.sort_by_key(|plot| (plot.time, plot.track));
         for plot in self.plots.drain(..) {
             if let Some(radar) = settings.radar(plot.track.sensor) {
+                let plot = self.relocations.place(plot, radar);
                 let corrected = self.registrations.correct(plot, radar);
                 if !self.tracklets.insert(corrected, plot.position, slot, radar) {
                     jumping.push(plot.track.sensor);
@@ -362,6 +369,7 @@ impl Operational {
     /// integrity.
     pub(crate) fn inherit(&mut self, before: Self) {
         self.registrations = before.registrations.without_tracks();
+        self.relocations = before.relocations;
         self.cameras = before.cameras.without_tracks();
         self.types = before.types;
         self.classes = before.classes.only_shared();
@@ -394,6 +402,19 @@ impl Operational {
             self.targets.assign_track(&mut self.tracklets, id, None);
         }
         Ok(())
+    }
+
+    /// Moves a radar to another position from the slot `since` on. `is_new`: its registration begins anew.
+    pub(crate) fn relocate(&mut self, decided: RadarRelocation, since: Slot, is_new: bool) {
+        self.relocations.set(decided, since);
+        if is_new {
+            self.registrations.begin_anew(decided.radar);
+        }
+    }
+
+    /// The relocations in force.
+    pub(crate) fn relocations(&self) -> &Relocations {
+        &self.relocations
     }
 
     /// Applies a correlation from before a restart again, if its radar track has a plot within the break of its number.

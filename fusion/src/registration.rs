@@ -10,6 +10,7 @@
 //! | `tracks` | a radar's tracks in order of arrival: kept or rejected, and steps |
 //! | `estimate` | misalignment and its covariance, from the sums |
 //! | `correction` | the correction of a plot |
+//! | `place` | the radar's position, checked |
 //! | `camera` | the orientation of a camera |
 //! | `delay` | the delay of one type of transponders |
 //! | `heights` | constant errors of heights, of radars or transponders |
@@ -33,6 +34,7 @@ mod estimate;
 mod guard;
 mod heights;
 mod parameters;
+mod place;
 mod qmethod;
 mod state;
 mod sums;
@@ -50,6 +52,8 @@ pub use estimate::{BiasValue, Misalignment};
 pub use guard::Creep;
 pub(crate) use guard::{CreepGuard, GuardResult};
 pub(crate) use heights::{HeightAlignment, HeightOffset, HeightSums, height_verdict};
+pub use place::Displacement;
+pub(crate) use place::PlaceCheck;
 pub use qmethod::{DirectionPair, attitude};
 pub use state::{RegistrationState, RegistrationStateError};
 pub use tracks::{Registration, SampleOutcome};

@@ -14,7 +14,7 @@ use super::{AppError, Served, Signals, open_sinks};
 use api::pmtiles::Basemap;
 use fusion::integrity::ActiveOverride;
 use fusion::numbering::Given;
-use fusion::operational::SavedAssociation;
+use fusion::operational::{ActiveRelocation, RadarRelocation, SavedAssociation};
 use fusion::time::Time;
 use input::pipeline::Tally;
 use picture::UncooperativeDetector;
@@ -33,7 +33,7 @@ use service::sinks::PictureSinks;
 use service::state::{
     AlertDecision, CorrelationPlan, SavedRegistrations, StateFile, StateHealth, StateKeeper, WarmKeeper,
     WarmState, ZoneStore, alert_line, kept_lines, read_correlations, read_numbers, read_registration,
-    registration_text,
+    registration_text, relocation_lines,
 };
 use site::areas::Areas;
 use site::config::Config;
@@ -68,7 +68,7 @@ pub struct LiveBuilder {
 }
 
 /// State kept across a restart: transponder numbers, correlations, and operator decisions on transponders.
-type LiveRemains = (Vec<Given>, Vec<SavedAssociation>, Vec<ActiveOverride>);
+type LiveRemains = (Vec<Given>, Vec<SavedAssociation>, Vec<ActiveOverride>, Vec<ActiveRelocation>);
 
 /// The running service.
 pub struct Live {
@@ -171,7 +171,7 @@ impl LiveBuilder {
         // True even for a damaged file, which is set aside while it is read.
         let was_here = WarmState::is_there(&self.config.state.dir);
         let is_warm = self.resume();
-        let (numbers, kept, words) = if is_warm { self.known() } else { self.recalled() };
+        let (numbers, kept, words, relocations) = if is_warm { self.known() } else { self.recalled() };
         let Self { config, driver, started, health, .. } = &mut self;
         let (directory, now) = (&config.state.dir, *started);
         if !is_warm && (was_here || !numbers.is_empty() || !health.all().is_empty()) {
@@ -193,7 +193,8 @@ impl LiveBuilder {
             info!(zones = active, "zones of operators stay active");
         }
         let shelves: String = shelved.iter().map(alert_line).collect();
-        let decisions = (kept_lines(&kept, &words, config) + &shelves).into();
+        let decisions =
+            (kept_lines(&kept, &words, config) + &relocation_lines(&relocations, config) + &shelves).into();
 
         let by_number: BTreeMap<_, _> = numbers.iter().map(|&given| (given.number, given)).collect();
         let nothing = Arc::<str>::from("");
@@ -254,7 +255,8 @@ impl LiveBuilder {
     /// State of an engine that continues.
     fn known(&self) -> LiveRemains {
         let engine = self.driver.pipeline().engine();
-        (engine.numbers().given().collect(), engine.saved_associations(), engine.trust_overrides())
+        let words = engine.trust_overrides();
+        (engine.numbers().given().collect(), engine.saved_associations(), words, engine.relocations())
     }
 
     /// Restores the state files into a new engine, and returns their contents.
@@ -275,17 +277,27 @@ impl LiveBuilder {
         let registrations = StateFile::REGISTRATION.load(directory, now, health, read_registration);
         registrations.restore(config, Some(now), driver.engine_mut());
         let decisions = StateFile::DECISIONS.load(directory, now, health, read_correlations);
-        let CorrelationPlan { kept, words, .. } = decisions.plan(config);
+        let CorrelationPlan { kept, words, relocations, .. } = decisions.plan(config);
         if !kept.is_empty() {
             info!(decisions = kept.len(), "decisions hold again where their radar tracks are heard in time");
         }
         if !words.is_empty() {
             info!(words = words.len(), "what operators said of transponders holds again");
         }
+        if !relocations.is_empty() {
+            info!(radars = relocations.len(), "radars stay where operators moved them");
+        }
         let held = words.iter().map(|&(since, word)| ActiveOverride { word, since }).collect();
         driver.engine_mut().resume(kept.clone());
         driver.engine_mut().plan_trust_overrides(words);
-        (numbers, kept, held)
+        let active = relocations
+            .iter()
+            .filter_map(|&(since, RadarRelocation { radar, to })| {
+                Some(ActiveRelocation { radar, to: to?, since })
+            })
+            .collect();
+        driver.engine_mut().plan_relocations(relocations);
+        (numbers, kept, held, active)
     }
 
     /// Starts recording if it is configured. Call after the state is restored, because the recording starts with it.

@@ -105,6 +105,7 @@ pub fn run(args: &Args) -> CommandResult {
         };
         pipeline.engine_mut().plan(plan.correlated.clone());
         pipeline.engine_mut().plan_trust_overrides(plan.words.clone());
+        pipeline.engine_mut().plan_relocations(plan.relocations.clone());
         let mut replay = ReplayRun {
             pipeline,
             replay_output,

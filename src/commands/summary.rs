@@ -182,6 +182,16 @@ pub fn registered(engine: &Engine, config: &Config) -> String {
             line += &format!(", a step at {}", step.time);
         }
         line.push('\n');
+        if let Some(found) = registered.place() {
+            let [east, north] = [(0, found.east_m), (1, found.north_m)].map(|(axis, value)| {
+                format!("{value:+.1} ± {:.1} m", found.covariance_m2[(axis, axis)].sqrt())
+            });
+            let what = if found.contradicts { "contradicted: it stands" } else { "stands" };
+            line += &format!(
+                "position   {}: {what} {east} east, {north} north of what is configured; {:.1} drone-minutes\n",
+                sensor.id, found.drone_minutes
+            );
+        }
         if let Some(learnt) = &registered.learnt {
             line += &format!("learnt     {}: {}\n", sensor.id, in_words(learnt));
         }

@@ -55,8 +55,13 @@ impl Flown {
     pub(crate) fn with_driver(profile: Profile) -> (Self, Driver) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/scenarios/crossing.toml");
         let text = std::fs::read_to_string(path).unwrap().replace("duration_s = 300", "duration_s = 60");
-        let mut flight = simulate(&Scenario::parse(&text, "crossing.toml").unwrap(), 1, None).unwrap();
-        flight.config.fusion.profile = profile;
+        Self::in_scenario(&text, |config| config.fusion.profile = profile)
+    }
+
+    /// A flight in this scenario, with a changed configuration.
+    pub(crate) fn in_scenario(text: &str, change: impl FnOnce(&mut Config)) -> (Self, Driver) {
+        let mut flight = simulate(&Scenario::parse(text, "a.toml").unwrap(), 1, None).unwrap();
+        change(&mut flight.config);
         let start = flight.datagrams[0].received;
         let mut driver = Driver::new(&flight.config, Masks::default(), start, 1);
         let mut frames = Vec::new();

@@ -20,6 +20,7 @@ mod ogc;
 mod operational;
 mod rate;
 mod registration;
+mod relocations;
 mod remote_id;
 mod render;
 mod replay;

@@ -79,6 +79,8 @@ async fn proposed_registration_is_not_applied() {
         mode: Registration::Off,
         estimate: None,
         learnt: None,
+        place: None,
+        relocated: None,
         step: None,
         steps: 0,
         alarm: None,

@@ -8,12 +8,12 @@ use std::path::Path;
 
 use asterix::cat048::{self, TrackNumber};
 use asterix::{blocks, encode_block};
-use fusion::Identity;
-use fusion::Source;
 use fusion::integrity::{Concern, Trust, TrustOverride};
 use fusion::numbering::{Given, LARGEST_TRANSPONDER_NUMBER, NumberChange};
-use fusion::operational::{ActiveAssociation, ManualAssociation, Verdict};
+use fusion::operational::{ActiveAssociation, ManualAssociation, RadarRelocation, Relocation, Verdict};
+use fusion::slots::Slot;
 use fusion::time::{SECOND, Time};
+use fusion::{Identity, SensorIndex, Source};
 use jiff::SignedDuration;
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
@@ -26,7 +26,9 @@ use utm_fusion::live::{Driver, DriverEvent};
 use utm_fusion::pipeline::Event;
 use utm_fusion::record::{Recorder, RecorderQueue, RecordingItem};
 use utm_fusion::simulate::SimulatedDatagram;
-use utm_fusion::state::{SavedRegistrations, correlation_line, registration_text, word_line};
+use utm_fusion::state::{
+    SavedRegistrations, correlation_line, registration_text, relocation_line, word_line,
+};
 
 use crate::common::{
     Scratch, complete_from, datagrams, files, flight, only, replayed, replayed_datagrams, replayed_now,
@@ -60,6 +62,8 @@ pub(crate) struct Fate {
     pub(crate) decide_s: Vec<i64>,
     /// Times of the flight at which an operator sets the trust in a transponder, in seconds.
     pub(crate) say_s: Vec<i64>,
+    /// Whether an operator moves the radar to where its tracks show it, once they do, and revokes that at this time, in seconds.
+    pub(crate) relocate_until_s: Option<i64>,
     /// Number of datagrams between two checkpoints; 0: no checkpoints.
     pub(crate) checkpoint_every: usize,
 }
@@ -97,6 +101,8 @@ pub(crate) struct Flown {
     pub(crate) correlations: usize,
     /// Number of trust settings.
     pub(crate) words: usize,
+    /// Slots from which the radar was relocated, with the relocation.
+    pub(crate) relocations: Vec<(Slot, Option<Relocation>)>,
     /// Datagrams of the present pictures, each with its deadline.
     now: Vec<(Time, Vec<u8>)>,
 }
@@ -125,6 +131,7 @@ pub(crate) fn fly(
         registrations,
         correlations: 0,
         words: 0,
+        relocations: Vec::new(),
         now: Vec::new(),
     };
     let shown = RefCell::new(Vec::new());
@@ -173,6 +180,7 @@ pub(crate) fn fly(
     let mut correlations = 0;
     let mut sayings = fate.say_s.iter().enumerate().peekable();
     let mut words = 0;
+    let mut relocations = Vec::new();
     // The wall clock at a steady time.
     let wall = |steady: Time| match fate.step_s {
         Some((at, by))
@@ -234,6 +242,14 @@ pub(crate) fn fly(
             assert!(recorder.add(RecordingItem::Decided(word_line(slot, &word, config).into())));
             words += 1;
         }
+        if let Some(until_s) = fate.relocate_until_s
+            && let Some(to) = relocation(&driver, steady >= start + seconds(until_s))
+        {
+            let decided = RadarRelocation { radar: SensorIndex(0), to };
+            let slot = driver.relocate(decided).unwrap();
+            assert!(recorder.add(RecordingItem::Decided(relocation_line(slot, &decided, config).into())));
+            relocations.push((slot, to));
+        }
         if random.random_bool(0.1) {
             driver.tick(wall(steady));
             hand_out(&mut driver);
@@ -251,9 +267,21 @@ pub(crate) fn fly(
     }
     driver.finish();
     hand_out(&mut driver);
-    (flown.correlations, flown.words) = (correlations, words);
+    (flown.correlations, flown.words, flown.relocations) = (correlations, words, relocations);
     flown.registrations = SavedRegistrations::of(config, driver.pipeline().engine());
     flown
+}
+
+/// Decision on the position of the first radar, if there is one to take: to apply what its tracks show or, later, to revoke it.
+fn relocation(driver: &Driver, is_over: bool) -> Option<Option<Relocation>> {
+    let engine = driver.pipeline().engine();
+    let active = engine.relocations().first().map(|active| active.to);
+    if is_over {
+        return active.map(|_| None);
+    }
+    let (_, registered) = engine.registered().find(|(sensor, _)| *sensor == SensorIndex(0))?;
+    let found = registered.place().filter(|found| found.contradicts)?;
+    active.is_none().then(|| Some(Relocation::default().beyond(found)))
 }
 
 /// Decisions of an operator who sees these tracks: first separates a pair, then joins one, then returns to automatic.

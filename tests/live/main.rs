@@ -23,6 +23,7 @@ mod recorder;
 mod registration;
 mod rehearsed;
 mod reload;
+mod relocation;
 mod replayed;
 mod sapient;
 mod senders;

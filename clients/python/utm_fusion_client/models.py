@@ -1118,6 +1118,21 @@ RIDTime = TypedDict(
     },
 )
 
+RadarPlace = TypedDict(
+    "RadarPlace",
+    {
+        "east_m": float,
+        "north_m": float,
+        "east_sigma_m": float,
+        "north_sigma_m": float,
+        "latitude_deg": float,
+        "longitude_deg": float,
+        "bearing_correction_deg": float,
+        "drone_minutes": float,
+        "contradicts": bool,
+    },
+)
+
 Raw = TypedDict(
     "Raw",
     {
@@ -1171,6 +1186,8 @@ Registration = TypedDict(
         "hint": NotRequired[str],
         "alarm": NotRequired[str],
         "step": NotRequired["RegistrationStep"],
+        "place": NotRequired["RadarPlace"],
+        "relocated": NotRequired["RelocatedRadar"],
     },
 )
 
@@ -1201,6 +1218,35 @@ RegistrationValues = TypedDict(
         "range_m": "RegistrationValue",
         "height_m": "RegistrationValue",
         "time_s": "RegistrationValue",
+    },
+)
+
+RelocatedRadar = TypedDict(
+    "RelocatedRadar",
+    {
+        "east_m": float,
+        "north_m": float,
+        "bearing_deg": float,
+        "latitude_deg": float,
+        "longitude_deg": float,
+    },
+)
+
+Relocation = TypedDict(
+    "Relocation",
+    {
+        "sensor": str,
+        "east_m": float,
+        "north_m": float,
+        "bearing_deg": float,
+        "since": str,
+    },
+)
+
+Relocations = TypedDict(
+    "Relocations",
+    {
+        "relocations": list["Relocation"],
     },
 )
 

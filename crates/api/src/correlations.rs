@@ -18,7 +18,7 @@ use service::live::{CorrelationRequest, Player, RequestError, TransponderName};
 use site::config::{Profile, SensorKind};
 
 /// Timeout for the engine, which takes decisions several times per second.
-const PATIENCE: Duration = Duration::from_secs(2);
+pub(super) const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Operator decisions in force.
 #[derive(Serialize, JsonSchema)]
@@ -125,7 +125,10 @@ pub(super) fn problem(denied: &RequestError) -> Problem {
         }
         RequestError::NotCorrelated(AssociationRefusal::Reference)
         | RequestError::Ambiguous(_)
-        | RequestError::NotJudged => StatusCode::CONFLICT,
+        | RequestError::NotJudged
+        | RequestError::NotContradicted
+        | RequestError::NotRelocated
+        | RequestError::NotRelocatedHere => StatusCode::CONFLICT,
         RequestError::Busy | RequestError::Gone | RequestError::Unheard => {
             return Problem::unavailable(denied.to_string(), Vec::new()).retry_after_s(1);
         }

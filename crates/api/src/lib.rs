@@ -48,6 +48,7 @@ mod rate;
 mod raw;
 mod reader;
 mod readsb;
+mod relocations;
 mod remote_id;
 mod render;
 mod replay;

@@ -15,8 +15,8 @@ use super::slot_json::{TrackCollection, TrackFeature};
 use super::tokens::Scope;
 use super::{
     alerts, asyncapi, basemap, cluster, conflicts, correlations, cueing, events, history, integrity, metrics,
-    ogc, openapi, page, raw, readsb, remote_id, replay, sensors, service, stream, tracks, uss, websocket,
-    zones,
+    ogc, openapi, page, raw, readsb, relocations, remote_id, replay, sensors, service, stream, tracks, uss,
+    websocket, zones,
 };
 use ::service::net::listen::POSTED_TO;
 use fusion::integrity::State;
@@ -317,6 +317,25 @@ pub static ROUTES: LazyLock<Vec<Route>> = LazyLock::new(|| {
         .with(&WHOSE)
         .reads::<integrity::VerdictBody>()
         .or(&[404, 408, 409, 503]),
+        Route::get(
+            "/api/v1/relocations",
+            "Radars that operators have moved to where their tracks show them",
+            Reply::json(relocations::all),
+        ),
+        Route::post(
+            "/api/v1/relocations/{sensor}",
+            "Moves a radar whose tracks contradict its position to where they show it, until this is revoked",
+            Scope::Control,
+            Reply::later(relocations::apply),
+        )
+        .or(&[404, 409, 413, 503]),
+        Route::post(
+            "/api/v1/relocations/{sensor}/revoke",
+            "The radar is where the configuration says again",
+            Scope::Control,
+            Reply::later(relocations::revoke),
+        )
+        .or(&[404, 409, 413, 503]),
         Route::post(
             POSTED_TO,
             "What a gateway has heard of Remote ID, an object a line with transmitter, message (hexadecimal) and, where it says so, \

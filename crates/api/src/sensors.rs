@@ -11,14 +11,15 @@ use super::learnt::{Learnt, LearntTypeJson};
 use super::problem::Problem;
 use super::request::{ApiRequest, ApiResult, GEO_JSON, live};
 use fusion::operational::OrientedCamera;
+use fusion::operational::Relocation;
 use fusion::registration::{BiasValue, Misalignment};
 use input::json::rounded;
 use input::names::configured;
 use input::pipeline::ContestReason;
 use picture::{Rfc3339, serial_text};
 use service::live::{
-    Contested, LineStatus, RegistrationStatus, SensorState, SensorStatus, UnconfiguredSource, ZoneRequests,
-    values,
+    Contested, LineStatus, PlaceStatus, RegistrationStatus, RelocatedRadar, SensorState, SensorStatus,
+    UnconfiguredSource, ZoneRequests, values,
 };
 use site::config::{self, Sensor, SensorKind};
 
@@ -186,6 +187,76 @@ struct RegistrationJson {
     alarm: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     step: Option<RegistrationStep>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    place: Option<PlaceJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    relocated: Option<RelocatedJson>,
+}
+
+/// Where a radar stands according to its tracks, relative to the position that is used.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "RadarPlace")]
+struct PlaceJson {
+    east_m: f64,
+    north_m: f64,
+    /// Standard deviation of `east_m`.
+    #[schemars(range(min = 0))]
+    east_sigma_m: f64,
+    #[schemars(range(min = 0))]
+    north_sigma_m: f64,
+    latitude_deg: f64,
+    longitude_deg: f64,
+    /// The configured value that belongs to this position.
+    bearing_correction_deg: f64,
+    /// Time of the tracks on which it rests, in minutes of one drone.
+    #[schemars(range(min = 0))]
+    drone_minutes: f64,
+    /// Whether the tracks contradict the position that is used. Then it can be applied.
+    contradicts: bool,
+}
+
+impl From<&PlaceStatus> for PlaceJson {
+    fn from(place: &PlaceStatus) -> Self {
+        let [latitude_deg, longitude_deg] = place.latitude_longitude_deg.map(|degrees| rounded(degrees, 7));
+        Self {
+            east_m: rounded(place.east_m[0], 1),
+            north_m: rounded(place.north_m[0], 1),
+            east_sigma_m: rounded(place.east_m[1], 1),
+            north_sigma_m: rounded(place.north_m[1], 1),
+            latitude_deg,
+            longitude_deg,
+            bearing_correction_deg: rounded(place.bearing_correction_deg, 3),
+            drone_minutes: rounded(place.drone_minutes, 1),
+            contradicts: place.contradicts,
+        }
+    }
+}
+
+/// Correction of a radar's configured position that an operator applied.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "RelocatedRadar")]
+struct RelocatedJson {
+    east_m: f64,
+    north_m: f64,
+    /// Angle taken off the azimuths, beside the configured correction.
+    bearing_deg: f64,
+    latitude_deg: f64,
+    longitude_deg: f64,
+}
+
+impl From<&RelocatedRadar> for RelocatedJson {
+    fn from(relocated: &RelocatedRadar) -> Self {
+        let [latitude_deg, longitude_deg] =
+            relocated.latitude_longitude_deg.map(|degrees| rounded(degrees, 7));
+        let Relocation { east_m, north_m, bearing } = relocated.by;
+        Self {
+            east_m: rounded(east_m, 1),
+            north_m: rounded(north_m, 1),
+            bearing_deg: rounded(bearing.to_degrees(), 3),
+            latitude_deg,
+            longitude_deg,
+        }
+    }
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -302,6 +373,8 @@ impl From<&RegistrationStatus> for RegistrationJson {
                 before: (&step.before).into(),
                 after: (&step.after).into(),
             }),
+            place: status.place.as_ref().map(PlaceJson::from),
+            relocated: status.relocated.as_ref().map(RelocatedJson::from),
         }
     }
 }
@@ -335,11 +408,14 @@ pub fn sensors(request: &ApiRequest) -> Result<SensorCollection, Problem> {
     let hub = &request.state.hub;
     let status = hub.status();
     let feature = |(index, sensor): (usize, &Sensor)| {
+        let state = status.as_ref().and_then(|status| status.sensors.get(index));
+        let relocated = state.and_then(|state| state.registration.as_ref()?.relocated);
         let geometry = sensor.kind.place().map(|(latitude_deg, longitude_deg, height_amsl_m)| {
+            let [latitude_deg, longitude_deg] =
+                relocated.map_or([latitude_deg, longitude_deg], |relocated| relocated.latitude_longitude_deg);
             let height_m = rounded(height_amsl_m + hub.maker.geoid_undulation_m(), 3);
             Point::new(longitude_deg, latitude_deg, Some(height_m))
         });
-        let state = status.as_ref().and_then(|status| status.sensors.get(index));
         Feature::new(sensor.id.clone(), geometry, SensorProperties::new(sensor, state))
     };
     Ok(SensorCollection {

@@ -124,6 +124,7 @@ function takeInfo(info) {
   alerts.site = site;
   alerts.setControl(info.control === true);
   activeZones.setControl(info.control === true);
+  sensors.setControl(info.control === true);
   byId("site").title = `version ${info.version ?? "?"}, profile ${info.profile}`;
   if (Number.isFinite(info.latency_s) && !status.isNow) status.latency = info.latency_s;
   if (info.now !== true && settings.at !== "lagged") change({ at: "lagged" });

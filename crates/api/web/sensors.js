@@ -1,6 +1,6 @@
 // Lights of the sensors: colour, shape and letter by state, with the reasons on hover and on click.
 
-import { list } from "./api.js";
+import { list, post } from "./api.js";
 import { byId, element, setAttribute, setText } from "./dom.js";
 import * as format from "./format.js";
 import { LineRates } from "./lines.js";
@@ -30,6 +30,8 @@ export class Sensors {
   /** @type {Set<string>} */
   confirmed = new Set(); // ids of sensors with news since a failure
   lines = new LineRates();
+  isControl = false; // whether the user may move radars
+  failed = ""; // why the latest order was refused
 
   /** @param {() => void} changed */
   constructor(changed) {
@@ -38,7 +40,31 @@ export class Sensors {
     this.panel = byId("sensor-panel");
     this.panel.addEventListener("toggle", (event) => {
       if (event.newState === "closed") this.opened = "";
+      this.failed = "";
     });
+    // One button for all radars: it keeps its focus while the panel is filled again.
+    this.order = element("button", { type: "button", class: "decide" });
+    this.order.addEventListener("click", () => this.relocate());
+  }
+
+  /** @param {boolean} isControl */
+  setControl(isControl) {
+    this.isControl = isControl;
+    if (this.opened) this.fillPanel();
+  }
+
+  /** Moves the radar of the panel to where its tracks show it, or puts it back. */
+  async relocate() {
+    const id = this.opened;
+    const told = this.known.get(id)?.registration;
+    const path = /** @type {`relocations/${string}`} */ (`relocations/${encodeURIComponent(id)}`);
+    try {
+      await post(told?.place?.contradicts ? path : `${path}/revoke`);
+      this.failed = "";
+    } catch (error) {
+      this.failed = String(error instanceof Error ? error.message : error);
+    }
+    this.fillPanel();
   }
 
   /** Takes the answer of /sensors. @param {SensorsAnswer} collection */
@@ -123,7 +149,9 @@ export class Sensors {
   fillPanel() {
     const sensor = this.known.get(this.opened);
     const parts = sensor ? this.describe(sensor) : this.describeRest();
+    const hadFocus = document.activeElement === this.order;
     this.panel.replaceChildren(...parts.filter((part) => part !== null));
+    if (hadFocus && this.panel.contains(this.order)) this.order.focus();
   }
 
   /** @param {SensorProperties} sensor */
@@ -135,10 +163,20 @@ export class Sensors {
       terms(details(sensor)),
       ...(sensor.lines?.length ? [element("h3", {}, "Lines"), this.lines.table(sensor)] : []),
       ...(sensor.registration ? registration(sensor.registration) : []),
+      ...this.describeOrder(sensor),
       ...(sensor.orientation ? orientation(sensor.orientation) : []),
       ...(sensor.learnt ? learnt(sensor.learnt) : []),
       ...(sensor.transponder_types ? learntTypes(sensor.transponder_types) : []),
     ];
+  }
+
+  /** The button that moves a radar or puts it back, if there is anything to do. @param {SensorProperties} sensor */
+  describeOrder(sensor) {
+    const { place, relocated } = sensor.registration ?? {};
+    const failed = this.failed ? [element("p", { class: "alarm" }, this.failed)] : [];
+    if (!this.isControl || !(place?.contradicts || relocated)) return failed;
+    setText(this.order, place?.contradicts ? "Apply this position" : "Use the configured position again");
+    return [this.order, ...failed];
   }
 
   describeRest() {
@@ -202,12 +240,25 @@ function registration(told) {
     ["Radar tracks", told.tracks?.toFixed(1)],
     ["Residual", told.residual?.toFixed(2)],
     ["Latest step", told.step && `${format.utc(Date.parse(told.step.time))} UTC`],
+    ["Stands, by its tracks", told.place && placeText(told.place)],
+    ["Moved by an operator", told.relocated && away(told.relocated)],
   ];
   for (const [name, text] of rest) if (text) list.append(element("dt", {}, name), element("dd", {}, text));
   const parts = [element("h3", {}, "Registration"), list];
   if (told.alarm) parts.push(element("p", { class: "alarm" }, told.alarm));
   if (told.hint) parts.push(element("p", { class: "hint" }, told.hint));
   return parts;
+}
+
+/** @param {NonNullable<Registration["place"]>} place */
+function placeText(place) {
+  const sigma = Math.max(place.east_sigma_m, place.north_sigma_m).toFixed(0);
+  return `${away(place)} ± ${sigma} m${place.contradicts ? ": contradicts its position" : ""}`;
+}
+
+/** @param {{ east_m: number, north_m: number }} by */
+function away({ east_m: east, north_m: north }) {
+  return `${Math.abs(east).toFixed(0)} m ${east < 0 ? "west" : "east"}, ${Math.abs(north).toFixed(0)} m ${north < 0 ? "south" : "north"}`;
 }
 
 /** A bias with its deviation. @param {Bias} value @param {string} name @param {string} unit @param {number} digits */

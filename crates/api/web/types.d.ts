@@ -57,9 +57,11 @@ type Posted<Path extends string> = `/api/v1/${Path}` extends keyof Orders
     ? Alert
     : Path extends `integrity/${string}`
       ? Orders["/api/v1/integrity/{identity}"]
-      : Path extends `zones/${string}`
-        ? Orders["/api/v1/zones/{id}"]
-        : never;
+      : Path extends `relocations/${string}`
+        ? Orders["/api/v1/relocations/{sensor}"]
+        : Path extends `zones/${string}`
+          ? Orders["/api/v1/zones/{id}"]
+          : never;
 
 type AlertAction = "acknowledge" | "shelve" | "unshelve";
 

@@ -29,6 +29,7 @@ mod player;
 mod published;
 mod recent_reports;
 mod registration;
+mod relocations;
 mod requests;
 mod service;
 mod state_troubles;
@@ -68,7 +69,9 @@ pub(crate) use ongoing_losses::OngoingLosses;
 pub use player::{OpenCaptures, Player, PlayerState, ReplayCommand};
 pub use published::{Archive, Followers, Messenger, Outgoing, PresentPicture, PublishedPicture, Status};
 pub use recent_reports::RecentReports;
+pub use registration::{PlaceStatus, RelocatedRadar};
 pub use registration::{RegistrationStatus, values};
+pub use relocations::{RelocationRequest, RelocationRequestQueue, RelocationRequests};
 pub use requests::{RequestError, RequestSender};
 pub use service::{
     KeeperQueues, LiveService, OperatorDecision, Outlets, Viewer, ViewerCounts, ViewerInput, decisions,

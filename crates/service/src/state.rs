@@ -24,6 +24,7 @@ mod health;
 mod keeper;
 mod lock;
 mod registration;
+mod relocations;
 mod sources;
 mod warm;
 mod zones;
@@ -52,6 +53,7 @@ pub use lock::{StateInUse, StateLock};
 pub use registration::{
     REGISTRATION, SavedRegistrations, parse_registration, read_registration, registration_text,
 };
+pub use relocations::{relocation_line, relocation_lines};
 pub use sources::{SavedState, read_beside, read_kept, read_numbers_beside};
 pub use warm::{WarmFrame, WarmKeeper, WarmQueue, WarmState};
 pub use zones::{MAX_ZONE_NAME, MAX_ZONES, OperatorZone, ZONES, ZoneRefusal, ZoneStore};

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::integrity::TrustOverride;
-use crate::operational::{self, ManualAssociation, Operational, RestoredAssociation, SavedAssociation};
+use crate::operational::{
+    self, ManualAssociation, Operational, RadarRelocation, RestoredAssociation, SavedAssociation,
+};
 use crate::slots::Slot;
 use crate::time::Time;
 
@@ -14,6 +16,8 @@ pub(super) struct Plan {
     pub(super) correlations: Vec<(Slot, ManualAssociation)>,
     /// Operators' trust overrides by slot; those of one slot in their order.
     pub(super) overrides: Vec<(Slot, TrustOverride)>,
+    /// Operators' relocations of radars by slot; those of one slot in their order.
+    pub(super) relocations: Vec<(Slot, RadarRelocation)>,
     /// First slot of the replay.
     pub(super) first: Option<Slot>,
     /// Number of correlations whose radar track or transponder was never present.
@@ -35,6 +39,12 @@ impl Plan {
         let is_beginning = self.first.is_some_and(|first| slot < first.plus(window_slots));
         let due = self.overrides.partition_point(|planned| planned.0 <= slot);
         self.overrides.drain(..due).for_each(|(since, word)| operational.set_trust(word, since));
+        let due = self.relocations.partition_point(|planned| planned.0 <= slot);
+        // The registration from before the replay rests on the relocations from then.
+        let first = self.first;
+        for (since, decided) in self.relocations.drain(..due) {
+            operational.relocate(decided, since, first.is_none_or(|first| since >= first));
+        }
         let missed = &mut self.missed;
         self.correlations.retain(|&(at, correlation)| {
             if at > slot {

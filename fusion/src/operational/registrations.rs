@@ -25,8 +25,8 @@ use crate::learning::{
     VelocityVerdict,
 };
 use crate::registration::{
-    Correction, Creep, CreepGuard, DelaySums, GuardResult, HeightAlignment, Misalignment, Registration,
-    RegistrationState, RegistrationStateError, SampleOutcome, TrackComparison,
+    Correction, Creep, CreepGuard, DelaySums, Displacement, GuardResult, HeightAlignment, Misalignment,
+    PlaceCheck, Registration, RegistrationState, RegistrationStateError, SampleOutcome, TrackComparison,
 };
 use crate::report::{Host, Identity, Plot, SensorIndex, TransponderType};
 use crate::settings::RegistrationMode;
@@ -46,6 +46,7 @@ pub struct Registered {
     pub estimate: Misalignment,
     /// The latest step of the misalignment.
     pub step: Option<Step>,
+    place: PlaceCheck,
     guard: CreepGuard,
     /// Its tilts and height where those of transponders have offsets, and the share of that which is used.
     heights: Option<(HeightAlignment, f64)>,
@@ -94,6 +95,7 @@ impl Registered {
             correction: Correction::of(&estimate),
             estimate,
             step: None,
+            place: PlaceCheck::default(),
             guard: CreepGuard::default(),
             heights: None,
         }
@@ -102,6 +104,11 @@ impl Registered {
     /// The latest alarm on a creeping bearing.
     pub fn creep(&self) -> Option<Creep> {
         self.guard.alarm()
+    }
+
+    /// Where the radar stands according to its tracks.
+    pub fn place(&self) -> Option<&Displacement> {
+        self.place.found()
     }
 
     /// The registration, for a restart.
@@ -118,6 +125,7 @@ impl Registered {
         let mut sample = segment.along.take_sample()?;
         sample.weaken(self.guard.weight(segment.host, sample.time()));
         self.learning.add_evidence(&mut segment.learning, sample.time());
+        self.place.add(segment.identity, &sample);
         types.heights.add_segment(segment.identity, segment.sensor, &sample, segment.height_m);
         match self.registration.add(&sample) {
             SampleOutcome::Kept => {
@@ -290,6 +298,16 @@ impl Registrations {
         let learning = RadarLearning::from_state(state)?;
         self.radars.entry(sensor).or_default().learning = learning;
         Ok(())
+    }
+
+    /// Begins a radar's registration anew, because it was moved in the settings. Its errors do not depend on where it stands.
+    pub(super) fn begin_anew(&mut self, sensor: SensorIndex) {
+        if let Some(known) = self.radars.remove(&sensor) {
+            let anew = Registered { learning: known.learning, ..Registered::default() };
+            self.radars.insert(sensor, anew);
+        }
+        self.segments.retain(|_, segment| segment.sensor != sensor);
+        self.lately.retain(|taken| taken.1 != sensor);
     }
 
     /// The registrations without tracks.

@@ -10,6 +10,7 @@ mod initiating;
 mod now;
 mod publishing;
 mod registering;
+mod relocating;
 mod same_aircraft;
 mod several_radars;
 pub(super) mod two_drones;

@@ -6,11 +6,15 @@
 //! with the dense covariance of all plots; information about a bias grows as 1 + D / 2T with the track's duration D and the
 //! errors' correlation time T, however many plots there are.
 
-use nalgebra::{Matrix4, Matrix4x6, Matrix6, RowVector4, RowVector6, Vector3, Vector4, Vector6};
+use nalgebra::{
+    Matrix4, Matrix4x2, Matrix4x6, Matrix6, RowVector2, RowVector4, RowVector6, Vector2, Vector3, Vector4,
+    Vector6,
+};
 use serde::{Deserialize, Serialize};
 
 use super::creep::AzimuthOffset;
 use super::parameters::{AXES, AZIMUTH, BEARING, HEIGHT, OWN, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME};
+use super::place::{AXES_OVER_GROUND, PlaceInformation};
 use crate::filter::RadarErrors;
 use crate::frames::{AtRadar, Enu};
 use crate::time::Time;
@@ -79,6 +83,10 @@ pub struct Sample {
     /// End of the segment.
     pub(super) time: Time,
     pub(super) axes: [Information; AXES],
+    /// Information about the radar's position, from azimuth and range.
+    pub(super) places: [PlaceInformation; AXES_OVER_GROUND],
+    /// Time from its first to its last plot, seconds.
+    pub(super) lasted_s: f64,
 }
 
 /// Comparison of one radar track with its target.
@@ -115,6 +123,9 @@ struct ResidualAxis {
     /// Estimate of the total offset, for the detection of outliers: inverse variance, and inverse variance times mean.
     offset: Option<(f64, f64)>,
     information: Information,
+    /// Change of the mean with the radar's position, and what is known of that.
+    place_sensitivity: Matrix4x2<f64>,
+    place: PlaceInformation,
 }
 
 impl Information {
@@ -150,6 +161,11 @@ impl Sample {
         for axis in &mut self.axes {
             axis.matrix *= weight;
             axis.vector *= weight;
+        }
+        for place in &mut self.places {
+            place.cross *= weight;
+            place.matrix *= weight;
+            place.vector *= weight;
         }
     }
 
@@ -213,21 +229,27 @@ impl TrackComparison {
         // In azimuth and height the plot's own errors are far larger, so the whole error of the reference may count as
         // persistent.
         let reference_m = lasting_m.hypot(*curve_m);
-        azimuths.measure(turned, &azimuth, &(clockwise * reference_m), 0.0, 1.0);
+        azimuths.measure(turned, &azimuth, &-clockwise.xy(), &(clockwise * reference_m), 0.0, 1.0);
         let along = target / range_m;
-        ranges.measure(plot.norm() - range_m, &range, &(along * *lasting_m), curve_m * curve_m, sharing);
+        let length = plot.norm() - range_m;
+        ranges.measure(length, &range, &-along.xy(), &(along * *lasting_m), curve_m * curve_m, sharing);
         if *height_measured {
-            heights.measure(plot.z - target.z, &height, &(Vector3::z() * reference_m), 0.0, 1.0);
+            let above = Vector3::z() * reference_m;
+            heights.measure(plot.z - target.z, &height, &Vector2::zeros(), &above, 0.0, 1.0);
         }
     }
 
     /// Information since the last call; `None` without a plot. The segments of a track add up to the information of the whole
     /// track.
     pub fn take_sample(&mut self) -> Option<Sample> {
-        self.since.take()?;
+        let since = self.since.take()?;
         let axes =
             self.axes.each_mut().map(|axis| std::mem::replace(&mut axis.information, Information::none()));
-        Some(Sample { begun: self.begun?, time: self.newest, axes })
+        let places = std::array::from_fn(|axis| {
+            std::mem::replace(&mut self.axes[axis].place, PlaceInformation::none())
+        });
+        let lasted_s = self.newest.seconds_since(since);
+        Some(Sample { begun: self.begun?, time: self.newest, axes, places, lasted_s })
     }
 
     /// Beginning of the radar track.
@@ -252,6 +274,8 @@ impl ResidualAxis {
             covariance: stationary(bias_sigma),
             offset: None,
             information: Information::none(),
+            place_sensitivity: Matrix4x2::zeros(),
+            place: PlaceInformation::none(),
         }
     }
 
@@ -261,16 +285,18 @@ impl ResidualAxis {
         let both = Matrix4::from_diagonal(&kept);
         self.mean = both * self.mean;
         self.sensitivity = both * self.sensitivity;
+        self.place_sensitivity = both * self.place_sensitivity;
         self.covariance = both * self.covariance * both;
         self.covariance += stationary(self.bias_sigma) * (Matrix4::identity() - both * both);
     }
 
-    /// Adds an offset. `row` and `reference`: derivatives by p and by the reference's persistent errors (in deviations). `curve`:
-    /// variance of the reference's other errors, one of which is common to `sharing` plots.
+    /// Adds an offset. `row`, `place` and `reference`: derivatives by p, by the radar's position and by the reference's persistent
+    /// errors (in deviations). `curve`: variance of the reference's other errors, one of which is common to `sharing` plots.
     fn measure(
         &mut self,
         offset: f64,
         row: &Vector6<f64>,
+        place: &Vector2<f64>,
         reference: &Vector3<f64>,
         curve: f64,
         sharing: f64,
@@ -298,9 +324,14 @@ impl ResidualAxis {
         let row_column = row_new.transpose();
         self.information.matrix += row_column * row_new / variance;
         self.information.vector += row_column * (innovation / variance);
+        let place_new: RowVector2<f64> = place.transpose() - seen * self.place_sensitivity;
+        self.place.cross += row_column * place_new / variance;
+        self.place.matrix += place_new.transpose() * place_new / variance;
+        self.place.vector += place_new.transpose() * (innovation / variance);
         let gain = across / variance;
         self.mean += gain * innovation;
         self.sensitivity += gain * row_new;
+        self.place_sensitivity += gain * place_new;
         self.covariance -= gain * across.transpose();
     }
 }

@@ -5,6 +5,7 @@ mod correction;
 mod delay;
 mod heights;
 mod honest;
+mod place;
 mod qmethod;
 mod state;
 mod step;
@@ -46,6 +47,8 @@ pub(crate) struct World {
     random: ChaCha8Rng,
     /// True misalignment: bearing, tilts, range, height, time.
     pub(crate) bias: Vector6<f64>,
+    /// Where the radar stands, relative to the position of which the comparison knows.
+    displaced: Vector3<f64>,
     /// Ratio of the true biases to [`ERRORS`].
     scale: f64,
     heights: bool,
@@ -78,7 +81,15 @@ impl World {
     /// An aligned radar.
     fn new(seed: u64) -> Self {
         let random = ChaCha8Rng::seed_from_u64(seed);
-        Self { random, bias: Vector6::zeros(), scale: 1.0, heights: true, jitter_s: 0.0, now_s: 1000.0 }
+        Self {
+            random,
+            bias: Vector6::zeros(),
+            displaced: Vector3::zeros(),
+            scale: 1.0,
+            heights: true,
+            jitter_s: 0.0,
+            now_s: 1000.0,
+        }
     }
 
     /// A radar with a random misalignment according to the prior.
@@ -98,7 +109,7 @@ impl World {
 
     /// The radar's plot of a position, with these errors of azimuth, range and height.
     fn plot(&self, place: Vector3<f64>, errors: [f64; 3]) -> Vector3<f64> {
-        let turned = Rotation3::new(rotation_vector(&self.bias)) * place;
+        let turned = Rotation3::new(rotation_vector(&self.bias)) * (place - self.displaced);
         let range_m = turned.norm() + self.bias[3] + errors[1];
         let up = if self.heights { turned.z + self.bias[4] + errors[2] } else { ASSUMED_M };
         let ground_m = (range_m * range_m - up * up).max(0.0).sqrt();
@@ -162,6 +173,19 @@ impl World {
     pub(crate) fn sample(&mut self, duration_s: f64, dt: f64) -> Sample {
         let plots = self.plots(duration_s, dt);
         sample_of(&plots)
+    }
+
+    /// The samples of one track, one for each `every_s`.
+    fn segments(&mut self, duration_s: f64, every_s: f64) -> Vec<Sample> {
+        let mut along = TrackComparison::new(&ERRORS);
+        let mut samples = Vec::new();
+        for plot in self.plots(duration_s, 2.0) {
+            along.add(&plot);
+            if along.gathered_s() >= every_s {
+                samples.extend(along.take_sample());
+            }
+        }
+        samples
     }
 
     /// Estimate from this number of tracks of a minute each.

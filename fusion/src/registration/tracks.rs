@@ -125,7 +125,7 @@ impl Registration {
             track.time = track.time.max(sample.time);
             return place;
         }
-        let Sample { begun, time, axes } = *sample;
+        let Sample { begun, time, axes, .. } = *sample;
         self.latest.push_back(LatestTrack { begun, time, axes, kept: true, spread: Scatter::default() });
         self.latest.len() - 1
     }

@@ -14,7 +14,7 @@ use crate::state::{EngineState, WarmState};
 use fusion::Engine;
 use fusion::integrity::TrustOverride;
 use fusion::numbering::{Given, NumberChange};
-use fusion::operational::{AssociationRefusal, ManualAssociation};
+use fusion::operational::{AssociationRefusal, ManualAssociation, RadarRelocation};
 use fusion::slots::Slot;
 use fusion::time::Time;
 use input::capture::Reception;
@@ -296,6 +296,13 @@ impl Driver {
         engine.set_trust(word).then(|| engine.next_slot()).flatten()
     }
 
+    /// Moves a radar; returns the first slot that it affects. `None`: the profile has no relocations, there is no such radar, or
+    /// no data was received yet.
+    pub fn relocate(&mut self, decided: RadarRelocation) -> Option<Slot> {
+        let engine = self.pipeline.engine_mut();
+        engine.relocate(decided).then(|| engine.next_slot()).flatten()
+    }
+
     /// Centre of the latest slot made.
     pub fn latest(&self) -> Option<Time> {
         self.latest
@@ -312,7 +319,7 @@ impl Driver {
         note_contests(&mut sensors, &self.pipeline.contests(now));
         let registrations = self.registrar.statuses(self.pipeline.engine(), now);
         for (sensor, registration) in sensors.iter_mut().zip(registrations) {
-            sensor.registration = registration;
+            sensor.note_registration(registration);
         }
         for (camera, oriented) in self.pipeline.engine().oriented_cameras() {
             if let Some(sensor) = sensors.get_mut(usize::from(camera.0)) {

@@ -26,6 +26,8 @@ const SILENT_NS: i64 = 5 * SECOND;
 const SILENT_PERIODS: f64 = 3.0;
 /// Reason of a sensor that has sent nothing since the start, and is not silent long enough for an outage.
 const AWAITED: &str = "nothing received yet";
+/// Reason of a radar whose tracks contradict its position.
+const MISPLACED: &str = "its tracks contradict its position";
 /// Averaging time of a report rate, in nanoseconds.
 const RATE_NS: i64 = 10 * SECOND;
 /// Maximum number of reports for a rate; exceeded only if the clock stands still.
@@ -104,6 +106,18 @@ impl SensorStatus {
     /// Whether the sensor has no fault but that its first data is awaited after the start.
     pub fn is_awaited(&self) -> bool {
         self.state == SensorState::Degraded && self.reasons == [AWAITED]
+    }
+
+    /// Adds the registration. A radar that stands elsewhere than configured shows drones at wrong places.
+    pub(super) fn note_registration(&mut self, registration: Option<RegistrationStatus>) {
+        let is_misplaced = registration
+            .as_ref()
+            .is_some_and(|status| status.place.as_ref().is_some_and(|place| place.contradicts));
+        if is_misplaced {
+            self.state = self.state.max(SensorState::Degraded);
+            self.reasons.push(MISPLACED.to_owned());
+        }
+        self.registration = registration;
     }
 
     /// The status as I063/060.

@@ -15,6 +15,7 @@ use super::integrity::{TrustRequestQueue, TrustRequests, trust_requests};
 use super::members::ClusterMembers;
 use super::published::{PublishedPicture, Status};
 use super::recent_reports::RecentReports;
+use super::relocations::{RelocationRequestQueue, RelocationRequests, relocation_requests};
 use super::timings::SlotTimings;
 use crate::record::{RecorderCounts, RecorderMeter};
 use fusion::time::Time;
@@ -39,6 +40,8 @@ pub struct Hub {
     pub correlation_requests: CorrelationRequests,
     /// Queue of operators' trust settings, with the present assessments of the transponders.
     pub trust_requests: TrustRequests,
+    /// Queue of operators' decisions on radars' positions, with the relocations in force.
+    pub relocation_requests: RelocationRequests,
     /// Predicted conflicts.
     pub conflict_reports: ConflictReports,
     /// Queue of operators' decisions about alerts.
@@ -62,6 +65,8 @@ pub struct HubWriter {
     pub correlation_requests: CorrelationRequestQueue,
     /// Operators' trust settings for transponders.
     pub trust_requests: TrustRequestQueue,
+    /// Operators' decisions on radars' positions.
+    pub relocation_requests: RelocationRequestQueue,
     /// Publishes the predicted conflicts.
     pub conflict_reports: ConflictPublisher,
     /// Operators' decisions about alerts, for the recording.
@@ -134,6 +139,7 @@ impl Hub {
         let recent_reports = Arc::<RecentReports>::default();
         let (correlation_queue, correlation_requests) = correlation_requests();
         let (trust_queue, trust_requests) = trust_requests();
+        let (relocation_queue, relocation_requests) = relocation_requests();
         let (conflict_publisher, conflict_reports) = conflict_reports();
         let (alert_records, alert_requests) = alert_requests();
         let shared = Arc::new(HubState::new(config.fusion.slot.unsigned_abs()));
@@ -142,6 +148,7 @@ impl Hub {
             recent_reports: recent_reports.clone(),
             correlation_requests: correlation_queue,
             trust_requests: trust_queue,
+            relocation_requests: relocation_queue,
             conflict_reports: conflict_publisher,
             alert_records,
             pictures: pictures.clone(),
@@ -160,6 +167,7 @@ impl Hub {
                 recent_reports,
                 correlation_requests,
                 trust_requests,
+                relocation_requests,
                 conflict_reports,
                 alert_requests,
                 pictures,

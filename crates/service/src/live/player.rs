@@ -191,6 +191,7 @@ impl Playback {
         driver.engine_mut().plan(self.correlated.correlated.clone());
         driver.engine_mut().resume(self.correlated.kept.clone());
         driver.engine_mut().plan_trust_overrides(self.correlated.words.clone());
+        driver.engine_mut().plan_relocations(self.correlated.relocations.clone());
         self.conflicts = ConflictWatch::of(&self.config);
         self.anchor = None;
         let shown_before = self.shown;
@@ -226,6 +227,8 @@ impl Playback {
             self.correlated.correlated.extend(decided);
             let words = self.hub.trust_requests.carry_out_all(&mut driver);
             self.correlated.words.extend(words);
+            let relocations = self.hub.relocation_requests.carry_out_all(&mut driver);
+            self.correlated.relocations.extend(relocations);
         }
         driver.finish();
         match self.show_all(&mut driver) {
@@ -287,6 +290,8 @@ impl Playback {
         if is_new {
             self.hub.correlation_requests.publish_if_changed(&driver.pipeline().engine().correlations());
             self.hub.trust_requests.publish_if_changed(driver);
+            let relocations = driver.pipeline().engine().relocations();
+            self.hub.relocation_requests.publish_if_changed(&relocations);
         }
         PlaybackAction::GoOn
     }

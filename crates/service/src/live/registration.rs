@@ -7,11 +7,13 @@ use tracing::info;
 
 use super::learning::{VelocityUse, velocity_errors};
 use fusion::Engine;
+use fusion::frames::{AtRadar, Enu, Geodetic, TangentPlane};
 use fusion::learning::LearntRadar;
+use fusion::operational::Relocation;
 use fusion::operational::{OrientedCamera, Step};
-use fusion::registration::{BiasValue, Creep, Misalignment};
+use fusion::registration::{BiasValue, Creep, Displacement, Misalignment};
 use fusion::time::{SECOND, Time};
-use site::config::{Config, Profile, Registration as Mode, SensorKind};
+use site::config::{Config, Profile, Radar, Registration as Mode, SensorKind};
 
 /// Time for which a step or a turned camera raises an alert, in nanoseconds.
 const STEP_NS: u64 = 3600 * SECOND as u64;
@@ -25,12 +27,88 @@ pub struct RegistrationStatus {
     pub estimate: Option<Misalignment>,
     /// Learned errors; `None` if learning is off, and before the first slot.
     pub learnt: Option<LearntRadar>,
+    /// Where it stands according to its tracks, relative to the position that is used.
+    pub place: Option<PlaceStatus>,
+    /// Where an operator moved it.
+    pub relocated: Option<RelocatedRadar>,
     /// Latest step since the start.
     pub step: Option<Step>,
     /// Number of steps since the start.
     pub steps: u64,
     /// Text of the alert about a step, until the step is an hour old.
     pub alarm: Option<String>,
+}
+
+/// A radar that an operator moved from its configured position.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RelocatedRadar {
+    /// The correction of what is configured.
+    pub by: Relocation,
+    /// Latitude and longitude that are used, degrees.
+    pub latitude_longitude_deg: [f64; 2],
+}
+
+impl RelocatedRadar {
+    fn of(radar: &Radar, by: Relocation) -> Self {
+        Self { by, latitude_longitude_deg: moved(radar, by) }
+    }
+}
+
+/// Latitude and longitude of a radar that stands elsewhere than configured, degrees.
+fn moved(radar: &Radar, by: Relocation) -> [f64; 2] {
+    let configured = Geodetic::from_degrees(radar.latitude_deg, radar.longitude_deg, radar.height_amsl_m);
+    let there = TangentPlane::<AtRadar>::at(configured).to_geodetic(Enu::new(by.east_m, by.north_m, 0.0));
+    [there.latitude.to_degrees(), there.longitude.to_degrees()]
+}
+
+/// Where a radar stands according to its tracks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlaceStatus {
+    /// East of the position that is used, and standard deviation, metres.
+    pub east_m: [f64; 2],
+    /// North of it.
+    pub north_m: [f64; 2],
+    /// Latitude and longitude, degrees.
+    pub latitude_longitude_deg: [f64; 2],
+    /// The `bearing_correction_deg` that belongs to it.
+    pub bearing_correction_deg: f64,
+    /// Time of the tracks on which it rests, in minutes of one drone.
+    pub drone_minutes: f64,
+    /// Whether the tracks contradict the position that is used.
+    pub contradicts: bool,
+}
+
+impl PlaceStatus {
+    /// The status of a radar that was relocated by `used`.
+    fn of(radar: &Radar, used: Relocation, found: &Displacement) -> Self {
+        let to = used.beyond(found);
+        let with_sigma = |value, axis| [value, found.covariance_m2[(axis, axis)].sqrt()];
+        Self {
+            east_m: with_sigma(found.east_m, 0),
+            north_m: with_sigma(found.north_m, 1),
+            latitude_longitude_deg: moved(radar, to),
+            bearing_correction_deg: radar.bearing_correction_deg - to.bearing.to_degrees(),
+            drone_minutes: found.drone_minutes,
+            contradicts: found.contradicts,
+        }
+    }
+
+    /// Text of the alert about a radar that does not stand where it is configured; `None` if it does.
+    fn alarm(&self) -> Option<String> {
+        let Self { east_m: [east_m, _], north_m: [north_m, _], drone_minutes, .. } = *self;
+        let [latitude_deg, longitude_deg] = self.latitude_longitude_deg;
+        let sigma_m = self.east_m[1].max(self.north_m[1]);
+        self.contradicts.then(|| {
+            format!(
+                "its tracks of {drone_minutes:.0} drone-minutes contradict its position: it stands {:.0} ± {sigma_m:.0} m away, at \
+                 {latitude_deg:.6}, {longitude_deg:.6} (bearing_correction_deg {:.2}). If it was moved, or its position was \
+                 mistyped, apply this position (in the radar's panel of the map; one click undoes it), and then set it in the \
+                 configuration. If the radar stands where it should, check the positions of the transponders",
+                east_m.hypot(north_m),
+                self.bearing_correction_deg,
+            )
+        })
+    }
 }
 
 impl RegistrationStatus {
@@ -129,6 +207,8 @@ pub fn values(estimate: &Misalignment) -> [(&'static str, &'static str, BiasValu
 pub(super) struct Registrar {
     /// Mode by sensor; `None` for all sensors but radars in the operational profile.
     modes: Vec<Option<Mode>>,
+    /// Radars by sensor.
+    radars: Vec<Option<Radar>>,
     /// Time of each radar's latest step, and the number of steps.
     steps: BTreeMap<usize, (Time, u64)>,
     /// Ids by sensor, for the log, and the last logged use of each radar's velocities.
@@ -146,6 +226,7 @@ impl Registrar {
         };
         Self {
             modes: config.sensors.iter().map(mode).collect(),
+            radars: config.sensors.iter().map(|sensor| sensor.kind.radar().cloned()).collect(),
             steps: BTreeMap::new(),
             ids: config.sensors.iter().map(|sensor| sensor.id.clone()).collect(),
             verdicts: BTreeMap::new(),
@@ -159,12 +240,15 @@ impl Registrar {
                 mode: mode?,
                 estimate: None,
                 learnt: None,
+                place: None,
+                relocated: None,
                 step: None,
                 steps: 0,
                 alarm: None,
             })
         };
         let mut statuses: Vec<_> = self.modes.iter().map(status).collect();
+        let relocated = engine.relocations();
         for (sensor, registered) in engine.registered() {
             let index = usize::from(sensor.0);
             let Some(Some(status)) = statuses.get_mut(index) else { continue };
@@ -177,7 +261,14 @@ impl Registrar {
                     info!(radar = %id, verdict, off_m_s, "velocities of a radar are judged anew");
                 }
             }
+            if let Some(radar) = self.radars.get(index).and_then(Option::as_ref) {
+                let by = relocated.iter().find(|active| active.radar == sensor).map(|active| active.to);
+                status.relocated = by.map(|by| RelocatedRadar::of(radar, by));
+                let found = registered.place();
+                status.place = found.map(|found| PlaceStatus::of(radar, by.unwrap_or_default(), found));
+            }
             status.alarm = registered.creep().map(|creep| RegistrationStatus::creep_alarm(&creep));
+            status.alarm = status.alarm.take().or_else(|| status.place.as_ref()?.alarm());
             status.step = registered.step;
             if let Some(step @ Step { time, .. }) = registered.step {
                 status.alarm = status.alarm.take().or_else(|| RegistrationStatus::alarm(&step, now));

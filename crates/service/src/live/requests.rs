@@ -26,8 +26,17 @@ pub enum RequestError {
          action = \"off\""
     )]
     NotJudged,
-    /// The picture is decisions by other nodes, and none is received.
-    #[error("nobody who makes the picture is heard: nothing can be decision now")]
+    /// The radar's tracks agree with its position.
+    #[error("the radar's tracks do not contradict its position: there is nothing to apply")]
+    NotContradicted,
+    /// The configured position holds.
+    #[error("the radar is where the configuration says: there is nothing to undo")]
+    NotRelocated,
+    /// The engines run on other nodes.
+    #[error("a cluster's radars are where its configuration says: set the position there")]
+    NotRelocatedHere,
+    /// Other nodes make the picture, and none is received.
+    #[error("nobody who makes the picture is heard: nothing can be decided now")]
     Unheard,
     /// The queue is full.
     #[error("too many decisions wait for the engine")]

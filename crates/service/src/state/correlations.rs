@@ -1,5 +1,6 @@
 //! `<name>.decisions.jsonl` beside a recording: the operators' decisions during it, one per line. They are about a radar
-//! track and a transponder, about the trust in a transponder, or about alerts ([`AlertDecision`]).
+//! track and a transponder, about the trust in a transponder, about a radar's position (`relocations`), or about alerts
+//! ([`AlertDecision`]).
 //!
 //! ```json
 //! {"slot":7180675221,"time":"2026-11-20T10:05:05.125Z","sensor":"north","track_number":134,"serial":"1581F6GKB23C003","country":"NO","verdict":"correlated"}
@@ -21,9 +22,10 @@ use serde::{Deserialize, Serialize};
 use tracing::warn;
 
 use super::alerts::{AlertDecision, parse_alert};
+use super::relocations::{RelocationLine, parse_relocation};
 use super::{identity, is_serial_space, read, serial_space};
 use fusion::integrity::{ActiveOverride, Trust, TrustOverride};
-use fusion::operational::{ActiveAssociation, ManualAssociation, SavedAssociation, Verdict};
+use fusion::operational::{ActiveAssociation, ManualAssociation, RadarRelocation, SavedAssociation, Verdict};
 use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 use fusion::{Identity, RadarTrackKey, SensorIndex};
@@ -57,10 +59,12 @@ struct DecisionLine {
 }
 
 /// Decisions during a flight.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordedDecisions {
     /// Decisions about tracks and transponders, in the order of their slots.
     decided: Vec<(DecisionLine, LineDecision)>,
+    /// Decisions about radars' positions, in the order of their slots.
+    relocations: Vec<RelocationLine>,
     /// Decisions about alerts, in the order in which they apply.
     alerts: Vec<AlertDecision>,
 }
@@ -180,7 +184,7 @@ pub fn read_correlations(path: &Path) -> io::Result<RecordedDecisions> {
 impl RecordedDecisions {
     /// Number of decisions.
     pub fn len(&self) -> usize {
-        self.decided.len() + self.alerts.len()
+        self.decided.len() + self.relocations.len() + self.alerts.len()
     }
 
     /// Whether there are no decisions.
@@ -191,15 +195,19 @@ impl RecordedDecisions {
     /// Adds the decisions of another file of the same flight, which may begin with known ones.
     pub fn join(&mut self, other: Self) {
         add_new(&mut self.decided, other.decided);
+        add_new(&mut self.relocations, other.relocations);
         add_new(&mut self.alerts, other.alerts);
         self.sort();
     }
 
     /// Adds the decision of a line.
     fn read(&mut self, line: &str) -> Result<(), String> {
-        match parse_alert(line)? {
-            Some(decision) => self.alerts.push(decision),
-            None => self.decided.push(parsed(line)?),
+        if let Some(decision) = parse_alert(line)? {
+            self.alerts.push(decision);
+        } else if let Some(decision) = parse_relocation(line)? {
+            self.relocations.push(decision);
+        } else {
+            self.decided.push(parsed(line)?);
         }
         Ok(())
     }
@@ -207,12 +215,20 @@ impl RecordedDecisions {
     /// Stable: decisions of the same slot keep their order.
     fn sort(&mut self) {
         self.decided.sort_by_key(|(line, _)| line.slot);
+        self.relocations.sort_by_key(|line| line.slot);
         self.alerts.sort_by_key(|decision| decision.after);
     }
 
     /// Decisions for an engine of this configuration; those that do not apply to it are logged.
     pub fn plan(&self, config: &Config) -> CorrelationPlan {
-        let mut plan = CorrelationPlan { alerts: self.alerts.clone(), ..CorrelationPlan::default() };
+        let relocations: Vec<_> = self.relocations.iter().filter_map(|line| line.decided(config)).collect();
+        let unused = self.relocations.len() - relocations.len();
+        let mut plan = CorrelationPlan {
+            alerts: self.alerts.clone(),
+            relocations,
+            unused,
+            ..CorrelationPlan::default()
+        };
         for (line, decided) in &self.decided {
             let since = Slot(line.slot);
             let (named, number, transponder, verdict) = match decided {
@@ -247,7 +263,7 @@ impl RecordedDecisions {
 }
 
 /// Decisions for an engine.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct CorrelationPlan {
     /// Decisions of the flight, each with the slot from which it applies ([`Engine::plan`](fusion::Engine::plan)).
     pub correlated: Vec<(Slot, ManualAssociation)>,
@@ -255,6 +271,8 @@ pub struct CorrelationPlan {
     pub kept: Vec<SavedAssociation>,
     /// Trust settings, each with the slot from which it applies ([`Engine::plan_trust_overrides`](fusion::Engine::plan_trust_overrides)).
     pub words: Vec<(Slot, TrustOverride)>,
+    /// Radars' positions, each with the slot from which it applies ([`Engine::plan_relocations`](fusion::Engine::plan_relocations)).
+    pub relocations: Vec<(Slot, RadarRelocation)>,
     /// Decisions about alerts, in the order in which they apply.
     pub alerts: Vec<AlertDecision>,
     /// Number of decisions about radars that are not configured.

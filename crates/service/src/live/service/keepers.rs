@@ -8,10 +8,13 @@ use tracing::{error_span, info, warn};
 
 use super::{EngineThread, Estimates};
 use crate::record::RecordingItem;
-use crate::state::{SavedRegistrations, correlation_line, kept_lines, registration_text, word_line};
+use crate::state::{
+    SavedRegistrations, correlation_line, kept_lines, registration_text, relocation_line, relocation_lines,
+    word_line,
+};
 use fusion::integrity::ActiveOverride;
 use fusion::numbering::NumberChange;
-use fusion::operational::{ActiveAssociation, ManualAssociation, RestoredAssociation};
+use fusion::operational::{ActiveAssociation, ActiveRelocation, ManualAssociation, RestoredAssociation};
 use fusion::time::Time;
 use site::config::Config;
 
@@ -25,20 +28,27 @@ const UNRECORDED: usize = 1024;
 pub(super) struct DecisionsInForce {
     correlations: Vec<ActiveAssociation>,
     words: Vec<ActiveOverride>,
+    relocations: Vec<ActiveRelocation>,
     /// Lines of the shelved alerts.
     shelves: Arc<str>,
 }
 
 impl DecisionsInForce {
     fn of(engine: &fusion::Engine, shelves: Arc<str>) -> Self {
-        Self { correlations: engine.correlations(), words: engine.trust_overrides(), shelves }
+        Self {
+            correlations: engine.correlations(),
+            words: engine.trust_overrides(),
+            relocations: engine.relocations(),
+            shelves,
+        }
     }
 
     fn lines(&self, config: &Config) -> String {
         let pairs =
             self.correlations.iter().map(|held| correlation_line(held.since, &held.correlation, config));
         let words = self.words.iter().map(|held| word_line(held.since, &held.word, config));
-        pairs.chain(words).chain([self.shelves.to_string()]).collect()
+        let relocations = relocation_lines(&self.relocations, config);
+        pairs.chain(words).chain([relocations, self.shelves.to_string()]).collect()
     }
 }
 
@@ -53,6 +63,11 @@ impl EngineThread {
         }
         for (slot, word) in self.publisher.outlets.hub.trust_requests.carry_out_all(&mut self.driver) {
             let line = word_line(slot, &word, &self.config).into();
+            self.unrecorded.push_back(RecordingItem::Decided(line));
+        }
+        for (slot, decided) in self.publisher.outlets.hub.relocation_requests.carry_out_all(&mut self.driver)
+        {
+            let line = relocation_line(slot, &decided, &self.config).into();
             self.unrecorded.push_back(RecordingItem::Decided(line));
         }
         self.unrecorded.extend(self.publisher.outlets.hub.alert_records.lines().map(RecordingItem::Decided));
@@ -82,6 +97,7 @@ impl EngineThread {
         if held != self.in_force {
             self.unrecorded.push_back(RecordingItem::Correlations(held.lines(&self.config).into()));
             self.publisher.outlets.hub.correlation_requests.publish_if_changed(&held.correlations);
+            self.publisher.outlets.hub.relocation_requests.publish_if_changed(&held.relocations);
             self.in_force = held;
             // Written at once, so that no decision is lost by a restart.
             self.next_checkpoint = Time::default();
@@ -127,7 +143,9 @@ impl EngineThread {
         let engine = self.driver.pipeline().engine();
         // Before the first report nothing has changed.
         engine.next_slot()?;
-        let text = kept_lines(&engine.saved_associations(), &engine.trust_overrides(), &self.config);
+        let relocations = engine.relocations();
+        let text = kept_lines(&engine.saved_associations(), &engine.trust_overrides(), &self.config)
+            + &relocation_lines(&relocations, &self.config);
         (*text != *self.saved_decisions).then(|| text.into())
     }
 

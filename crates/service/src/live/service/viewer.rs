@@ -229,6 +229,7 @@ impl ViewerState {
         let is_heard = self.last_status.as_ref().is_some_and(|told| at - told.at <= UNHEARD);
         let hub = &self.publisher.outlets.hub;
         self.forwarder.forward(&hub.correlation_requests, &hub.trust_requests, is_heard);
+        hub.relocation_requests.refuse_all();
     }
 
     /// Publishes the last received status, once a second.
