@@ -195,7 +195,13 @@ fn moved(args: &Args) -> Result<(), Box<dyn Error>> {
     let (mut after, mut errors, mut squares, mut false_alerts, mut minutes) =
         (Vec::new(), Vec::new(), Vec::new(), 0, 0.0);
     for seed in args.first..args.first + args.count {
-        let (name, noticed) = moved::notice(seed, args.minutes, fate)?;
+        let (name, noticed) = match moved::notice(seed, args.minutes, fate) {
+            Ok(noticed) => noticed,
+            Err(error) => {
+                println!("{seed}: no flight: {error}");
+                continue;
+            }
+        };
         if args.each {
             println!(
                 "{seed} {name}: noticed after {:.1?} drone-minutes, false {}, {:.1?}",
@@ -213,8 +219,8 @@ fn moved(args: &Args) -> Result<(), Box<dyn Error>> {
     println!(
         "{} sites, {minutes:.0} drone-minutes: noticed after {:.1} drone-minutes (median), {missed} not at all; {false_alerts} false; error at \
          the end {:.1} m (median), NEES {:.2}",
-        args.count,
-        median(after),
+        after.len(),
+        median(after.clone()),
         median(errors),
         mean(squares.into_iter()),
     );

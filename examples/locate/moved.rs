@@ -20,7 +20,7 @@ pub struct Fate {
     pub turned_deg: f64,
 }
 
-/// Drone-minutes with a fused track until the position was contradicted or a step was found; before the fate: a false alert.
+/// Minutes of drones with a transponder, seen by the radar or not, until the position was contradicted or a step was found; before the fate: a false alert.
 pub struct Noticed {
     pub false_alert: bool,
     pub after: Option<f64>,
@@ -49,7 +49,17 @@ pub fn notice(seed: u64, minutes: f64, fate: Fate) -> Result<(String, Noticed), 
         } else {
             datagram.payload.clone()
         };
+        let mut count = |driver: &mut Driver| {
+            while let Some(event) = driver.poll() {
+                let DriverEvent::Slot(slot) = event else { continue };
+                let tracks = slot.picture.tracks.iter();
+                let count = tracks.filter(|track| track.point.source.transponder().is_some()).count();
+                *(if slot.picture.time >= half { &mut since } else { &mut before }) +=
+                    count as f64 * 0.25 / 60.0;
+            }
+        };
         driver.tick(datagram.received);
+        count(&mut driver);
         driver.receive(&Reception {
             received: Some(datagram.received),
             input: 0,
@@ -58,12 +68,7 @@ pub fn notice(seed: u64, minutes: f64, fate: Fate) -> Result<(String, Noticed), 
             origin: 0,
             payload,
         });
-        while let Some(event) = driver.poll() {
-            let DriverEvent::Slot(slot) = event else { continue };
-            let fused = |source: &fusion::Source| source.radar().is_some() && source.transponder().is_some();
-            let count = slot.picture.tracks.iter().filter(|track| fused(&track.point.source)).count();
-            *(if slot.picture.time >= half { &mut since } else { &mut before }) += count as f64 * 0.25 / 60.0;
-        }
+        count(&mut driver);
         let engine = driver.pipeline().engine();
         let Some((_, registered)) = engine.registered().next() else { continue };
         let is_step = |since: Time| registered.step.is_some_and(|step| step.time >= since);

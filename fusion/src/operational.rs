@@ -19,6 +19,7 @@ mod ids;
 mod initiation;
 mod integrity;
 mod likelihood;
+mod lookalikes;
 mod manual_association;
 mod measured;
 mod now;

@@ -28,7 +28,7 @@ use service::live::{
 use service::net::listen::lines;
 use service::net::send::UdpDestinations;
 use service::notices::{Deliveries, NoticeReceivers};
-use service::record::{Recorder, RecorderQueue, RecordingItem};
+use service::record::{RecordedContents, Recorder, RecorderQueue, RecordingItem};
 use service::sinks::PictureSinks;
 use service::state::{
     AlertDecision, CorrelationPlan, SavedRegistrations, StateFile, StateHealth, StateKeeper, WarmKeeper,
@@ -307,7 +307,8 @@ impl LiveBuilder {
     pub fn record(mut self) -> io::Result<Self> {
         if let Some(record) = &self.config.output.record {
             let numbers = std::mem::take(&mut self.numbers);
-            let (queue, recorder) = Recorder::start(&self.config, record, numbers, true)?;
+            let (queue, recorder) =
+                Recorder::start(&self.config, record, numbers, RecordedContents::Service)?;
             self.before.drain(..).for_each(|before| _ = queue.add(before));
             self.recorder = Some((queue, recorder));
         }

@@ -1,5 +1,6 @@
 //! `record`: records received data without an engine.
 
+use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::RecvTimeoutError;
@@ -15,27 +16,77 @@ use fusion::time::Time;
 use service::live::{Listening, WallClock, listen, now};
 use service::net::listen::Arrival;
 use service::record::RecordingItem;
-use service::record::{Recorder, RecorderCounts, RecorderQueue, record_into};
+use service::record::{RecordedContents, Recorder, RecorderCounts, RecorderQueue, record_into};
+use site::config::{Config, ConfigErrors};
 
-/// Records the data received on the inputs of a configuration into rotating pcap files, until Ctrl-C.
+/// Records the data received on the inputs of a configuration, or on some addresses, into rotating pcap files, until Ctrl-C.
 ///
-/// `replay` reads the files, with the site.toml that is written beside them.
+/// `replay` reads the files, with the site.toml that is written beside them. A recording of addresses has none: `info` and
+/// `locate` make one from the recording.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// Site configuration, which defines the inputs. Its recording and output settings are ignored, except rotate_mib and keep.
-    #[arg(long, value_name = "FILE")]
-    pub config: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "listen", conflicts_with = "listen")]
+    pub config: Option<PathBuf>,
+    /// Multicast group, or address of this machine (0.0.0.0 for all), and port, such as 239.192.48.1:8048. Repeatable. After an `@`:
+    /// this machine's own address on the network of the group.
+    #[arg(long, value_name = "ADDRESS:PORT[@INTERFACE]", value_parser = listen_address)]
+    pub listen: Vec<ListenAddress>,
     /// Directory of the files; created if missing.
     #[arg(long, value_name = "DIR")]
     pub dir: PathBuf,
     /// Records the inputs of a cluster's nodes from the log instead of listening. `replay --state` reproduces what the nodes
     /// published.
     #[cfg(feature = "cluster")]
-    #[arg(long)]
+    #[arg(long, requires = "config")]
     pub cluster: bool,
     /// Duration, such as 90s, 10m or 8h.
     #[arg(long, value_name = "D", value_parser = duration)]
     pub duration: Option<SignedDuration>,
+}
+
+/// An address to record from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ListenAddress {
+    /// Group or address of this machine, and port.
+    pub address: SocketAddrV4,
+    /// This machine's own address on the network of the group.
+    pub interface: Option<Ipv4Addr>,
+}
+
+fn listen_address(text: &str) -> Result<ListenAddress, String> {
+    let (address, interface) =
+        text.split_once('@').map_or((text, None), |(address, own)| (address, Some(own)));
+    let address: SocketAddrV4 = address
+        .parse()
+        .map_err(|_| format!("{address:?} is no address with a port, such as 239.192.48.1:8048"))?;
+    let interface =
+        interface.map(|own| own.parse().map_err(|_| format!("{own:?} is no address of this machine")));
+    let interface = interface.transpose()?;
+    match (address.ip().is_multicast(), interface) {
+        (false, Some(_)) => Err("only a multicast group has an interface".to_owned()),
+        (_, interface) => Ok(ListenAddress { address, interface }),
+    }
+}
+
+/// A configuration without a site, with one sensor for each address.
+fn config_of(listen: &[ListenAddress]) -> Result<Config, ConfigErrors> {
+    let sensor = |(index, listen): (usize, &ListenAddress)| {
+        let ListenAddress { address, interface } = listen;
+        let key = if address.ip().is_multicast() { "group" } else { "address" };
+        let interface = interface.map_or_else(String::new, |own| format!(", interface = \"{own}\""));
+        format!(
+            "[[sensors]]\nid = \"{index}\"\nkind = \"transponder\"\nsac = 0\nsic = {index}\n\
+             inputs = [{{ {key} = \"{}\", port = {}{interface} }}]\n",
+            address.ip(),
+            address.port(),
+        )
+    };
+    let sensors: String = listen.iter().enumerate().map(sensor).collect();
+    // The place and the codes are used by nothing: datagrams are recorded as they come.
+    let site = "[site]\nname = \"recorded\"\nsac = 255\nsic = 255\nlatitude_deg = 0\nlongitude_deg = 0\nheight_amsl_m = 0\n";
+    let text = format!("{site}{sensors}");
+    Config::parse(&text, "--listen", std::iter::empty())
 }
 
 /// Interval of the log lines with counters.
@@ -48,7 +99,10 @@ const DRAINED: Duration = Duration::from_secs(2);
 
 /// Runs the command.
 pub fn run(args: &Args) -> CommandResult {
-    let config = load_live(&args.config)?;
+    let config = match &args.config {
+        Some(file) => load_live(file)?,
+        None => config_of(&args.listen)?,
+    };
     // The recorder would retry, as it does for the service. A recording command has to fail instead.
     std::fs::create_dir_all(&args.dir)
         .map_err(|error| format!("{}: cannot be made: {error}", args.dir.display()))?;
@@ -56,10 +110,13 @@ pub fn run(args: &Args) -> CommandResult {
     if args.cluster {
         return super::cluster::record(&config, &args.dir, args.duration);
     }
-    check_mqtt(&args.config, mqtt_inputs(&config))?;
+    if let Some(file) = &args.config {
+        check_mqtt(file, mqtt_inputs(&config))?;
+    }
     let mut record = config.output.record.clone().unwrap_or_else(|| record_into(&args.dir));
     record.dir.clone_from(&args.dir);
-    let (queue, recorder) = Recorder::start(&config, &record, Vec::new(), false)?;
+    let contents = if args.config.is_some() { RecordedContents::Input } else { RecordedContents::Datagrams };
+    let (queue, recorder) = Recorder::start(&config, &record, Vec::new(), contents)?;
 
     let (runtime, stop) = (runtime(1)?, Stop::listen()?);
     let mut listening = listen(&config, &WallClock::default(), runtime.handle());

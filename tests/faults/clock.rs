@@ -15,7 +15,7 @@ use utm_fusion::live::{
 };
 use utm_fusion::net::listen as udp;
 use utm_fusion::net::send::UdpDestinations;
-use utm_fusion::record::Recorder;
+use utm_fusion::record::{RecordedContents, Recorder};
 
 use crate::common::read;
 use crate::http::{get, json, lights, metric, troubled, until};
@@ -44,7 +44,8 @@ impl Live {
         let inside = runtime.enter();
         let driver = Driver::new(&config, Masks::default(), now(), udp::lines(&config).len());
         let record = config.output.record.as_ref().unwrap();
-        let (queue, recorder) = Recorder::start(&config, record, Vec::new(), true).unwrap();
+        let (queue, recorder) =
+            Recorder::start(&config, record, Vec::new(), RecordedContents::Service).unwrap();
         let (writer, hub) = Hub::new(config.clone(), Arc::new(driver.maker().clone()), now());
         let sinks = UdpDestinations::open(&config.output.asterix).unwrap();
         let encoders = Encoders::new(&config);

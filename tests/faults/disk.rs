@@ -11,7 +11,7 @@ use fusion::time::Time;
 use jiff::SignedDuration;
 use utm_fusion::config::{Config, Profile, Record};
 use utm_fusion::live::now;
-use utm_fusion::record::{Recorder, RecordingItem};
+use utm_fusion::record::{RecordedContents, Recorder, RecordingItem};
 
 use crate::common::{Scratch, files, read};
 use crate::http::{Stream, address, get, metric, troubled, until};
@@ -153,7 +153,7 @@ fn retries_on_a_full_disk_remove_no_good_recording() {
     must(&format!("mount -t tmpfs -o size=3m none {}", dir.display()));
     let config = Config::load(concat!(env!("CARGO_MANIFEST_DIR"), "/config/example.toml")).unwrap();
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 2, keep_mib: 0, keep_hours: 0 };
-    let (queue, recorder) = Recorder::start(&config, &record, Vec::new(), true).unwrap();
+    let (queue, recorder) = Recorder::start(&config, &record, Vec::new(), RecordedContents::Service).unwrap();
     let start = now();
     let send = |after_s: i64, octets: usize| {
         let received = start + SignedDuration::from_secs(after_s);

@@ -24,7 +24,7 @@ use utm_fusion::config::{Config, Profile, Record};
 use utm_fusion::formats::{Cat129Encoder, pack};
 use utm_fusion::live::{Driver, DriverEvent};
 use utm_fusion::pipeline::Event;
-use utm_fusion::record::{Recorder, RecorderQueue, RecordingItem};
+use utm_fusion::record::{RecordedContents, Recorder, RecorderQueue, RecordingItem};
 use utm_fusion::simulate::SimulatedDatagram;
 use utm_fusion::state::{
     SavedRegistrations, correlation_line, registration_text, relocation_line, word_line,
@@ -329,7 +329,9 @@ fn record_as(
     let mut simulation = flight(scenario, fate.seed, start);
     simulation.config.fusion.profile = profile;
     let record = Record { dir: directory.to_owned(), rotate_mib, keep: 1000, keep_mib: 0, keep_hours: 0 };
-    let (queue, recorder) = Recorder::start(&simulation.config, &record, fate.numbers.clone(), true).unwrap();
+    let (queue, recorder) =
+        Recorder::start(&simulation.config, &record, fate.numbers.clone(), RecordedContents::Service)
+            .unwrap();
     let flown = fly(&simulation.config, &simulation.datagrams, fate, &queue);
     drop(queue);
     assert_eq!(recorder.join().unwritten, 0);
@@ -535,7 +537,8 @@ fn recording_with_a_radar_restart_replays_to_the_output() {
     assert!(renumbered != simulation.datagrams);
     let scratch = Scratch::new();
     let record = Record { dir: scratch.path("r"), rotate_mib: 256, keep: 9, keep_mib: 0, keep_hours: 0 };
-    let (queue, recorder) = Recorder::start(&simulation.config, &record, Vec::new(), true).unwrap();
+    let (queue, recorder) =
+        Recorder::start(&simulation.config, &record, Vec::new(), RecordedContents::Service).unwrap();
     let flown = fly(
         &simulation.config,
         &renumbered,

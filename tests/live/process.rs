@@ -389,3 +389,47 @@ fn state_that_cannot_be_written_is_an_alert_until_it_can() {
     assert_eq!(code, Some(0), "{log}");
     assert!(state.join("engine.warm").exists());
 }
+
+#[test]
+fn addresses_are_recorded_without_a_configuration() {
+    let scratch = Scratch::new();
+    let dir = scratch.path("recorded");
+    let mut record = utm_fusion("record");
+    record.args(["--listen", "127.0.0.1:22441", "--listen", "127.0.0.1:22442"]).arg("--dir").arg(&dir);
+    let mut service = Running::start(&mut record, scratch.path("record.log"));
+    service.says("recording");
+    let socket = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
+    let datagrams: [(&[u8], u16); 2] = [(&[48, 0, 4, 0], 22_441), (b"any datagram at all", 22_442)];
+    for (payload, port) in datagrams {
+        socket.send_to(payload, ("127.0.0.1", port)).unwrap();
+    }
+    let files = || -> Vec<std::path::PathBuf> {
+        let all = fs::read_dir(&dir).into_iter().flatten().flatten().map(|entry| entry.path());
+        all.filter(|file| !file.ends_with(".recorder.lock")).collect()
+    };
+    let octets = || -> u64 { files().iter().filter_map(|file| Some(fs::metadata(file).ok()?.len())).sum() };
+    let patience = Instant::now() + Duration::from_secs(60);
+    while octets() < 24 + 2 * (16 + 14 + 28 + 4) {
+        assert!(Instant::now() < patience, "nothing is recorded");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    let (code, log) = service.stop();
+    assert_eq!(code, Some(0), "{log}");
+    // The recording is one file: there is no configuration that belongs to it.
+    let files = files();
+    let [file] = &files[..] else { panic!("{files:?}") };
+    let output = utm_fusion("info").arg(file).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("127.0.0.1:22441") && text.contains("127.0.0.1:22442"), "{text}");
+
+    for (args, why) in [
+        (vec!["--listen", "here"], "is no address with a port"),
+        (vec!["--listen", "127.0.0.1:8048@127.0.0.1"], "only a multicast group has an interface"),
+        (vec!["--listen", "127.0.0.1:8048", "--config", "site.toml"], "cannot be used with"),
+        (vec![], "required"),
+    ] {
+        let output = utm_fusion("record").args(&args).arg("--dir").arg(&dir).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && said.contains(why), "{args:?}: {said}");
+    }
+}

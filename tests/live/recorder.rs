@@ -10,7 +10,7 @@ use fusion::numbering::Given;
 use fusion::time::{SECOND, Time};
 use jiff::SignedDuration;
 use utm_fusion::config::{Config, Record};
-use utm_fusion::record::{Recorder, RecorderQueue, RecordingItem};
+use utm_fusion::record::{RecordedContents, Recorder, RecorderQueue, RecordingItem};
 use utm_fusion::state::read_numbers;
 
 use crate::common::{Scratch, beside, datagrams, files, only, read};
@@ -40,7 +40,8 @@ fn files_rotate_and_the_oldest_own_ones_are_removed() {
         fs::write(dir.join(name), b"not a recording of ours").unwrap();
     }
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 3, keep_mib: 0, keep_hours: 0 };
-    let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    let (queue, recorder) =
+        Recorder::start(&config(), &record, Vec::new(), RecordedContents::Service).unwrap();
     // A little more than 5 MiB, in datagrams of maximum size and empty ones.
     for index in 0..85 {
         send(&queue, millis(index * 10), vec![index as u8; 65_507]);
@@ -70,7 +71,8 @@ fn state_from_before_a_loss_begins_no_file() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 9, keep_mib: 0, keep_hours: 0 };
-    let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    let (queue, recorder) =
+        Recorder::start(&config(), &record, Vec::new(), RecordedContents::Service).unwrap();
     let state = |state: &str| assert!(queue.add(RecordingItem::Checkpoint(state.to_owned().into())));
     let hours = SignedDuration::from_hours;
     send(&queue, hours(0), vec![1]);
@@ -108,7 +110,8 @@ fn later_file_begins_with_the_decisions_in_force() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 2, keep_mib: 0, keep_hours: 0 };
-    let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    let (queue, recorder) =
+        Recorder::start(&config(), &record, Vec::new(), RecordedContents::Service).unwrap();
     let correlated = |line: &str| assert!(queue.add(RecordingItem::Decided(line.into())));
     let hours = SignedDuration::from_hours;
     send(&queue, hours(0), vec![1]);
@@ -147,7 +150,7 @@ fn recording_holds_only_numbers_in_use() {
     let mut before: Vec<Given> =
         (1..=50_000).map(|number| given(number, START + SignedDuration::from_hours(-2))).collect();
     before.push(given(60_000, START + SignedDuration::from_mins(-5)));
-    let (queue, recorder) = Recorder::start(&config(), &record, before, true).unwrap();
+    let (queue, recorder) = Recorder::start(&config(), &record, before, RecordedContents::Service).unwrap();
     send(&queue, millis(0), vec![1, 2]);
     let file = || files(&dir, "input-", ".numbers.json").pop();
     let until = Instant::now() + Duration::from_secs(20);
@@ -174,7 +177,8 @@ fn data_is_on_disk_within_a_second_and_directory_recreated() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 3, keep_mib: 0, keep_hours: 0 };
-    let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    let (queue, recorder) =
+        Recorder::start(&config(), &record, Vec::new(), RecordedContents::Service).unwrap();
     send(&queue, millis(0), vec![1]);
     let wait = |done: &dyn Fn() -> bool| {
         let until = Instant::now() + Duration::from_secs(15);
@@ -187,7 +191,7 @@ fn data_is_on_disk_within_a_second_and_directory_recreated() {
     wait(&|| parts().first().is_some_and(|part| read(part).0.len() == 1));
 
     // A second recorder does not write to the directory.
-    let (second, other) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    let (second, other) = Recorder::start(&config(), &record, Vec::new(), RecordedContents::Service).unwrap();
     send(&second, millis(0), vec![9]);
     drop(second);
     assert_eq!(other.join().unwritten, 1);
@@ -222,7 +226,8 @@ fn quick_restarts_remove_no_recording() {
     // Files have time stamps of the machine's clock.
     let start = utm_fusion::live::now();
     let run = |after: SignedDuration, octets: usize| {
-        let (queue, recorder) = Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+        let (queue, recorder) =
+            Recorder::start(&config(), &record, Vec::new(), RecordedContents::Service).unwrap();
         let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 4711);
         for payload in vec![7_u8; octets].chunks(60_000) {
             let (received, payload) = (start + after, payload.to_vec());
@@ -248,7 +253,7 @@ fn torn_end_of_a_recording_is_cut_off_at_the_next_start() {
     let scratch = Scratch::new();
     let dir = scratch.path("recordings");
     let record = Record { dir: dir.clone(), rotate_mib: 1, keep: 2, keep_mib: 0, keep_hours: 0 };
-    let start = || Recorder::start(&config(), &record, Vec::new(), true).unwrap();
+    let start = || Recorder::start(&config(), &record, Vec::new(), RecordedContents::Service).unwrap();
     let (queue, recorder) = start();
     (0..5).for_each(|index| send(&queue, millis(index), vec![index as u8; 100]));
     drop(queue);

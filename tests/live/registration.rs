@@ -12,7 +12,7 @@ use utm_fusion::capture::{Reception, ReceptionKind};
 use utm_fusion::config::{Config, Profile, Record, SensorKind};
 use utm_fusion::live::{Driver, DriverEvent};
 use utm_fusion::pipeline::{Event, Pipeline};
-use utm_fusion::record::Recorder;
+use utm_fusion::record::{RecordedContents, Recorder};
 use utm_fusion::simulate::Simulation;
 use utm_fusion::state::{SavedRegistrations, parse_registration, registration_text};
 
@@ -43,7 +43,7 @@ fn radar(config: &mut Config) -> &mut utm_fusion::config::Radar {
 
 fn recorded(simulation: &Simulation, config: &Config, fate: &Fate, dir: &Path) -> Flown {
     let record = Record { dir: dir.to_owned(), rotate_mib: 256, keep: 9, keep_mib: 0, keep_hours: 0 };
-    let (queue, recorder) = Recorder::start(config, &record, Vec::new(), true).unwrap();
+    let (queue, recorder) = Recorder::start(config, &record, Vec::new(), RecordedContents::Service).unwrap();
     let flown = fly(config, &simulation.datagrams, fate, &queue);
     drop(queue);
     assert_eq!(recorder.join().unwritten, 0);

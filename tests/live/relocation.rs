@@ -5,7 +5,7 @@ use std::fs;
 use fusion::operational::Relocation;
 use fusion::time::Time;
 use utm_fusion::config::{Config, Profile, Record, SensorKind};
-use utm_fusion::record::Recorder;
+use utm_fusion::record::{RecordedContents, Recorder};
 
 use crate::common::{Scratch, beside, flight, only, replayed, utm_fusion};
 use crate::driver::{Fate, Flown, fly};
@@ -28,7 +28,7 @@ fn recorded(seed: u64, off_m: [f64; 2], until_s: Option<i64>, scratch: &Scratch)
     radar.latitude_deg += off_m[1] / 111_200.0;
     let record =
         Record { dir: scratch.path("recorded"), rotate_mib: 256, keep: 9, keep_mib: 0, keep_hours: 0 };
-    let (queue, recorder) = Recorder::start(&config, &record, Vec::new(), true).unwrap();
+    let (queue, recorder) = Recorder::start(&config, &record, Vec::new(), RecordedContents::Service).unwrap();
     let fate = Fate { seed, queue_ms: 300, tick_ms: 400, relocate_until_s: until_s, ..Fate::default() };
     let flown = fly(&config, &simulation.datagrams, &fate, &queue);
     drop(queue);

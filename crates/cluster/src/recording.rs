@@ -20,7 +20,9 @@ use fusion::slots::{Slot, SlotGrid};
 use fusion::time::Time;
 use picture::formats::Encoders;
 use service::live::now;
-use service::record::{Recorder, RecorderCounts, RecorderQueue, RecordingItem, record_into};
+use service::record::{
+    RecordedContents, Recorder, RecorderCounts, RecorderQueue, RecordingItem, record_into,
+};
 use service::state::{correlation_line, word_line};
 use site::areas::{Areas, Masks};
 use site::config::{Cluster, Config, Feed};
@@ -157,7 +159,7 @@ fn start_recorder(
 ) -> Result<(RecorderQueue, Recorder), NotRecorded> {
     let settings = site.output.record.clone().unwrap_or_else(|| record_into(directory));
     let settings = site::config::Record { dir: directory.to_owned(), ..settings };
-    let started = Recorder::start(site, &settings, numbers, true);
+    let started = Recorder::start(site, &settings, numbers, RecordedContents::Service);
     started.map_err(|error| NotRecorded::Recorder(error.to_string()))
 }
 

@@ -41,6 +41,17 @@ pub use recorded::RecordingItem;
 /// Maximum number of datagrams waiting for the disk: some seconds at the busiest site.
 const QUEUE: usize = 16_384;
 
+/// What is recorded beside the datagrams received.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RecordedContents {
+    /// All files of a service.
+    Service,
+    /// The files that a replay of the input needs.
+    Input,
+    /// Nothing: no configuration belongs to the datagrams.
+    Datagrams,
+}
+
 /// The running recorder; it ends when its queue is dropped.
 pub struct Recorder {
     thread: JoinHandle<()>,
@@ -48,8 +59,7 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Starts the thread. `numbers` are the transponder numbers assigned before the start. `with_output` also records the
-    /// output.
+    /// Starts the thread. `numbers` are the transponder numbers assigned before the start.
     ///
     /// # Errors
     /// No thread could be started. A directory that cannot be written is not an error: it is logged, and tried again.
@@ -57,11 +67,11 @@ impl Recorder {
         config: &Config,
         record: &Record,
         numbers: Vec<Given>,
-        with_output: bool,
+        contents: RecordedContents,
     ) -> io::Result<(RecorderQueue, Self)> {
         let (sender, queue) = mpsc::sync_channel(QUEUE);
         let counters = Arc::<RecorderCounters>::default();
-        let mut writer = RecordingWriter::new(config, record, numbers, with_output, counters.clone());
+        let mut writer = RecordingWriter::new(config, record, numbers, contents, counters.clone());
         let span = error_span!("recorder", directory = %record.dir.display());
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::cycle::Cycle;
 use super::ids::{TargetId, TrackletId};
 use super::likelihood::Scales;
+use super::lookalikes::Lookalikes;
 use super::residuals::{compared, rate_plot, residuals};
 use super::settings::{OperationalSettings, RadarSettings, TransponderDelay};
 use super::shared;
@@ -261,6 +262,7 @@ pub(super) struct Registrations {
     disbelieved: BTreeSet<TargetId>,
     /// Identities that an operator trusts. Their reports count, whatever their host.
     pub(super) trusted: BTreeSet<Identity>,
+    lookalikes: Lookalikes,
     /// Range rates of radar tracks without a transponder, for radars that report velocities.
     rates: BTreeMap<TrackletId, RangeRate>,
     /// The transponders' delay estimated by these radars.
@@ -429,8 +431,9 @@ impl Registrations {
 
     /// Adds the segments of dropped tracklets.
     pub(super) fn end(&mut self, tracklets: &Tracklets, types: &mut TransponderTypes) {
-        let Self { radars, segments, rates, lately, .. } = self;
+        let Self { radars, segments, rates, lately, lookalikes, .. } = self;
         rates.retain(|&id, _| tracklets.get(id).is_some());
+        lookalikes.end(tracklets);
         segments.retain(|&id, segment| {
             let is_left = tracklets.get(id).is_some();
             if !is_left && let Some(registered) = radars.get_mut(&segment.sensor) {
@@ -458,6 +461,7 @@ impl Registrations {
                 });
             }
         }
+        let places = &Lookalikes::places(targets, cycle);
         for (tracklet, residuals) in tracklets.iter().zip(residuals) {
             let sensor = tracklet.key.sensor;
             let Some(radar) = cycle.settings.radar(sensor) else { continue };
@@ -469,6 +473,11 @@ impl Registrations {
             });
             let Some((target, transponder)) = paired else {
                 self.segments.remove(&tracklet.id);
+                if let Some((identity, sample)) =
+                    self.lookalikes.compare(tracklet, radar, (targets, places), cycle)
+                {
+                    registered.place.add(identity, &sample);
+                }
                 if registered.learning.asks_for_rates() {
                     let plots = tracklet.between(cycle.previous, cycle.centre);
                     let seen = plots.filter_map(|plot| rate_plot(plot, radar));
@@ -481,6 +490,7 @@ impl Registrations {
                 }
                 continue;
             };
+            self.lookalikes.forget(tracklet.id);
             if self.segments.get(&tracklet.id).is_some_and(|segment| segment.target != target) {
                 self.segments.remove(&tracklet.id);
             }

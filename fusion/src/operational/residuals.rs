@@ -24,16 +24,27 @@ pub(super) fn residuals<'a>(
     let radar = cycle.settings.radar(tracklet.key.sensor);
     let target = tracklet.target().and_then(|target| targets.get(target));
     let Some((radar, target)) = radar.zip(target) else { return Vec::new() };
-    let mut plots = tracklet.corrected_between(cycle.previous, cycle.centre).peekable();
-    if plots.peek().is_none() {
+    if tracklet.corrected_between(cycle.previous, cycle.centre).next().is_none() {
         return Vec::new();
     }
     let Some(mut curve) = ReportedCurve::of(target, cycle.settings) else { return Vec::new() };
-    plots.filter_map(|plot| Some((plot, residual(plot, target, &mut curve, radar)?))).collect()
+    residuals_with(tracklet, target, &mut curve, radar, cycle)
+}
+
+/// The plots since the last slot, each compared with the position of this transponder.
+pub(super) fn residuals_with<'a>(
+    tracklet: &'a Tracklet,
+    target: &Target,
+    curve: &mut ReportedCurve,
+    radar: &RadarSettings,
+    cycle: &Cycle,
+) -> Vec<(&'a CorrectedPlot, Residual)> {
+    let plots = tracklet.corrected_between(cycle.previous, cycle.centre);
+    plots.filter_map(|plot| Some((plot, residual(plot, target, curve, radar)?))).collect()
 }
 
 /// A transponder's curve, with the values that are the same for all plots of a slot.
-struct ReportedCurve<'a> {
+pub(super) struct ReportedCurve<'a> {
     walk: CurveCursor<'a>,
     /// Delay that is taken off the time stamps, seconds.
     delay_s: f64,
@@ -44,7 +55,7 @@ struct ReportedCurve<'a> {
 }
 
 impl<'a> ReportedCurve<'a> {
-    fn of(target: &'a Target, settings: &OperationalSettings) -> Option<Self> {
+    pub(super) fn of(target: &'a Target, settings: &OperationalSettings) -> Option<Self> {
         let transponder = target.transponder()?;
         Some(Self {
             walk: transponder.walk(settings)?,

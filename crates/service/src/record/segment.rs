@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
+use super::RecordedContents;
 use super::names::{self, Series};
 use crate::state::{CORRELATIONS, ENGINE, NUMBERS_END, number_line, numbers_text, write_atomically};
 use fusion::numbering::Given;
@@ -140,7 +141,7 @@ pub(super) struct RecordingSegment {
     pub(super) began: Time,
     input: PcapFile,
     output: Option<PcapFile>,
-    numbers: NumbersFile,
+    numbers: Option<NumbersFile>,
     decisions_path: PathBuf,
 }
 
@@ -162,8 +163,8 @@ pub(super) struct SegmentStart<'a> {
     pub(super) held: &'a str,
     /// State of the pipeline, if available.
     pub(super) checkpoint: Option<&'a [u8]>,
-    /// Whether the output is recorded too.
-    pub(super) with_output: bool,
+    /// What is recorded.
+    pub(super) contents: RecordedContents,
 }
 
 impl RecordingSegment {
@@ -198,17 +199,20 @@ impl RecordingSegment {
             ..
         } = *beginning;
         let name = Series::Input.name(stamp);
-        write_atomically(
-            &path(Series::Input, "site.toml"),
-            format!(
-                "# The configuration in force while {name}.pcap was recorded. To replay it:\n\
-                 #   utm-fusion replay {name}.pcap --config {name}.site.toml --state {name}\n\
-                 # From this slot on the replay equals what was sent:\n\
-                 # complete_from = {complete_from}\n\n{site}"
-            ),
-        )?;
-        let numbers = NumbersFile::begin(&path(Series::Input, "numbers.json"), numbers)?;
-        write_atomically(&path(Series::Input, "registration.json"), registration)?;
+        let mut numbers_file = None;
+        if beginning.contents != RecordedContents::Datagrams {
+            write_atomically(
+                &path(Series::Input, "site.toml"),
+                format!(
+                    "# The configuration in force while {name}.pcap was recorded. To replay it:\n\
+                     #   utm-fusion replay {name}.pcap --config {name}.site.toml --state {name}\n\
+                     # From this slot on the replay equals what was sent:\n\
+                     # complete_from = {complete_from}\n\n{site}"
+                ),
+            )?;
+            numbers_file = Some(NumbersFile::begin(&path(Series::Input, "numbers.json"), numbers)?);
+            write_atomically(&path(Series::Input, "registration.json"), registration)?;
+        }
         let decisions_path = path(Series::Input, CORRELATIONS);
         if !held.is_empty() {
             write_atomically(&decisions_path, held)?;
@@ -217,15 +221,15 @@ impl RecordingSegment {
             write_atomically(&path(Series::Input, ENGINE), state)?;
         }
         let input = PcapFile::begin(path(Series::Input, "pcap"))?;
-        let output =
-            beginning.with_output.then(|| PcapFile::begin(path(Series::Output, "pcap"))).transpose()?;
+        let is_service = beginning.contents == RecordedContents::Service;
+        let output = is_service.then(|| PcapFile::begin(path(Series::Output, "pcap"))).transpose()?;
         Ok(Self {
             directory: directory.to_owned(),
             stamp: stamp.to_owned(),
             began,
             input,
             output,
-            numbers,
+            numbers: numbers_file,
             decisions_path,
         })
     }
@@ -242,7 +246,7 @@ impl RecordingSegment {
 
     /// Records a transponder's number: without it a replay, which does not see data before the file, would assign others.
     pub(super) fn numbered(&mut self, given: &Given) -> io::Result<()> {
-        self.numbers.add(given)
+        self.numbers.as_mut().map_or(Ok(()), |numbers| numbers.add(given))
     }
 
     /// Records a decision; the line includes its line feed.

@@ -14,6 +14,7 @@ use bytes::Bytes;
 use jiff::SignedDuration;
 use tracing::{error, info, warn};
 
+use super::RecordedContents;
 use super::leftovers;
 use super::queue::RecorderCounters;
 use super::recorded::RecordingItem;
@@ -49,7 +50,7 @@ pub(super) struct RecordingWriter {
     /// Size of a full file, in octets.
     rotate: u64,
     retention: Retention,
-    with_output: bool,
+    contents: RecordedContents,
     site: String,
     /// Destination address of each line's datagrams.
     lines: Vec<SocketAddrV4>,
@@ -88,7 +89,7 @@ impl RecordingWriter {
         config: &Config,
         record: &Record,
         numbers: Vec<Given>,
-        with_output: bool,
+        contents: RecordedContents,
         counters: Arc<RecorderCounters>,
     ) -> Self {
         let grid = SlotGrid::new(config.fusion.slot);
@@ -96,7 +97,7 @@ impl RecordingWriter {
             directory: record.dir.clone(),
             rotate: u64::from(record.rotate_mib) << 20,
             retention: Retention::of(record),
-            with_output,
+            contents,
             site: config.to_string(),
             lines: udp::lines(config).iter().map(udp::ConfiguredLine::destination).collect(),
             output: flow(config.output.sink(Feed::RECORDED)),
@@ -278,7 +279,7 @@ impl RecordingWriter {
             registration: &self.registration,
             held: &self.held,
             checkpoint: self.checkpoint.as_deref(),
-            with_output: self.with_output,
+            contents: self.contents,
         })?);
         // An attempt that may fail again must not remove recordings.
         if !self.failing {
