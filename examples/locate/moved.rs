@@ -20,7 +20,7 @@ pub struct Fate {
     pub turned_deg: f64,
 }
 
-/// Minutes of drones with a transponder, seen by the radar or not, until the position was contradicted or a step was found; before the fate: a false alert.
+/// Minutes of drones with a transponder, seen by the radar or not, until the position was contradicted or a step was found; before the fate: a false contradiction.
 pub struct Noticed {
     pub false_alert: bool,
     pub after: Option<f64>,
@@ -74,7 +74,7 @@ pub fn notice(seed: u64, minutes: f64, fate: Fate) -> Result<(String, Noticed), 
         let is_step = |since: Time| registered.step.is_some_and(|step| step.time >= since);
         let is_contradicted = registered.place().is_some_and(|place| place.contradicts);
         if !is_moved {
-            noticed.false_alert |= is_contradicted || is_step(start);
+            noticed.false_alert |= is_contradicted;
         } else if noticed.after.is_none() && (is_contradicted || is_step(half)) {
             noticed.after = Some(since);
         }

@@ -45,7 +45,34 @@ fn service_without_input_shows_no_data() {
     );
     browser.wait(&format!("{BADGE} === 'NO DATA since 03:15:20'"), SOON);
     sensor_without_a_state_is_not_known(&mut browser);
+    misplaced_radar_has_a_button(&mut browser);
 }
+
+/// A radar whose tracks contradict its position can be moved, and an answer that refuses it is shown.
+fn misplaced_radar_has_a_button(browser: &mut Browser) {
+    let refusal = r#"{"status": 409, "title": "Conflict", "detail": "there is nothing to apply"}"#;
+    browser.fail(&[("/api/v1/sensors", 200, MISPLACED), ("/api/v1/relocations/north", 409, refusal)]);
+    let light = "document.querySelector('#sensors [data-id=north] button')";
+    browser.wait(&format!("{light}?.getAttribute('aria-label') === 'Sensor north: degraded'"), SOON + SOON);
+    browser.run(&format!("{light}.click()"));
+    let panel = "document.getElementById('sensor-panel')";
+    let says = "31 m west, 14 m north ± 7 m: contradicts its position";
+    browser.wait(&format!("{panel}.textContent.includes({says:?})"), SOON);
+    let button = format!("{panel}.querySelector('button.decide')");
+    browser.wait(&format!("{button}?.textContent === 'Apply this position'"), SOON);
+    browser.run(&format!("{button}.focus(), {button}.click()"));
+    browser.wait(&format!("{panel}.textContent.includes('there is nothing to apply')"), SOON);
+    assert_eq!(browser.text(&format!("String(document.activeElement === {button})")), "true");
+    let moved = MISPLACED.replace("\"place\"", "\"relocated\"");
+    browser.fail(&[("/api/v1/sensors", 200, &moved), ("/api/v1/relocations/north/revoke", 409, refusal)]);
+    browser.wait(&format!("{button}?.textContent === 'Use the configured position again'"), SOON + SOON);
+    browser.run(&format!("{panel}.hidePopover()"));
+}
+
+const MISPLACED: &str = r#"{"type": "FeatureCollection", "time": "2026-03-14T03:15:42Z", "unknown": [], "features": [
+    {"type": "Feature", "geometry": null, "properties": {"id": "north", "kind": "radar", "sac": 1, "sic": 1, "state": "degraded",
+    "reasons": ["its tracks contradict its position"], "lines": [], "registration": {"mode": "apply", "applied": false, "place":
+    {"east_m": -31.2, "north_m": 14.1, "east_sigma_m": 7.3, "north_sigma_m": 7.2, "contradicts": true}}}}]}"#;
 
 /// A camera has neither SAC nor SIC, and no state before its first report.
 fn sensor_without_a_state_is_not_known(browser: &mut Browser) {

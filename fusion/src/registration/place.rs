@@ -29,7 +29,7 @@ const ANYWHERE_M: f64 = 1e5;
 /// Distance from the configured position, in deviations, from which the data contradict it.
 const CONTRADICTED: f64 = 5.0;
 /// The same without any one transponder: a transponder with a constant error of position looks like a displaced radar.
-const CONFIRMED: f64 = 3.0;
+const CONFIRMED: f64 = 2.5;
 /// Distance from the configured position from which it is worth an alert, metres. Errors of GNSS receivers and of maps that all
 /// transponders share are smaller.
 const WORTH_M: f64 = 15.0;
