@@ -98,6 +98,25 @@ pub enum AppendResult {
     Unknown,
 }
 
+impl AppendResult {
+    /// Result of an append whose message name is that of an earlier message. That message has the sequence `there`; `is_output`
+    /// states whether it is among the cell's outputs, and `is_same` whether it is the same output. `None`: the output is sent
+    /// again under another name.
+    pub(crate) const fn of_taken_name(
+        there: u64,
+        expected: u64,
+        is_output: bool,
+        is_same: bool,
+    ) -> Option<Self> {
+        match (is_output, is_same) {
+            (true, true) => Some(Self::Stored(there)),
+            // Whether that message is valid is found by reading it.
+            (true, false) if there > expected => Some(Self::Refused),
+            _ => None,
+        }
+    }
+}
+
 /// A cell's outputs after a sequence, as read from the stream's leader.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tail {

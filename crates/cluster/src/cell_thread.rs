@@ -201,11 +201,15 @@ fn handle(cell: &mut Cell<SiteEngine>, inputs: CellInput) -> Result<(), CellLoss
 }
 
 /// The clocks of this process.
-#[expect(clippy::disallowed_methods, reason = "what is due is timed by a clock that nobody sets")]
 pub(super) fn clocks() -> ClockReading {
+    ClockReading { steady: steady(), wall: now() }
+}
+
+/// Time since the process started, by a clock that is never set.
+#[expect(clippy::disallowed_methods, reason = "what is due is timed by a clock that nobody sets")]
+pub(super) fn steady() -> SignedDuration {
     static BEGAN: LazyLock<Instant> = LazyLock::new(Instant::now);
-    let steady = SignedDuration::try_from(BEGAN.elapsed()).unwrap_or(SignedDuration::MAX);
-    ClockReading { steady, wall: now() }
+    SignedDuration::try_from(BEGAN.elapsed()).unwrap_or(SignedDuration::MAX)
 }
 
 /// Sends a message to the cell's thread. Returns whether the thread is still running.

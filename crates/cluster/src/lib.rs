@@ -9,6 +9,7 @@
 
 mod audience;
 mod batches;
+mod block_procedure;
 mod cell;
 mod cell_thread;
 mod cells;
@@ -17,6 +18,7 @@ mod differing_members;
 mod engine;
 mod gateway;
 mod gateway_report;
+mod lease_rules;
 mod log;
 mod malformed_message;
 mod member_clock;

@@ -8,7 +8,7 @@ use super::{Log, LogError, keys};
 use fusion::time::Time;
 
 /// Holder of an entry, until the entry expires.
-#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Holder {
     /// Name of the node.
     pub node: String,
@@ -22,7 +22,7 @@ pub struct Holder {
 }
 
 /// An entry with its holder.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct HeldEntry {
     /// The holder.
     pub by: Holder,
@@ -31,7 +31,7 @@ pub struct HeldEntry {
 }
 
 /// State of an entry that a node may hold.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum EntryState {
     /// No entry exists.
     Free,
@@ -42,7 +42,7 @@ pub enum EntryState {
 }
 
 /// Result of an attempt to renew an entry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Renewal {
     /// The entry is renewed, under this number.
     Until(u64),

@@ -5,15 +5,13 @@ use async_nats::jetstream::kv::{CreateErrorKind, Operation};
 use tracing::warn;
 
 use super::{Log, LogError, keys};
+use crate::block_procedure::{BlockAnswer, BlockProcedure, BlockRequest, BlockStep};
 use crate::region::{BLOCK, CellMessage, CellMessageContent, FIRST_BLOCK, LAST_BLOCK, number_table};
 use fusion::Identity;
 use site::territory::CellName;
 
 /// Number of blocks.
 const BLOCKS: u32 = (LAST_BLOCK - FIRST_BLOCK) / BLOCK + 1;
-/// Number of the last taken blocks that are checked for a repeated request: a new owner repeats requests that were answered
-/// already.
-const LATEST: usize = 4;
 
 impl Log {
     /// Answers a request to the table of numbers. Returns the answer, if there is one. A repeated request has the same answer.
@@ -95,39 +93,53 @@ impl Log {
 
     /// Takes a block for the cell that sent this request. Returns its first number; `None` if all blocks are taken.
     async fn take_block(&self, message: &CellMessage) -> Result<Option<u32>, LogError> {
-        let taken = keys(&self.numbers, &self.numbers_stream, "b.").await?;
-        let mut taken: Vec<u32> =
-            taken.iter().filter_map(|key| key.strip_prefix("b.")?.parse().ok()).collect();
-        taken.retain(|block| *block < BLOCKS);
-        taken.sort_unstable();
         let name = |block: u32| format!("b.{block}");
-        for &block in taken.iter().rev().take(LATEST) {
-            if self.number_entry(&name(block)).await?.is_some_and(|whose| whose == message.id()) {
-                return Ok(Some(FIRST_BLOCK + block * BLOCK));
+        let (mut procedure, mut request) = BlockProcedure::new(message.id(), BLOCKS);
+        loop {
+            let answer = match request {
+                BlockRequest::List => {
+                    let taken = keys(&self.numbers, &self.numbers_stream, "b.").await?;
+                    BlockAnswer::Taken(
+                        taken.iter().filter_map(|key| key.strip_prefix("b.")?.parse().ok()).collect(),
+                    )
+                }
+                BlockRequest::Read(block) => BlockAnswer::Name(self.number_entry(&name(block)).await?),
+                BlockRequest::Create(block) => match self.create_number(&name(block), &message.id()).await? {
+                    true => BlockAnswer::Created,
+                    false => BlockAnswer::Exists,
+                },
+            };
+            match procedure.handle(answer) {
+                BlockStep::Request(next) => request = next,
+                BlockStep::End(block) => {
+                    if block.is_none() {
+                        warn!("all numbers of the region are taken");
+                    }
+                    return Ok(block.map(|block| FIRST_BLOCK + block * BLOCK));
+                }
             }
         }
-        for block in (0..BLOCKS).filter(|block| taken.binary_search(block).is_err()) {
-            if self.create_or_read(&name(block), &message.id()).await? == message.id() {
-                return Ok(Some(FIRST_BLOCK + block * BLOCK));
-            }
-        }
-        warn!("all numbers of the region are taken");
-        Ok(None)
     }
 
     /// Returns the entry of a key, and creates it with `text` if it is missing.
     async fn create_or_read(&self, key: &str, text: &str) -> Result<String, LogError> {
         loop {
-            match self.numbers.create(key, text.to_owned().into()).await {
-                Ok(_) => return Ok(text.to_owned()),
-                Err(error) if error.kind() == CreateErrorKind::AlreadyExists => {
-                    // The entry may have been deleted since.
-                    if let Some(entry) = self.number_entry(key).await? {
-                        return Ok(entry);
-                    }
-                }
-                Err(error) => return Err(LogError::unanswered(error)),
+            if self.create_number(key, text).await? {
+                return Ok(text.to_owned());
             }
+            // The entry may have been deleted since.
+            if let Some(entry) = self.number_entry(key).await? {
+                return Ok(entry);
+            }
+        }
+    }
+
+    /// Creates the entry of a key. `false` if one exists.
+    async fn create_number(&self, key: &str, text: &str) -> Result<bool, LogError> {
+        match self.numbers.create(key, text.to_owned().into()).await {
+            Ok(_) => Ok(true),
+            Err(error) if error.kind() == CreateErrorKind::AlreadyExists => Ok(false),
+            Err(error) => Err(LogError::unanswered(error)),
         }
     }
 

@@ -113,17 +113,16 @@ impl Log {
                 }
                 Err(_) => return AppendResult::Unknown,
             };
-            match self.output.get_raw_message(there).await {
-                Ok(message) if *message.subject == *subject && message.payload == body => {
-                    return AppendResult::Stored(there);
+            let result = match self.output.get_raw_message(there).await {
+                Ok(message) => {
+                    let is_output = *message.subject == *subject;
+                    AppendResult::of_taken_name(there, expected, is_output, message.payload == body)
                 }
-                // Whether that message is valid is found by reading it.
-                Ok(message) if *message.subject == *subject && there > expected => {
-                    return AppendResult::Refused;
-                }
-                Ok(_) => {}
-                Err(error) if is_gone(&error.kind()) => {}
-                Err(_) => return AppendResult::Unknown,
+                Err(error) if is_gone(&error.kind()) => None,
+                Err(_) => Some(AppendResult::Unknown),
+            };
+            if let Some(result) = result {
+                return result;
             }
             self.skips.note(&format!("out.{cell}"), "under the name of a slot that it does not hold");
             name = format!("{cell}:{}:{there}", output.slot.0);
