@@ -25,6 +25,8 @@ const RECEPTION_MARGIN: SignedDuration = SignedDuration::from_micros(1);
 const MAX_REFUSED: usize = 10_000;
 /// Maximum number of slots that an owner makes in one call of [`Cell::pump`].
 const MAX_SLOTS_PER_CALL: usize = 4;
+/// Time after an outage of the log, in addition to the wait for sensors, within which gateways repeat their requests.
+const RETURN_WAIT: SignedDuration = SignedDuration::from_secs(1);
 
 /// A cell's engine. The same inputs at the same times produce the same outputs, byte for byte.
 pub trait CellEngine {
@@ -130,6 +132,17 @@ pub struct Tail {
     pub is_mine: bool,
 }
 
+/// Whether the log answers an owner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum LogState {
+    /// It answers. Slots made before this time wait for data that gateways have kept.
+    Available(Option<Time>),
+    /// It has answered again since the last call of [`Cell::pump`].
+    Returned,
+    /// The last request was not answered.
+    Away,
+}
+
 /// A node's role in a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum CellRole {
@@ -205,6 +218,7 @@ pub struct Cell<E> {
     /// Whether more slots could be made at once.
     has_due_slots: bool,
     is_tail_unknown: bool,
+    log_state: LogState,
 }
 
 impl<E: CellEngine> Cell<E> {
@@ -247,6 +261,7 @@ impl<E: CellEngine> Cell<E> {
             is_request_pending: false,
             has_due_slots: false,
             is_tail_unknown: false,
+            log_state: LogState::Available(None),
         }
     }
 
@@ -368,13 +383,19 @@ impl<E: CellEngine> Cell<E> {
             && self.last_known_output >= until
         {
             self.role = CellRole::Owner { epoch };
+            // The log may have been away for the previous owner.
+            self.log_state = LogState::Returned;
             self.is_tail_unknown = self.greater_epoch.is_some();
             self.start_publishing(epoch);
             // The previous owner may have been lost before it sent its messages.
             self.outbox.extend(self.engine.recent_messages());
         }
         if let CellRole::Owner { epoch } = self.role {
-            self.run_owner(epoch, self.now(now));
+            let now = self.now(now);
+            if self.log_state == LogState::Returned {
+                self.log_state = LogState::Available(Some(now + self.wait + RETURN_WAIT));
+            }
+            self.run_owner(epoch, now);
         }
         Ok(())
     }
@@ -429,12 +450,22 @@ impl<E: CellEngine> Cell<E> {
     /// Handles the answer to [`LogRequest::Append`].
     pub fn handle_append(&mut self, appended: AppendResult) {
         self.is_request_pending = false;
+        self.note_answer(appended != AppendResult::Unknown);
         match appended {
             // The output may be read before it is acknowledged.
             AppendResult::Stored(sequence) if sequence <= self.published => {}
             AppendResult::Stored(sequence) => self.confirm_stored(sequence),
             AppendResult::Refused | AppendResult::Unknown => self.is_tail_unknown = true,
         }
+    }
+
+    /// Notes whether the log has answered a request.
+    const fn note_answer(&mut self, is_answered: bool) {
+        self.log_state = match (is_answered, self.log_state) {
+            (false, _) => LogState::Away,
+            (true, LogState::Away) => LogState::Returned,
+            (true, state) => state,
+        };
     }
 
     /// Handles inputs, and makes each slot once every sensor has reported up to its due time, or the wait is over.
@@ -491,9 +522,17 @@ impl<E: CellEngine> Cell<E> {
             Some((_, LoggedMessage::Input(input), false)) => self.grid.open(input.slot) >= latest,
             Some(_) | None => false,
         };
-        // Unread input is not silence of a sensor.
+        // Unread input is not silence of a sensor, and neither is an outage of the log, during which gateways keep their data.
         let is_all_read = self.inputs.is_empty() && !self.has_more || self.refused.len() >= MAX_REFUSED;
-        is_complete || is_passed || is_all_read && now >= latest
+        let is_silent = match self.log_state {
+            // Reference time may have been set back.
+            LogState::Available(until) => {
+                let is_over = |until: Time| now >= until || until - now > self.wait + RETURN_WAIT;
+                now >= latest && until.is_none_or(is_over)
+            }
+            LogState::Returned | LogState::Away => false,
+        };
+        is_complete || is_passed || is_all_read && is_silent
     }
 
     fn handle(&mut self, logged: LoggedMessage) {

@@ -10,8 +10,9 @@ mod world;
 use std::collections::BTreeSet;
 
 use fusion::slots::{Slot, SlotGrid};
+use jiff::SignedDuration;
 
-use super::cell::{AppendResult, Cell, LogRequest, Tail};
+use super::cell::{AppendResult, Cell, CellEngine as _, LogRequest, Tail};
 use super::engine::{SiteEngine, pictures};
 use super::message::{CellOutput, LoggedMessage};
 use super::reference_clock::ClockReading;
@@ -174,6 +175,72 @@ fn late_owner_publishes_every_slot_as_it_catches_up() {
         outputs.iter().take(expected.len()).map(|output| (output.slot, output.picture.clone())).collect()
     };
     assert_eq!(pictures(&published), pictures(expected));
+}
+
+/// Gateways keep their data while the log is away. It belongs into the slots that are due meanwhile.
+#[test]
+fn slots_of_an_outage_wait_for_the_data_kept() {
+    let world = flown(0, Faults::none());
+    let grid = SlotGrid::default();
+    let slot_of = |logged: &LoggedMessage| match logged {
+        LoggedMessage::Input(input) => input.slot,
+        LoggedMessage::Message(message) => message.slot,
+    };
+    let away = slot_of(&world.inputs()[world.inputs().len() / 3]);
+    let read = world.inputs().iter().take_while(|logged| slot_of(logged) <= away).count();
+    let at = |seconds: f64| {
+        let wall = grid.open(away.plus(1)) + SignedDuration::from_secs_f64(seconds);
+        ClockReading { wall, ..ClockReading::default() }
+    };
+    let mut cell = owned();
+    for (sequence, input) in (1..).zip(&world.inputs()[..read]) {
+        cell.add_input(sequence, input.clone());
+    }
+    let (mut published, mut before) = (Vec::new(), None);
+    let publish = |cell: &mut Cell<Toy>, published: &mut Vec<CellOutput>, now| {
+        loop {
+            cell.pump(now).unwrap();
+            let Some(LogRequest::Append { output, .. }) = cell.next_request() else { break };
+            published.push(output);
+            cell.handle_append(AppendResult::Stored(published.len() as u64));
+        }
+    };
+    publish(&mut cell, &mut published, at(0.1));
+    // An owner that has just taken over waits a little longer.
+    for step in 16..100 {
+        let now = at(f64::from(step) * 0.1);
+        cell.pump(now).unwrap();
+        match cell.next_request() {
+            Some(LogRequest::Append { .. }) => cell.handle_append(AppendResult::Unknown),
+            Some(LogRequest::Tail(_)) => cell.handle_tail(Err(())).unwrap(),
+            _ => {}
+        }
+        let due = before.get_or_insert(cell.engine().next_due());
+        assert_eq!(cell.engine().next_due(), *due, "a slot is made after {step} tenths of a second");
+    }
+    assert!(!published.is_empty() && matches!(cell.next_request(), Some(LogRequest::Tail(_))));
+    let last = published.len() as u64;
+    cell.handle_tail(Ok(Tail { outputs: Vec::new(), last, is_complete: true, is_mine: true })).unwrap();
+    publish(&mut cell, &mut published, at(10.0));
+    let known = published.len();
+    for (sequence, input) in (1..).zip(world.inputs()).skip(read) {
+        cell.add_input(sequence, input.clone());
+    }
+    publish(&mut cell, &mut published, at(10.3));
+    assert!(published.len() > known + 30, "{} of {known}", published.len());
+    for output in &published[known..] {
+        let is_before = |(_, logged): &(u64, &LoggedMessage)| slot_of(logged) < output.slot.plus(25);
+        let due = (1..).zip(world.inputs()).take_while(is_before).count() as u64;
+        assert!(
+            output.after_input >= due,
+            "slot {} is made after {} of {due}",
+            output.slot.0,
+            output.after_input
+        );
+    }
+    // Nothing comes any more: only so long do slots wait.
+    cell.pump(at(50.0)).unwrap();
+    assert!(cell.next_request().is_some());
 }
 
 /// A standby discards the same data as the owner, also after a takeover.

@@ -95,6 +95,7 @@ impl<E: CellEngine> Cell<E> {
     /// Another node owns the cell.
     pub fn handle_tail(&mut self, tail: Result<Tail, ()>) -> Result<(), CellLoss> {
         self.is_request_pending = false;
+        self.note_answer(tail.is_ok());
         let Ok(Tail { outputs, last, is_complete, is_mine }) = tail else { return Ok(()) };
         // The lease may have changed between this answer and an output read since: request it again.
         let is_current = self.greater_epoch.is_none() || self.is_tail_requested;
