@@ -57,7 +57,8 @@ pub(crate) struct BlockProcedure {
 }
 
 impl BlockProcedure {
-    pub(crate) fn new(name: String, blocks: u32) -> (Self, BlockRequest) {
+    /// Takes a block of a table with this number of blocks, under the name of the request.
+    pub(crate) fn take(name: String, blocks: u32) -> (Self, BlockRequest) {
         (Self { name, blocks, taken: Vec::new(), stage: Stage::List }, BlockRequest::List)
     }
 

@@ -1,6 +1,8 @@
 //! A node's copy of a cell: it follows the owner's outputs, or owns the cell.
 
 mod inputs;
+#[cfg(test)]
+mod model_state;
 mod outputs;
 
 use std::collections::VecDeque;
@@ -133,7 +135,7 @@ pub struct Tail {
 }
 
 /// Whether the log answers an owner.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum LogState {
     /// It answers. Slots made before this time wait for data that gateways have kept.
     Available(Option<Time>),
@@ -156,6 +158,7 @@ enum CellRole {
 
 /// A node's copy of a cell.
 #[derive(Debug)]
+#[cfg_attr(test, derive(Clone))]
 pub struct Cell<E> {
     engine: E,
     grid: SlotGrid,

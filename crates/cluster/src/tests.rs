@@ -2,8 +2,10 @@
 
 mod cells;
 mod clocks;
+mod number_blocks;
 mod number_table;
 mod site;
+mod takeover;
 mod toy;
 mod world;
 
@@ -229,11 +231,17 @@ fn slots_of_an_outage_wait_for_the_data_kept() {
     publish(&mut cell, &mut published, at(10.3));
     assert!(published.len() > known + 30, "{} of {known}", published.len());
     for output in &published[known..] {
-        let is_before = |(_, logged): &(u64, &LoggedMessage)| slot_of(logged) < output.slot.plus(25);
-        let due = (1..).zip(world.inputs()).take_while(is_before).count() as u64;
+        let (last, read) = (output.slot.plus(24), &world.inputs()[..output.after_input as usize]);
+        let is_read = |sic| {
+            let is_it = |logged: &LoggedMessage| match logged {
+                LoggedMessage::Input(input) => input.sensor.sic == sic && input.slot == last,
+                LoggedMessage::Message(_) => false,
+            };
+            read.iter().any(is_it)
+        };
         assert!(
-            output.after_input >= due,
-            "slot {} is made after {} of {due}",
+            is_read(1) && is_read(2),
+            "slot {} is made after input {}",
             output.slot.0,
             output.after_input
         );

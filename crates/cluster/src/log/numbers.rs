@@ -94,7 +94,7 @@ impl Log {
     /// Takes a block for the cell that sent this request. Returns its first number; `None` if all blocks are taken.
     async fn take_block(&self, message: &CellMessage) -> Result<Option<u32>, LogError> {
         let name = |block: u32| format!("b.{block}");
-        let (mut procedure, mut request) = BlockProcedure::new(message.id(), BLOCKS);
+        let (mut procedure, mut request) = BlockProcedure::take(message.id(), BLOCKS);
         loop {
             let answer = match request {
                 BlockRequest::List => {
