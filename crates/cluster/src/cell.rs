@@ -103,9 +103,9 @@ pub enum AppendResult {
 }
 
 impl AppendResult {
-    /// Result of an append whose message name is that of an earlier message. That message has the sequence `there`; `is_output`
-    /// states whether it is among the cell's outputs, and `is_same` whether it is the same output. `None`: the output is sent
-    /// again under another name.
+    /// Result of an append whose message name was taken by the message with the sequence `there`. `is_output` states whether that
+    /// message is among the cell's outputs, and `is_same` whether its content is the same. `None`: the output is sent again under
+    /// another name.
     pub(crate) const fn of_taken_name(
         there: u64,
         expected: u64,

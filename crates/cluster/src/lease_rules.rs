@@ -3,8 +3,8 @@
 //! Each is an entry of the log that expires unless it is renewed. A procedure states its next request for the entry, and handles the
 //! answer. Other processes may write there, too: octets that no node can have written are overwritten, and the node continues.
 //!
-//! The rules decide which node publishes soon. That two nodes never publish the same slot does not depend on them, but on the
-//! log, which refuses an output behind one that its sender has not read.
+//! The rules decide which node publishes soon. The log prevents that two nodes publish the same slot: it refuses an output behind
+//! one that its sender has not read.
 
 use jiff::SignedDuration;
 
@@ -50,7 +50,7 @@ pub(crate) struct Lease {
     pub(crate) challenged: Option<SignedDuration>,
 }
 
-/// What a node has noted of a cell's role.
+/// Times that a node has noted about a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct RoleMemory {
     /// Time at which an output of the cell was last read.
@@ -68,7 +68,7 @@ pub(crate) trait PeerReports {
     fn is_standby(&self, by: &Holder) -> bool;
 }
 
-/// What a node knows when it decides.
+/// Knowledge of a node when it decides.
 #[derive(Debug)]
 pub(crate) struct RoleView<'a, P> {
     /// This run of the node.
@@ -146,14 +146,14 @@ pub(crate) enum RoleStep<T> {
     End(T),
 }
 
-/// What a lease procedure waits for.
+/// Request whose answer a lease procedure waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum LeaseStage {
-    /// Of taking the lease: its creation, its state, and the replacement of an entry that no owner keeps.
+    /// Creation of a lease, its state, and replacement of an entry that no owner keeps.
     Create,
     Look,
     Claim,
-    /// Of a renewal: the replacement of the node's own entry, and the entry's state if that failed.
+    /// Replacement of the node's own entry in a renewal, and the entry's state if that failed.
     Renew,
     Check,
     /// Creation of the lease after it has expired.
@@ -323,7 +323,7 @@ fn ended(lease: Lease, events: Vec<LeaseEvent>, is_soon: bool) -> RoleStep<Lease
     RoleStep::End(LeaseEnd { lease: Some(lease), events, is_soon, has_false_name: false })
 }
 
-/// What a standby procedure waits for.
+/// Aim of a standby procedure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum StandbyStage {
     /// Taking the role. `is_long` states that other octets have been there for longer than a lease lasts.

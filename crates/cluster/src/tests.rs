@@ -246,7 +246,7 @@ fn slots_of_an_outage_wait_for_the_data_kept() {
             output.after_input
         );
     }
-    // Nothing comes any more: only so long do slots wait.
+    // Slots without data wait for a limited time.
     cell.pump(at(50.0)).unwrap();
     assert!(cell.next_request().is_some());
 }

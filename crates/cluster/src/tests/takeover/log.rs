@@ -37,7 +37,7 @@ pub(super) fn holder((node, run): Run) -> Holder {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Operation {
     Entry(EntryRequest),
-    /// Replaces the entry with this number, by a node that has no lease: its next number is that of a new one.
+    /// Replaces the entry with this number. The node has no lease, and the number is that of a new one.
     Claim(u64),
     /// Deletes the entry with this number.
     Delete(u64),

@@ -21,7 +21,7 @@ pub(super) struct Recorder {
 /// Stands for a slot in the history.
 const SLOT: u8 = u8::MAX;
 
-/// Slots so long that the waits of an owner end before the next one is due.
+/// Slots of a minute: an owner's waits end before the next slot is due.
 pub(super) fn grid() -> SlotGrid {
     SlotGrid::new(SignedDuration::from_secs(60))
 }

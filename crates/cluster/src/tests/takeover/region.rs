@@ -82,7 +82,7 @@ pub(super) enum Port {
 
 const PORTS: [Port; 2] = [Port::Lease, Port::Cell];
 
-/// What other nodes know of a node by its report.
+/// A node's last report.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 struct Report {
     run: u8,
@@ -559,14 +559,14 @@ impl Region {
         self.settle(index, Ok(()));
     }
 
-    /// Ends the node's part in the cell. What it has sent may still be executed.
+    /// Ends the node's part in the cell. Its requests may still be executed.
     fn end(&mut self, index: usize) {
         PORTS.into_iter().for_each(|port| self.give_up(index, port));
         let node = &mut self.nodes[index];
         *node = Node { run: node.run, is_late: node.is_late, ..Node::new() };
     }
 
-    /// Gives a request up. The task is told that there was no answer.
+    /// Gives a request up. The task receives no answer.
     fn give_up(&mut self, index: usize, port: Port) {
         let node = &mut self.nodes[index];
         let by = (index, node.run);
@@ -778,7 +778,7 @@ impl Region {
     }
 }
 
-/// What a task is told if there was no answer.
+/// Result of a request without an answer.
 fn unanswered(call: &Call) -> Answer {
     match call {
         Call::Asked(Operation::Entry(EntryRequest::Create))
