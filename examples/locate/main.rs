@@ -32,7 +32,7 @@ struct Args {
     /// Prints each site.
     #[arg(long)]
     each: bool,
-    /// Moves the radar by these metres after half of each flight, and tells how soon the live check notices it.
+    /// Moves the radar by these metres after half of each flight, and prints how soon the live check notices it.
     #[arg(long, conflicts_with = "turned")]
     moved: Option<f64>,
     /// Turns it by these degrees instead.

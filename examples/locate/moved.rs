@@ -11,7 +11,7 @@ use service::live::{Driver, DriverEvent};
 use site::areas::Masks;
 use site::config::Profile;
 
-/// What happens to the radar after half of the flight.
+/// Change of the radar after half of the flight.
 #[derive(Clone, Copy)]
 pub struct Fate {
     /// Metres, in a direction that depends on the seed.

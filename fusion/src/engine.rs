@@ -373,7 +373,7 @@ impl Engine {
         overrides.into_values().collect()
     }
 
-    /// Moves a radar from the next slot on: its plots, and what is computed from its position. Its registration begins anew.
+    /// Moves a radar from the next slot on: its plots, and what is computed from its position. Its registration restarts.
     /// Returns `false` if the profile has no relocations, there is no such radar, or nothing was received yet.
     pub fn relocate(&mut self, decided: RadarRelocation) -> bool {
         match (&mut self.rules, self.clock) {

@@ -405,11 +405,11 @@ impl Operational {
         Ok(())
     }
 
-    /// Moves a radar to another position from the slot `since` on. `is_new`: its registration begins anew.
+    /// Moves a radar to another position from the slot `since` on. `is_new`: its registration restarts.
     pub(crate) fn relocate(&mut self, decided: RadarRelocation, since: Slot, is_new: bool) {
         self.relocations.set(decided, since);
         if is_new {
-            self.registrations.begin_anew(decided.radar);
+            self.registrations.restart(decided.radar);
         }
     }
 

@@ -124,7 +124,7 @@ async fn misplaced_radar_is_degraded_until_it_is_moved() {
         }
         tokio::time::sleep(Duration::from_millis(10)).await;
     };
-    // The map shows it at its new place, and its registration begins anew.
+    // The map shows it at its new place, and its registration restarts.
     assert_eq!(moved["properties"]["registration"]["relocated"]["north_m"], place["north_m"]);
     assert!(moved["properties"]["registration"].get("place").is_none(), "{moved}");
     for (axis, key) in [(0, "longitude_deg"), (1, "latitude_deg")] {

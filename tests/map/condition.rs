@@ -63,8 +63,8 @@ fn misplaced_radar_has_a_button(browser: &mut Browser) {
     browser.run(&format!("{button}.focus(), {button}.click()"));
     browser.wait(&format!("{panel}.textContent.includes('there is nothing to apply')"), SOON);
     assert_eq!(browser.text(&format!("String(document.activeElement === {button})")), "true");
-    let moved = MISPLACED.replace("\"place\"", "\"relocated\"");
-    browser.fail(&[("/api/v1/sensors", 200, &moved), ("/api/v1/relocations/north/revoke", 409, refusal)]);
+    let moved = MISPLACED.replace("\"place\"", "\"relocated\"").leak();
+    browser.fail(&[("/api/v1/sensors", 200, moved), ("/api/v1/relocations/north/revoke", 409, refusal)]);
     browser.wait(&format!("{button}?.textContent === 'Use the configured position again'"), SOON + SOON);
     browser.run(&format!("{panel}.hidePopover()"));
 }

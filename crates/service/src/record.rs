@@ -41,14 +41,14 @@ pub use recorded::RecordingItem;
 /// Maximum number of datagrams waiting for the disk: some seconds at the busiest site.
 const QUEUE: usize = 16_384;
 
-/// What is recorded beside the datagrams received.
+/// Contents of a recording, beside the datagrams received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecordedContents {
     /// All files of a service.
     Service,
     /// The files that a replay of the input needs.
     Input,
-    /// Nothing: no configuration belongs to the datagrams.
+    /// Only datagrams: no configuration belongs to them.
     Datagrams,
 }
 

@@ -302,8 +302,8 @@ impl Registrations {
         Ok(())
     }
 
-    /// Begins a radar's registration anew, because it was moved in the settings. Its errors do not depend on where it stands.
-    pub(super) fn begin_anew(&mut self, sensor: SensorIndex) {
+    /// Restarts a radar's registration, because the radar was moved. Its errors do not depend on where it stands.
+    pub(super) fn restart(&mut self, sensor: SensorIndex) {
         if let Some(known) = self.radars.remove(&sensor) {
             let anew = Registered { learning: known.learning, ..Registered::default() };
             self.radars.insert(sensor, anew);

@@ -81,7 +81,7 @@ impl Displacement {
 /// Information about the displacement, and together with p, from one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct PlaceInformation {
-    /// Of p (rows) and the displacement.
+    /// Information about p (rows) together with the displacement (columns).
     pub(super) cross: nalgebra::Matrix6x2<f64>,
     pub(super) matrix: Matrix2<f64>,
     pub(super) vector: Vector2<f64>,

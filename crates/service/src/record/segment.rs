@@ -163,7 +163,7 @@ pub(super) struct SegmentStart<'a> {
     pub(super) held: &'a str,
     /// State of the pipeline, if available.
     pub(super) checkpoint: Option<&'a [u8]>,
-    /// What is recorded.
+    /// Contents of the recording.
     pub(super) contents: RecordedContents,
 }
 
