@@ -188,7 +188,7 @@ impl LeaseProcedure {
     #[cfg(test)]
     pub(crate) fn for_each_time(&mut self, change: impl Fn(&mut SignedDuration)) {
         change(&mut self.asked);
-        for lease in &mut self.lease {
+        if let Some(lease) = &mut self.lease {
             change(&mut lease.renewed);
             lease.challenged.iter_mut().for_each(&change);
         }

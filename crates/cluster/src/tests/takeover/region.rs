@@ -203,7 +203,7 @@ impl Node {
         self.is_renewed = false;
         later(&mut self.memory.last_output_read);
         self.memory.false_name.iter_mut().for_each(later);
-        for lease in &mut self.lease {
+        if let Some(lease) = &mut self.lease {
             later(&mut lease.renewed);
             lease.challenged.iter_mut().for_each(later);
         }
