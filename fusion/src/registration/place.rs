@@ -30,6 +30,8 @@ const ANYWHERE_M: f64 = 1e5;
 const CONTRADICTED: f64 = 5.0;
 /// The same without any one transponder: a transponder with a constant error of position looks like a displaced radar.
 const CONFIRMED: f64 = 2.5;
+/// Share of these limits from which a contradiction lasts, so that an alert does not flicker.
+const LASTING: f64 = 0.7;
 /// Distance from the configured position from which it is worth an alert, metres. Errors of GNSS receivers and of maps that all
 /// transponders share are smaller.
 const WORTH_M: f64 = 15.0;
@@ -162,10 +164,11 @@ impl PlaceCheck {
         let lengths = std::iter::successors(Some(FEW), |length| Some(length * 2));
         let shorter = lengths.take_while(|&length| length < self.segments.len());
         let latest = |length: usize| -> Vec<&Segment> { self.segments.iter().rev().take(length).collect() };
+        let share = if self.found.is_some_and(|before| before.contradicts) { LASTING } else { 1.0 };
         let judged = |length: usize| {
             let window = latest(length);
             let mut found = displacement(&window)?;
-            found.contradicts = contradicts(&window, &found);
+            found.contradicts = contradicts(&window, &found, share);
             Some(found)
         };
         let all = judged(self.segments.len())?;
@@ -178,9 +181,11 @@ impl PlaceCheck {
     }
 }
 
-/// Whether these segments contradict the configured position, also without any one of the transponders.
-fn contradicts(segments: &[&Segment], found: &Displacement) -> bool {
-    if segments.len() < FEW || found.distance_m() < WORTH_M || found.deviations() < CONTRADICTED {
+/// Whether these segments contradict the configured position, also without any one of the transponders, beyond this share of the
+/// limits.
+fn contradicts(segments: &[&Segment], found: &Displacement, share: f64) -> bool {
+    let is_near = found.distance_m() < share * WORTH_M || found.deviations() < share * CONTRADICTED;
+    if segments.len() < FEW || is_near {
         return false;
     }
     let mut identities: Vec<Identity> = segments.iter().map(|segment| segment.identity).collect();
@@ -192,7 +197,7 @@ fn contradicts(segments: &[&Segment], found: &Displacement) -> bool {
                 segments.iter().copied().filter(|segment| segment.identity != *left_out).collect();
             displacement(&others).is_some_and(|others| {
                 let same_side = others.east_m * found.east_m + others.north_m * found.north_m > 0.0;
-                same_side && others.deviations() >= CONFIRMED
+                same_side && others.deviations() >= share * CONFIRMED
             })
         })
 }
