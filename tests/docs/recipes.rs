@@ -86,12 +86,15 @@ fn recipes_are_taken_as_printed() {
             .replace("SERIAL", &identity)
             .replace("1581F6GKB23C003", &identity)
             .replace("sensor=north", &format!("sensor={sensor}"))
+            .replace("relocations/north", &format!("relocations/{sensor}"))
             .replace("track=134", &format!("track={track}"));
         // The part after a pipe formats the answer.
         let asked = asked.split(" | ").next().unwrap().trim_end();
         let asked = asked.replacen("curl ", "curl --max-time 3 -s -o answer -w '%{http_code}' ", 1);
         let status = printed(&format!("cd {} && {asked}", scratch.path("").display()));
         let answer = fs::read_to_string(scratch.path("answer")).unwrap_or_default();
-        assert!(status.starts_with('2'), "{place}: {recipe}\n{asked}\n{status} {answer}");
+        // The radar of this flight stands where it should.
+        let is_right = asked.contains("/relocations/") && answer.contains("do not contradict its position");
+        assert!(status.starts_with('2') || is_right, "{place}: {recipe}\n{asked}\n{status} {answer}");
     }
 }

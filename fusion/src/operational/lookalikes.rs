@@ -23,8 +23,8 @@ use crate::report::Identity;
 /// Maximum distance of a radar track from the transponder that it is compared with, metres.
 const REACH_M: f64 = 250.0;
 /// Distance to the next transponder: metres, and multiple of the distance to the nearest.
-const ALONE_M: f64 = 15.0;
-const ALONE_TIMES: f64 = 1.0;
+const ALONE_M: f64 = 20.0;
+const ALONE_TIMES: f64 = 1.5;
 /// Distance that a transponder flies, with the radar track at a constant offset, before both are taken to be one aircraft, metres.
 const PROVEN_M: f64 = 80.0;
 /// Change of the offset that ends the comparison: metres, share of the distance flown, and deviations of the azimuth's bias.

@@ -23,13 +23,13 @@ const EAST: usize = TOGETHER.len();
 /// Maximum number of segments.
 const SEGMENTS: usize = 96;
 /// Minimum number of segments.
-const FEW: usize = 6;
+const FEW: usize = 12;
 /// Prior standard deviation of each component, metres: none.
 const ANYWHERE_M: f64 = 1e5;
 /// Distance from the configured position, in deviations, from which the data contradict it.
 const CONTRADICTED: f64 = 5.0;
 /// The same without any one transponder: a transponder with a constant error of position looks like a displaced radar.
-const CONFIRMED: f64 = 2.5;
+const CONFIRMED: f64 = 3.0;
 /// Share of these limits from which a contradiction lasts, so that an alert does not flicker.
 const LASTING: f64 = 0.7;
 /// Distance from the configured position from which it is worth an alert, metres. Errors of GNSS receivers and of maps that all

@@ -395,11 +395,8 @@ impl Region {
                         actions.push(Action::Lose(index, port));
                     }
                 }
-                Some(Call::Agreed(_)) => {
-                    if is_fault {
-                        actions.push(Action::Lose(index, port));
-                    }
-                }
+                Some(Call::Agreed(_)) if is_fault => actions.push(Action::Lose(index, port)),
+                Some(Call::Agreed(_)) => {}
                 Some(Call::Answered(_)) => {
                     actions.push(Action::Receive(index, port));
                     if is_fault {
