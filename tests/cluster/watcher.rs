@@ -113,17 +113,6 @@ impl Watcher {
         self.seen.lock().unwrap().outputs.len()
     }
 
-    /// Waits until this number of aircraft with a serial number and an id are published in one slot.
-    pub async fn aircraft(&self, count: usize) {
-        until("aircraft", async || {
-            let seen = self.seen.lock().unwrap();
-            let names = aircraft(&seen.outputs.last()?.message);
-            let known = names.iter().filter(|(id, serial)| !id.is_empty() && serial.is_some()).count();
-            (known >= count).then_some(())
-        })
-        .await;
-    }
-
     /// Waits for this number of further slots.
     pub async fn more(&self, slots: usize) {
         let before = self.slots();
@@ -210,7 +199,18 @@ impl Watcher {
         let (picture, _) = pictures(&outputs.last().unwrap().message.picture).unwrap();
         let mut numbers: Vec<u32> = picture.tracks.iter().map(|track| track.point.number).collect();
         numbers.sort_unstable();
-        let aircraft = |output: &Received<CellOutput>| (output.message.slot.0, aircraft(&output.message));
+        let aircraft = |output: &Received<CellOutput>| {
+            let (picture, _) = pictures(&output.message.picture).unwrap();
+            let names = picture.tracks.iter().map(|track| {
+                let serial = track
+                    .point
+                    .source
+                    .transponder()
+                    .map(|part| String::from_utf8_lossy(part.identity.name()).into_owned());
+                (track.id.clone().unwrap_or_default(), serial)
+            });
+            (output.message.slot.0, names.collect())
+        };
         let aircraft = AircraftBySlot(outputs.iter().map(aircraft).collect());
         Summary {
             slots: outputs.len(),
@@ -223,15 +223,4 @@ impl Watcher {
             aircraft,
         }
     }
-}
-
-/// Aircraft in a published slot.
-fn aircraft(output: &CellOutput) -> Vec<AircraftName> {
-    let (picture, _) = pictures(&output.picture).unwrap();
-    let names = picture.tracks.iter().map(|track| {
-        let transponder = track.point.source.transponder();
-        let serial = transponder.map(|part| String::from_utf8_lossy(part.identity.name()).into_owned());
-        (track.id.clone().unwrap_or_default(), serial)
-    });
-    names.collect()
 }
