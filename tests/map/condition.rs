@@ -53,6 +53,8 @@ fn misplaced_radar_has_a_button(browser: &mut Browser) {
     let refusal = r#"{"status": 409, "title": "Conflict", "detail": "there is nothing to apply"}"#;
     browser.fail(&[("/api/v1/sensors", 200, MISPLACED), ("/api/v1/relocations/north", 409, refusal)]);
     let light = "document.querySelector('#sensors [data-id=north] button')";
+    // A light opens the panel only while it is closed.
+    browser.run("document.getElementById('sensor-panel').hidePopover()");
     browser.wait(&format!("{light}?.getAttribute('aria-label') === 'Sensor north: degraded'"), SOON + SOON);
     browser.run(&format!("{light}.click()"));
     let panel = "document.getElementById('sensor-panel')";
