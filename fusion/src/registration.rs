@@ -10,7 +10,7 @@
 //! | `tracks` | a radar's tracks in order of arrival: kept or rejected, and steps |
 //! | `estimate` | misalignment and its covariance, from the sums |
 //! | `correction` | the correction of a plot |
-//! | `place` | the radar's position, checked |
+//! | `displaced`, `place` | the radar's position, checked |
 //! | `camera` | the orientation of a camera |
 //! | `delay` | the delay of one type of transponders |
 //! | `heights` | constant errors of heights, of radars or transponders |
@@ -30,6 +30,7 @@ mod camera;
 mod correction;
 mod creep;
 mod delay;
+mod displaced;
 mod estimate;
 mod guard;
 mod heights;

@@ -13,8 +13,8 @@ use nalgebra::{
 use serde::{Deserialize, Serialize};
 
 use super::creep::AzimuthOffset;
+use super::displaced::{AXES_OVER_GROUND, PlaceInformation};
 use super::parameters::{AXES, AZIMUTH, BEARING, HEIGHT, OWN, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME};
-use super::place::{AXES_OVER_GROUND, PlaceInformation};
 use crate::filter::RadarErrors;
 use crate::frames::{AtRadar, Enu};
 use crate::time::Time;

@@ -11,12 +11,11 @@ use nalgebra::{Matrix2, Matrix5, Vector2, Vector5};
 use serde::{Deserialize, Serialize};
 
 use super::along::{Information, Sample};
+use super::displaced::{AXES_OVER_GROUND, PlaceInformation};
 use super::estimate::BiasValue;
 use super::parameters::{BEARING, PRIOR, RANGE, TIME};
 use crate::report::Identity;
 
-/// Number of axes that show a displacement: azimuth and range.
-pub(super) const AXES_OVER_GROUND: usize = 2;
 /// The parameters that are solved together with the displacement; first those that shift the two axes directly.
 const TOGETHER: [usize; 3] = [BEARING, RANGE, TIME];
 const EAST: usize = TOGETHER.len();
@@ -77,21 +76,6 @@ impl Displacement {
     fn deviations(&self) -> f64 {
         let place = Vector2::new(self.east_m, self.north_m);
         self.covariance_m2.cholesky().map_or(0.0, |root| place.dot(&root.solve(&place)).sqrt())
-    }
-}
-
-/// Information about the displacement, and together with p, from one axis.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct PlaceInformation {
-    /// Information about p (rows) together with the displacement (columns).
-    pub(super) cross: nalgebra::Matrix6x2<f64>,
-    pub(super) matrix: Matrix2<f64>,
-    pub(super) vector: Vector2<f64>,
-}
-
-impl PlaceInformation {
-    pub(super) fn none() -> Self {
-        Self { cross: nalgebra::Matrix6x2::zeros(), matrix: Matrix2::zeros(), vector: Vector2::zeros() }
     }
 }
 
