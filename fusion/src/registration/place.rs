@@ -143,7 +143,7 @@ impl PlaceCheck {
         self.found = self.solve();
     }
 
-    /// The shortest window that contradicts the configured position, or else all segments.
+    /// All segments if they contradict the configured position; otherwise the shortest window that does, or else all segments.
     fn solve(&self) -> Option<Displacement> {
         let lengths = std::iter::successors(Some(FEW), |length| Some(length * 2));
         let shorter = lengths.take_while(|&length| length < self.segments.len());
