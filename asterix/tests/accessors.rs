@@ -194,7 +194,7 @@ proptest! {
     }
 
     #[test]
-    fn fusion_report(mut contents in any::<[u8; 21]>(), source in 1..=3_u8) {
+    fn fusion_report(mut contents in any::<[u8; 21]>(), source in 1..=4_u8) {
         contents[..4].copy_from_slice(&[b'U', b'F', 1, source]);
         let report = FusionReport::read(&Explicit::new(&contents).unwrap()).unwrap();
         let field = |key: &str| value(FusionReport::FIELDS, &contents, key);
@@ -202,6 +202,7 @@ proptest! {
             Source::Fused => 1.0,
             Source::Radar => 2.0,
             Source::Transponder => 3.0,
+            Source::Camera => 4.0,
         };
         prop_assert_eq!(number, field("source"));
         prop_assert_eq!(f64::from(report.track_number), field("track_number"));

@@ -25,6 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             Source::Fused(..) => "fused",
             Source::Radar(_) => "radar",
             Source::Transponder(_) => "transponder",
+            Source::Cameras => "cameras",
         };
         print!("{:>8} {kind:<11} {east:8.1} {north:8.1} {up:6.1} m", point.number);
         match point.estimate {
@@ -85,6 +86,7 @@ fn it_runs_and_there_is_one_point_an_aircraft() {
             Source::Fused(..) => BOTH,
             Source::Transponder(_) => HEARD,
             Source::Radar(_) => SEEN,
+            Source::Cameras => unreachable!("there is no camera"),
         };
         assert!((point.position.0 - flight(seconds).0).norm() < 1.0, "{point:?} at {seconds} s");
     }

@@ -75,7 +75,7 @@ use tracklets::Tracklets;
 use transponder_types::TransponderTypes;
 use values::PlannedValues;
 
-pub use cameras::OrientedCamera;
+pub use cameras::{CameraStarts, OrientedCamera};
 pub use classes::LabelledTrack;
 pub use handover::{TrackHandover, TrackRef};
 pub use manual_association::{
@@ -210,6 +210,8 @@ impl Operational {
         registrations.register(tracklets, targets, types, cycle);
         initiation::initiate(tracklets, targets, measured, decided, integrities.twins(), cycle);
         cameras.follow(targets, |id| !registrations.ignores(id), cycle);
+        cameras.join(targets, tracklets, cycle);
+        cameras.start(targets, cycle);
         targets.filter_all(tracklets, cameras, cycle);
         let mut points = output::publish(targets, tracklets, cameras, correlations, numbers, grid, shown);
         let concerns = integrities.mark(&mut points, tracklets, targets, cycle);
@@ -331,6 +333,11 @@ impl Operational {
     /// Orientation of each camera that has sent bearings.
     pub(crate) fn oriented(&self) -> impl Iterator<Item = (SensorIndex, &OrientedCamera)> {
         self.cameras.oriented()
+    }
+
+    /// Pairs of camera tracks that have begun no target.
+    pub(crate) fn camera_starts(&self) -> CameraStarts {
+        self.cameras.starts()
     }
 
     /// Restores a radar's registration after a restart.

@@ -17,8 +17,8 @@ pub struct Emission {
     pub slot: Slot,
     /// Centre of the slot, the time of applicability.
     pub time: Time,
-    /// Fused points first, then radar points, then transponder points; each group by track number, equal numbers by
-    /// sensor.
+    /// Fused points first, then radar points, transponder points, and points of cameras; each group by track number, equal
+    /// numbers by sensor.
     pub points: Vec<Point>,
     /// Changes of transponder numbers in this slot, in order.
     pub numbers: Vec<NumberChange>,
@@ -134,7 +134,7 @@ pub enum Basis {
     Extrapolated,
 }
 
-/// Radar track and transponder of a point.
+/// Sensors of a point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Source {
     /// An associated pair; in the `operational` profile also while one of the two is not received.
@@ -143,6 +143,8 @@ pub enum Source {
     Radar(RadarPart),
     /// A transponder without a radar track.
     Transponder(TransponderPart),
+    /// Only cameras, at least two, where their lines of sight cross ([`Point::cameras`]; `operational` profile).
+    Cameras,
 }
 
 /// The radar's contribution to a point.
@@ -335,15 +337,17 @@ impl Source {
             Self::Fused(..) => 0,
             Self::Radar(_) => 1,
             Self::Transponder(_) => 2,
+            Self::Cameras => 3,
         }
     }
 
-    /// Whether the height was measured: by the transponder if the point has one, otherwise by the radar. In the
+    /// Whether the height was measured: by the transponder if the point has one, otherwise by the radar or the cameras. In the
     /// `operational` profile a height may be known from other sensors too; see its variance.
     pub fn height_measured(&self) -> bool {
         match self {
             Self::Radar(radar) => radar.height_measured,
             Self::Fused(_, transponder, _) | Self::Transponder(transponder) => transponder.height_measured,
+            Self::Cameras => true,
         }
     }
 
@@ -351,7 +355,7 @@ impl Source {
     pub fn radar(&self) -> Option<&RadarPart> {
         match self {
             Self::Fused(radar, ..) | Self::Radar(radar) => Some(radar),
-            Self::Transponder(_) => None,
+            Self::Transponder(_) | Self::Cameras => None,
         }
     }
 
@@ -359,7 +363,7 @@ impl Source {
     pub fn transponder(&self) -> Option<&TransponderPart> {
         match self {
             Self::Fused(_, transponder, _) | Self::Transponder(transponder) => Some(transponder),
-            Self::Radar(_) => None,
+            Self::Radar(_) | Self::Cameras => None,
         }
     }
 }

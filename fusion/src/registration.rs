@@ -44,7 +44,7 @@ pub(crate) mod tests;
 mod tracks;
 
 pub(crate) use along::{Residual, Sample, TrackComparison};
-pub(crate) use camera::CameraLook;
+pub(crate) use camera::{CameraLook, direction, wrapped};
 pub use camera::{CameraMisalignment, CameraOrientation};
 pub use correction::Correction;
 pub(crate) use delay::DelaySums;

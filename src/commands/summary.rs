@@ -74,7 +74,7 @@ impl ReplaySummary {
         }
     }
 
-    /// Number of points published from a source: `fused`, `radar` or `transponder`.
+    /// Number of points published from a source: `fused`, `radar`, `transponder` or `camera`.
     pub fn points(&self, source: &str) -> u64 {
         self.points.get(source).copied().unwrap_or(0)
     }
@@ -103,11 +103,15 @@ impl ReplaySummary {
         match self.span {
             Some((first, last)) => writeln!(
                 text,
-                "output     {first} to {last}, {} slots: {} fused, {} radar, {} transponder points",
+                "output     {first} to {last}, {} slots: {} fused, {} radar, {} transponder{} points",
                 self.slots,
                 self.points("fused"),
                 self.points("radar"),
                 self.points("transponder"),
+                match self.points("camera") {
+                    0 => String::new(),
+                    count => format!(", {count} camera"),
+                },
             )?,
             None => writeln!(text, "output     no point in {} slots", self.slots)?,
         }
@@ -229,7 +233,13 @@ pub fn registered(engine: &Engine, config: &Config) -> String {
         .filter_map(line)
         .chain(engine.oriented_cameras().filter_map(of_camera))
         .chain(engine.learnt_types().into_iter().filter_map(of_type))
+        .chain(left_out(engine.camera_starts().left_out))
         .collect()
+}
+
+/// Line about pairs of camera tracks that could begin no target, because there were too many.
+fn left_out(pairs: u64) -> Option<String> {
+    (pairs > 0).then(|| format!("cameras    {pairs} pairs of tracks left out, summed over the slots: too many at a time\n"))
 }
 
 fn received(text: &mut String, tally: &Tally) -> fmt::Result {

@@ -21,6 +21,8 @@ use serde::Deserialize;
 
 use super::common::{Scratch, pcap, ran, utm_fusion};
 
+mod starts;
+
 /// A full hour, whole seconds since 1970.
 const START_S: i64 = 1_700_002_800;
 /// Time for which each camera sees the drone, seconds.
@@ -36,15 +38,29 @@ struct CameraRow {
     axis_azimuth_deg: f64,
     axis_elevation_deg: f64,
     roll_deg: f64,
+    fps: f64,
+    frame_beta: f64,
+    k2: f64,
+    p1: f64,
+    p2: f64,
+    k3: f64,
+    src_fx: f64,
+    src_fy: f64,
+    src_cx: f64,
+    src_cy: f64,
+    src_k1: f64,
 }
 
 #[derive(Deserialize)]
 struct BearingRow {
     camera: usize,
+    frame: f64,
     t_s: f64,
     x: f64,
     y: f64,
     z: f64,
+    u_px: f64,
+    v_px: f64,
 }
 
 #[derive(Deserialize)]
@@ -172,21 +188,26 @@ impl Recording {
         String::from_utf8(ran(&mut replay).stdout).unwrap()
     }
 
-    /// Direction from a camera to the drone, from positions on both sides; `None` where one is missing.
+    /// Direction from a camera to the drone; `None` where its position is missing.
     fn reference(&self, row: &BearingRow) -> Option<Vector3<f64>> {
-        let after = self.truth.partition_point(|truth| truth.t_s <= row.t_s);
+        Some((self.drone_at(row.t_s)? - Vector3::from(self.cameras[row.camera].place())).normalize())
+    }
+
+    /// Position of the drone, from positions on both sides; `None` where one is missing.
+    fn drone_at(&self, t_s: f64) -> Option<Vector3<f64>> {
+        let after = self.truth.partition_point(|truth| truth.t_s <= t_s);
         let around = self.truth.get(after.checked_sub(2)?..after + 2)?;
         if around.windows(2).any(|pair| pair[1].t_s - pair[0].t_s > 0.25) {
             return None;
         }
         // Cubic interpolation through four positions 0.2 s apart (Catmull and Rom).
-        let share = (row.t_s - around[1].t_s) / (around[2].t_s - around[1].t_s);
+        let share = (t_s - around[1].t_s) / (around[2].t_s - around[1].t_s);
         let [p, q, r, s] = [0, 1, 2, 3].map(|index: usize| Vector3::from(around[index].place()));
         let curve = q * 2.0
             + (r - p) * share
             + (p * 2.0 - q * 5.0 + r * 4.0 - s) * share.powi(2)
             + (q * 3.0 - p - r * 3.0 + s) * share.powi(3);
-        Some((curve / 2.0 - Vector3::from(self.cameras[row.camera].place())).normalize())
+        Some(curve / 2.0)
     }
 }
 

@@ -26,6 +26,8 @@ pub enum Source {
     Radar,
     /// 3: transponder only.
     Transponder,
+    /// 4: cameras only.
+    Camera,
 }
 
 /// A standard deviation: LSB 0.1 m, 0 to 6553.4 m, or unknown.
@@ -170,7 +172,7 @@ const WITH_SERIAL: [Field; FusionReport::FIELDS.len() + 1] = {
 };
 
 impl FusionReport {
-    /// The fields after the length octet. The source is 1 fused, 2 radar, 3 transponder.
+    /// The fields after the length octet. The source is 1 fused, 2 radar, 3 transponder, 4 camera.
     pub const FIELDS: &'static [Field] = Contents::FIELDS;
 
     /// Decodes a special purpose field of version 1 or 2. `None` for another start, version or length, or an undefined source:
@@ -192,6 +194,7 @@ impl FusionReport {
                 1 => Source::Fused,
                 2 => Source::Radar,
                 3 => Source::Transponder,
+                4 => Source::Camera,
                 _ => return None,
             },
             track_number: words.track_number,
@@ -225,6 +228,7 @@ impl FusionReport {
                 Source::Fused => 1,
                 Source::Radar => 2,
                 Source::Transponder => 3,
+                Source::Camera => 4,
             },
             track_number: self.track_number,
             radar_track: self.radar_track.unwrap_or(u16::MAX),

@@ -9,7 +9,7 @@ use input::json::rounded;
 use picture::{PictureMaker, PictureTrack, TrackClass, TrackSource};
 
 /// Names of the sources of a track.
-pub const SOURCES: [&str; 3] = TrackSource::NAMES;
+pub const SOURCES: [&str; 4] = TrackSource::NAMES;
 
 /// A track of a slot, with the properties needed by filters.
 #[derive(Clone, Debug)]

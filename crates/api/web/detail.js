@@ -15,6 +15,7 @@ const SOURCE_WORDS = {
   fused: "radar and transponder, fused",
   radar: "radar only",
   transponder: "transponder only",
+  camera: "cameras only",
 };
 /** @type {Record<string, string | undefined>} */
 const STATE_WORDS = {
@@ -231,11 +232,13 @@ const WHY = {
   fused: "Why it is fused",
   radar: "Not fused: no transponder has kept close enough to it",
   transponder: "Not fused: no radar track has kept close enough to it",
+  camera: "The lines of sight of these cameras cross here",
 };
 const WHY_OPERATIONAL = {
   fused: WHY.fused,
   radar: "Not fused: no transponder is likely to be it",
   transponder: "Not fused: no radar track is likely to be it now",
+  camera: WHY.camera,
 };
 
 export class Detail {

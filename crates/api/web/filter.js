@@ -44,7 +44,7 @@ export function matches(track) {
 /** @param {Track} track */
 function kindOf(track) {
   if (track.isDoubtful) return "doubtful";
-  return track.serial || track.source !== "radar" ? "identified" : "unknown";
+  return track.serial || (track.source !== "radar" && track.source !== "camera") ? "identified" : "unknown";
 }
 
 /**

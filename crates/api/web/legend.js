@@ -36,6 +36,7 @@ const ENTRIES = [
   [null, [["path", "radar", TRIANGLE]], "radar only: unidentified"],
   [null, [["circle", "fused", { r: 5 }]], "fused: radar and transponder"],
   [null, [["path", "transponder", { d: "M0-6.5 6.5 0 0 6.5-6.5 0Z" }]], "transponder only"],
+  [null, [["rect", "camera", { x: -5, y: -5, width: 10, height: 10 }]], "cameras only: unidentified"],
   [null, [["path", "transponder", { d: "M0-7 1-2.5 6.5 1V2.5L1 1 .7 4.5 2.5 6V7L0 6-2.5 7V6L-.7 4.5-1 1-6.5 2.5V1L-1-2.5Z" }]], "crewed aircraft; the colour is that of the source"],
   [null, [["path", "radar hollow", TRIANGLE]], "unlikely to be a drone (radar)"],
   [null, [["circle", "coasting", { r: 5 }]], "not measured, extrapolated"],

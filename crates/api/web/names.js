@@ -62,7 +62,7 @@ export function shortName(track) {
   const { serial } = track;
   // Two transmitters may send under one serial number.
   if (serial) return (ends.get(serial) ?? serial.slice(-END)) + (doubled.has(serial) ? ` #${track.name}` : "");
-  return track.source === "radar" ? `R ${track.name}` : track.name;
+  return track.source === "radar" ? `R ${track.name}` : track.source === "camera" ? `C ${track.name}` : track.name;
 }
 
 /** Name of the track with that id; the id if the track was never shown. @param {string} id */

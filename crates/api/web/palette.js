@@ -3,7 +3,7 @@
 import { settings } from "./settings.js";
 
 const NAMES = /** @type {const} */ ([
-  "map", "ink", "quiet", "line", "halo", "fused", "radar", "transponder", "selected", "area", "coverage", "overlay",
+  "map", "ink", "quiet", "line", "halo", "fused", "radar", "transponder", "camera", "selected", "area", "coverage", "overlay",
   "warning", "critical", "band0", "band1", "band2", "band3", "band4", "band5",
   "map-green", "map-wood", "map-farm", "map-built", "map-water", "map-building", "map-road", "map-border",
 ]);

@@ -172,7 +172,7 @@ export class Track {
 
   /** Unidentified, and possibly a drone. */
   get isUnknown() {
-    return this.source === "radar" && !this.isDoubtful;
+    return (this.source === "radar" && !this.isDoubtful) || this.source === "camera";
   }
 
   /** Not measured since or before: the position is extrapolated. */

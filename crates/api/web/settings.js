@@ -1,7 +1,7 @@
 // Settings of the operator, kept in the URL's hash so that a link or a reload restores the view.
 
 /** @type {Source[]} */
-export const SOURCES = ["fused", "radar", "transponder"];
+export const SOURCES = ["fused", "radar", "transponder", "camera"];
 
 /** Layers, with the text of their switch and their default. */
 export const LAYERS = /** @type {const} */ ({
@@ -21,7 +21,7 @@ const LAYER_NAMES = namesOf(LAYERS);
 
 export const TRAILS_S = [15, 30, 60, 120, 300];
 /** Kinds of tracks, with their texts. */
-export const KINDS = { identified: "identified", unknown: "radar only", doubtful: "hardly a drone" };
+export const KINDS = { identified: "identified", unknown: "radar or cameras only", doubtful: "hardly a drone" };
 export const KIND_NAMES = namesOf(KINDS);
 export const INTEGRITIES = ["verified", "unverified", "suspect", "failed", "uncooperative"];
 

@@ -29,6 +29,7 @@ const SHAPES = {
     path.lineTo(x - r * 1.3, y);
     path.closePath();
   },
+  camera: (path, x, y, r) => path.rect(x - r, y - r, 2 * r, 2 * r),
 };
 
 /** Symbol of crewed aircraft, whatever the sensor: nose, wings and tail, the nose to the north. */

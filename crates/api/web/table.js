@@ -114,6 +114,7 @@ export class Table {
       const button = find(byId("sources"), `[data-source=${source}]`);
       const count = tracks.filter((track) => track.source === source).length;
       setText(find(button, ".count"), isKnown ? String(count) : "?");
+      button.hidden = source === "camera" && count === 0;
     }
     const flagged = byId("flagged");
     const count = tracks.filter(isFlagged).length;

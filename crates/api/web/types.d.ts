@@ -37,7 +37,7 @@ type UnknownSource = import("../../../clients/typescript/types").UnknownSource;
 
 type ReplayState = NonNullable<Info["replay"]>;
 type Severity = "warning" | "critical";
-type Source = "fused" | "radar" | "transponder";
+type Source = "fused" | "radar" | "transponder" | "camera";
 
 /** Answer to GET of a path below api/v1/, with or without a query. */
 type Answer<Path extends string> = Path extends `${infer Plain}?${string}`

@@ -213,7 +213,7 @@ impl SiteEngine {
                 if let Some(shedding) = self.driver.shedding_mut() {
                     shedding.join(picture.tracks.iter().filter_map(|track| match &track.point.source {
                         Source::Fused(radar, ..) => Some(radar.track),
-                        Source::Radar(_) | Source::Transponder(_) => None,
+                        Source::Radar(_) | Source::Transponder(_) | Source::Cameras => None,
                     }));
                     shedding.forget(picture.time);
                 }

@@ -165,6 +165,7 @@ pub(crate) fn contributors<'a>(
         }
         Source::Radar(part) => vec![radar(part, alone)],
         Source::Transponder(part) => vec![transponder(part, alone)],
+        Source::Cameras => Vec::new(),
     };
     contributors.extend(point.cameras.iter().map(camera));
     contributors

@@ -11,10 +11,17 @@ pub enum TrackSource {
     Radar,
     /// Transponder only.
     Transponder,
+    /// Cameras only, at least two.
+    Camera,
 }
 
 // The history stores positions by the numbers of this order.
-fusion::interface_names!(TrackSource { Fused = "fused", Radar = "radar", Transponder = "transponder" });
+fusion::interface_names!(TrackSource {
+    Fused = "fused",
+    Radar = "radar",
+    Transponder = "transponder",
+    Camera = "camera",
+});
 
 impl From<&Source> for TrackSource {
     fn from(source: &Source) -> Self {
@@ -22,6 +29,7 @@ impl From<&Source> for TrackSource {
             Source::Fused(..) => Self::Fused,
             Source::Radar(_) => Self::Radar,
             Source::Transponder(_) => Self::Transponder,
+            Source::Cameras => Self::Camera,
         }
     }
 }

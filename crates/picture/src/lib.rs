@@ -62,7 +62,7 @@ pub struct Picture {
     pub slot: Slot,
     /// Centre of the slot: time of applicability of all tracks.
     pub time: Time,
-    /// Tracks: fused, then radar, then transponder; each by track number.
+    /// Tracks: fused, then radar, transponder and cameras; each by track number.
     pub tracks: Vec<PictureTrack>,
     /// Integrity problems of transponders at this slot.
     pub concerns: Vec<Concern>,
@@ -124,12 +124,13 @@ impl PictureTrack {
         (self.point.number, self.point.first_seen)
     }
 
-    /// Position in the order of a picture: fused, then radar, then transponder; each by track number.
+    /// Position in the order of a picture: fused, then radar, transponder and cameras; each by track number.
     pub const fn order(&self) -> (u8, u32) {
         let rank = match self.point.source {
             Source::Fused(..) => 0,
             Source::Radar(_) => 1,
             Source::Transponder(_) => 2,
+            Source::Cameras => 3,
         };
         (rank, self.point.number)
     }
@@ -208,7 +209,7 @@ impl PictureTrack {
         self.point.source.radar().is_some_and(|radar| !radar.height_measured)
     }
 
-    /// Name of the source: `fused`, `radar` or `transponder`.
+    /// Name of the source: `fused`, `radar`, `transponder` or `camera`.
     pub fn source_name(&self) -> &'static str {
         TrackSource::from(&self.point.source).name()
     }
@@ -355,6 +356,8 @@ impl PictureMaker {
                 format!("R-{}-{number}-{}", self.sensor(radar.track.sensor), first_seen.as_seconds())
             }
             Source::Transponder(_) => format!("T-{number}"),
+            // Only the operational profile has them.
+            Source::Cameras => format!("U-{number}-{}", first_seen.as_seconds()),
         }
     }
 }

@@ -83,8 +83,11 @@ impl TrackNames {
     fn track(&self, track: &PictureTrack) -> String {
         let number = track.point.number;
         let Some(part) = track.point.source.transponder() else {
-            let is_radar = matches!(track.point.source, Source::Radar(_));
-            return if is_radar { format!("R {number}") } else { number.to_string() };
+            return match track.point.source {
+                Source::Radar(_) => format!("R {number}"),
+                Source::Cameras => format!("C {number}"),
+                Source::Fused(..) | Source::Transponder(_) => number.to_string(),
+            };
         };
         if part.identity.space() == Space::Address {
             return text(&part.aircraft.callsign)

@@ -5,7 +5,8 @@ use super::profile_state::ProfileState;
 use crate::frames::Enu;
 use crate::learning::{LearningState, LearningStateError, LearntType, TypeState};
 use crate::operational::{
-    LabelledTrack, Operational, OrientedCamera, Registered, SensorValues, TrackHandover, TrackRef,
+    CameraStarts, LabelledTrack, Operational, OrientedCamera, Registered, SensorValues, TrackHandover,
+    TrackRef,
 };
 use crate::registration::{RegistrationState, RegistrationStateError};
 use crate::report::{SensorIndex, TransponderType};
@@ -20,6 +21,11 @@ impl Engine {
     /// Orientation of each camera, as learnt; empty in the `reference` profile.
     pub fn oriented_cameras(&self) -> impl Iterator<Item = (SensorIndex, &OrientedCamera)> {
         self.operational().into_iter().flat_map(Operational::oriented)
+    }
+
+    /// Pairs of camera tracks that have begun no target; none in the `reference` profile.
+    pub fn camera_starts(&self) -> CameraStarts {
+        self.operational().map(Operational::camera_starts).unwrap_or_default()
     }
 
     /// Restores a radar's registration from before a restart; returns whether it was accepted. The `reference` profile

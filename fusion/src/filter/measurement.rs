@@ -39,7 +39,7 @@ impl Measurement {
 
     /// Whether the measurement has no full position over ground, but only a line or a height.
     pub fn is_partial(&self) -> bool {
-        matches!(self.by, By::Camera { .. } | By::Height { .. })
+        matches!(self.by, By::Camera { is_crossed: false, .. } | By::Height { .. })
     }
 }
 
@@ -68,6 +68,8 @@ pub enum By {
     Camera {
         /// The camera.
         sensor: SensorIndex,
+        /// Whether another camera looks from another side at about that time, so that together they measure the position.
+        is_crossed: bool,
         /// Unit vector across the line, over ground.
         clockwise: Vector2<f64>,
         /// Standard deviation across the line, metres.

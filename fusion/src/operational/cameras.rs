@@ -1,6 +1,7 @@
 //! Cameras: their orientation, the assignment of their tracks to targets, and the measurements that follow.
 //!
-//! A bearing gives a direction without a distance, so a camera's track never begins a target. It is assigned to the
+//! A bearing gives a direction without a distance, so one camera's track never begins a target; two cameras do, where their lines
+//! cross ([`starting`]). A track is assigned to the
 //! target whose expected direction it follows: the log-likelihood ratios of "this target" to "anything in the field of
 //! view" are summed over the looks. Each look at an assigned target is a line on which the target lies. Across the line
 //! the position is known by the angle times the expected distance; along it nothing is measured.
@@ -10,21 +11,28 @@
 //! looks by one rotation. The camera takes an orientation on which two tracks agree, or one alone after many looks, and then
 //! learns from all further looks at aircraft with a transponder. Until then its looks measure nothing.
 
+mod crossing;
 mod following;
+mod starting;
 
 use std::collections::{BTreeMap, VecDeque};
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Matrix3, Vector2};
 use serde::{Deserialize, Serialize};
 
 use super::ids::TargetId;
 use super::settings::{Camera, OperationalSettings};
-use super::tuning::{CAMERA_LOOK_S, CAMERA_NEAR_M, CAMERA_RANGE_STEP};
+use super::tuning::{
+    CAMERA_CROSSED_STEP, CAMERA_CROSSING_SINE, CAMERA_ENDS_S, CAMERA_LOOK_S, CAMERA_NEAR_M,
+    CAMERA_RANGE_STEP, CAMERA_TOGETHER_S,
+};
 use crate::filter::{By, Measurement, StateEstimate};
 use crate::frames::Enu;
 use crate::registration::{CameraLook, CameraOrientation};
 use crate::report::{Bearing, CameraTrackKey, SensorIndex};
 use crate::time::Time;
+pub use starting::CameraStarts;
+use starting::{PairEvidence, TrackPair};
 
 /// All cameras and their tracks.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -32,6 +40,9 @@ pub(super) struct Cameras {
     tracks: BTreeMap<CameraTrackKey, CameraTrack>,
     /// Orientation of each camera, as learnt.
     oriented: BTreeMap<SensorIndex, OrientedCamera>,
+    /// Evidence on pairs of tracks that may begin a target, or have.
+    pairs: BTreeMap<TrackPair, PairEvidence>,
+    starts: CameraStarts,
 }
 
 /// Orientation of a camera, as learnt.
@@ -50,6 +61,8 @@ pub struct OrientedCamera {
 /// The bearings of one track, and its target.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct CameraTrack {
+    /// Time of its first bearing.
+    begun: Time,
     /// Bearings by time, at least [`CAMERA_LOOK_S`] apart, because a camera's errors persist for a while.
     looks: VecDeque<Bearing>,
     /// Likelihood of each target.
@@ -89,7 +102,8 @@ impl Cameras {
 
     /// Adds a bearing.
     pub(super) fn insert(&mut self, bearing: Bearing) {
-        let track = self.tracks.entry(bearing.track).or_default();
+        let begun = || CameraTrack { begun: bearing.time, ..CameraTrack::default() };
+        let track = self.tracks.entry(bearing.track).or_insert_with(begun);
         let index = track.looks.partition_point(|look| look.time < bearing.time);
         let is_apart = |look: Option<&Bearing>| {
             look.is_none_or(|look| look.time.seconds_since(bearing.time).abs() >= CAMERA_LOOK_S)
@@ -110,15 +124,68 @@ impl Cameras {
         place_at: impl Fn(Time) -> Option<StateEstimate> + Copy + 'a,
         settings: &'a OperationalSettings,
     ) -> impl Iterator<Item = (CameraTrackKey, Measurement)> + 'a {
-        let its = self.tracks.iter().filter(move |(_, track)| track.target == Some(target));
-        let with_camera = move |(key, track): (&CameraTrackKey, &'a CameraTrack)| {
-            Some((*key, track, settings.camera(key.sensor)?, &self.oriented.get(&key.sensor)?.orientation))
-        };
-        its.filter_map(with_camera).flat_map(move |(key, track, camera, orientation)| {
-            let after = track.looks.iter().filter(move |look| look.time > since.max(track.from));
-            let measured = move |look| measured(look, camera, orientation, &place_at(look.time)?);
-            after.filter_map(move |look| Some((key, measured(look)?)))
-        })
+        let its: Vec<(CameraTrackKey, &CameraTrack)> = self
+            .tracks
+            .iter()
+            .filter(|(_, track)| track.target == Some(target))
+            .map(|(&key, track)| (key, track))
+            .collect();
+        let mut all = Vec::new();
+        for &(key, track) in &its {
+            let Some((camera, oriented)) = settings.camera(key.sensor).zip(self.oriented.get(&key.sensor))
+            else {
+                continue;
+            };
+            for look in track.looks.iter().filter(|look| look.time > since.max(track.from)) {
+                let Some(place) = place_at(look.time) else { continue };
+                let is_crossed = its.iter().any(|(other, track)| {
+                    let there = settings.camera(other.sensor).filter(|_| other.sensor != key.sensor);
+                    there.is_some_and(|own| track.crosses(look.time, own, camera, &place))
+                });
+                let measured = measured(look, camera, &oriented.orientation, &place, is_crossed);
+                all.extend(measured.map(|measured| (key, measured)));
+            }
+        }
+        all.into_iter()
+    }
+
+    /// Covariance of the position of a target by the errors of its cameras that last, over ground and in height, m²; `None`: fewer
+    /// than two cameras see it now.
+    pub(super) fn lasting_m2(
+        &self,
+        target: TargetId,
+        time: Time,
+        place: &StateEstimate,
+        settings: &OperationalSettings,
+    ) -> Option<(Matrix2<f64>, f64)> {
+        let mut information = Matrix3::zeros();
+        let its = self
+            .tracks
+            .iter()
+            .filter(|(_, track)| track.target == Some(target) && track.is_near(time, CAMERA_ENDS_S));
+        for (key, _) in its {
+            let (camera, oriented) = settings.camera(key.sensor).zip(self.oriented.get(&key.sensor))?;
+            information += crossing::lasting_information(camera, &oriented.orientation, place)?;
+        }
+        let covariance = information.try_inverse()?;
+        Some((covariance.fixed_view::<2, 2>(0, 0).into(), covariance[(2, 2)]))
+    }
+}
+
+impl CameraTrack {
+    /// Whether it has a bearing within some seconds of a time.
+    fn is_near(&self, time: Time, seconds: f64) -> bool {
+        let after = self.looks.partition_point(|look| look.time < time);
+        let beside = [after.checked_sub(1), Some(after)].into_iter().flatten();
+        let mut beside = beside.filter_map(|index| self.looks.get(index));
+        beside.any(|look| look.time.seconds_since(time).abs() <= seconds)
+    }
+
+    /// Whether it looks at `place` around a time, from another side than `camera`.
+    fn crosses(&self, time: Time, own: &Camera, camera: &Camera, place: &StateEstimate) -> bool {
+        let [one, other] = [own, camera].map(|camera| place.position.0 - camera.position.0);
+        let sine = one.cross(&other).norm() / (one.norm() * other.norm());
+        sine >= CAMERA_CROSSING_SINE && self.is_near(time, CAMERA_TOGETHER_S)
     }
 }
 
@@ -171,6 +238,7 @@ fn measured(
     camera: &Camera,
     orientation: &CameraOrientation,
     place: &StateEstimate,
+    is_crossed: bool,
 ) -> Option<Measurement> {
     let expected = ExpectedView::of(camera, place)?;
     let corrected = orientation.correct(look.azimuth, look.elevation.unwrap_or(expected.elevation));
@@ -180,17 +248,18 @@ fn measured(
     let [azimuth, elevation] = corrected;
     let elevation = look.elevation.is_some().then_some(elevation);
     let [azimuth2, elevation2] = orientation.variances(corrected);
-    // The distance is quantised, so that measurements with nearly the same distance are not filtered again.
-    let ground_m = CAMERA_RANGE_STEP.powf((expected.ground_m.ln() / CAMERA_RANGE_STEP.ln()).round());
     let (sin, cos) = azimuth.sin_cos();
     let outward = Vector2::new(sin, cos);
+    let along_m = (outward.transpose() * place.horizontal * outward).x.max(0.0).sqrt();
+    // The distance is quantised, so that measurements with nearly the same distance are not filtered again.
+    let step = if is_crossed { CAMERA_CROSSED_STEP } else { CAMERA_RANGE_STEP };
+    let ground_m = step.powf((expected.ground_m.ln() / step.ln()).round());
     let slant_m = ground_m / expected.elevation.cos();
     let up_m = elevation.map(|elevation| elevation.tan() * ground_m);
-    let along_m = (outward.transpose() * place.horizontal * outward).x.max(0.0).sqrt();
     let position = camera.position.0 + (outward * ground_m).push(up_m.unwrap_or(0.0));
     let slope = elevation.map_or(0.0, f64::tan);
     // At least half a step, the rounding error of the distance.
-    let rounded_m = ground_m * (CAMERA_RANGE_STEP - 1.0) / 2.0;
+    let rounded_m = ground_m * (step - 1.0) / 2.0;
     Some(Measurement {
         time: look.time,
         position: Enu::from(position),
@@ -199,6 +268,7 @@ fn measured(
         climb: None,
         by: By::Camera {
             sensor: look.track.sensor,
+            is_crossed,
             clockwise: Vector2::new(cos, -sin),
             across_m: ground_m * camera.azimuth.hypot(azimuth2.sqrt()),
             height_m: (slant_m * camera.elevation.hypot(elevation2.sqrt()) / expected.elevation.cos())

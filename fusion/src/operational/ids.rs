@@ -4,7 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::report::{Identity, RadarTrackKey};
+use crate::report::{CameraTrackKey, Identity, RadarTrackKey};
 use crate::slots::Slot;
 use crate::time::Time;
 
@@ -35,6 +35,8 @@ pub(super) enum Begun {
     Transponder(Time, Identity),
     /// An unassigned radar track.
     Track(TrackletId),
+    /// Tracks of two cameras, in order, with the time of the first look at which their lines cross.
+    Cameras(Time, CameraTrackKey, CameraTrackKey),
 }
 
 impl TrackletId {

@@ -6,8 +6,7 @@
 
 mod axis;
 
-pub(super) use axis::Scales;
-use axis::{OffsetAxis, PlotErrors};
+pub(super) use axis::{OffsetAxis, PlotErrors, Scales};
 
 use serde::{Deserialize, Serialize};
 

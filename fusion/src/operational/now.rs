@@ -24,10 +24,10 @@ pub(super) fn predict(
 ) -> Vec<Point> {
     let predicted = shared::map(cycle.settings.threads, targets.as_slice(), |target| {
         let number = targets.number_shown(target).filter(|_| !targets.is_companion(target.id()))?;
-        let known = TargetOutput::of(target, tracklets, cycle);
+        let known = TargetOutput::of(target, tracklets, cameras, cycle);
         let companions: Vec<(&Target, TargetOutput)> = targets
             .companions(target.id())
-            .map(|other| (other, TargetOutput::of(other, tracklets, cycle)))
+            .map(|other| (other, TargetOutput::of(other, tracklets, cameras, cycle)))
             .collect();
         let companions = companions.iter().map(|(other, known)| (*other, known));
         let (position, estimated) = output::published_position(target, &known, companions, cycle)?;

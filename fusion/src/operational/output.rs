@@ -38,7 +38,7 @@ pub(super) fn publish(
     let mut points = Vec::with_capacity(targets.as_slice().len());
     let mut returned = 0;
     let known = shared::map(settings.threads, targets.as_slice(), |target| {
-        TargetOutput::of(target, tracklets, cycle)
+        TargetOutput::of(target, tracklets, cameras, cycle)
     });
     for own in &known {
         let &TargetOutput { id, tracklet, plot, .. } = own;
@@ -99,7 +99,7 @@ pub(super) struct TargetOutput<'a> {
 }
 
 impl<'a> TargetOutput<'a> {
-    pub(super) fn of(target: &Target, tracklets: &'a Tracklets, cycle: &Cycle) -> Self {
+    pub(super) fn of(target: &Target, tracklets: &'a Tracklets, cameras: &Cameras, cycle: &Cycle) -> Self {
         let tracklet = nearest_track(target, tracklets, cycle);
         let here = tracklet.filter(|tracklet| track_drift::is_present(tracklet, cycle));
         let is_covered = target.is_heard(cycle);
@@ -108,6 +108,13 @@ impl<'a> TargetOutput<'a> {
             let otherwise_m2 =
                 track_drift::of_target(target, tracklets, cycle) + target.doubted_m2(cycle.centre);
             estimate.horizontal += Matrix2::identity() * otherwise_m2;
+        }
+        if let Some(estimate) = estimate.as_mut().filter(|_| !is_covered && target.is_last_seen_by_cameras())
+            && let Some((horizontal, vertical)) =
+                cameras.lasting_m2(target.id(), cycle.centre, estimate, cycle.settings)
+        {
+            estimate.horizontal += horizontal;
+            estimate.vertical += vertical;
         }
         Self {
             id: target.id(),
@@ -183,16 +190,20 @@ fn nearest_track<'a>(target: &Target, tracklets: &'a Tracklets, cycle: &Cycle) -
     target.followed(tracklets).min_by_key(away)
 }
 
-/// Whether a target that no sensor sees in this slot is still published: with a transponder by its sigma, without one by the time
-/// it has coasted.
+/// Whether a target that no radar or transponder sees in this slot is published: with a transponder by its sigma, without one by
+/// the time it has coasted.
 fn is_known(target: &Target, estimate: &StateEstimate) -> bool {
-    let coasts_s = match (estimate.since_s, estimate.until_s) {
-        (Some(_), Some(_)) => 0.0,
-        (since_s, until_s) => since_s.or(until_s).unwrap_or(0.0),
-    };
     match target.transponder() {
         Some(_) => estimate.sigma_m() <= UNSEEN_SIGMA_MAX_M,
-        None => target.radar().is_some() && coasts_s <= COAST_MAX_S,
+        None => coasts_s(estimate) <= COAST_MAX_S,
+    }
+}
+
+/// Time from the last position measurement or to the next one, seconds; zero between two.
+fn coasts_s(estimate: &StateEstimate) -> f64 {
+    match (estimate.since_s, estimate.until_s) {
+        (Some(_), Some(_)) => 0.0,
+        (since_s, until_s) => since_s.or(until_s).unwrap_or(f64::INFINITY),
     }
 }
 
@@ -220,6 +231,7 @@ pub(super) fn source(
     cycle: &Cycle,
 ) -> Option<Source> {
     let transponder = target.transponder().and_then(|transponder| transponder.part(cycle.end));
+    let is_recent = |part: RadarPart| cycle.centre.seconds_since(part.time) <= COAST_MAX_S;
     Some(match (transponder, plot.zip(radar)) {
         (Some(transponder), Some((plot, radar))) => {
             let curve = target.on_curve(plot.time, cycle.settings);
@@ -230,6 +242,7 @@ pub(super) fn source(
             Source::Fused(radar, transponder, Association { distance_m, because })
         }
         (Some(transponder), None) => Source::Transponder(transponder),
+        (None, None) if target.is_last_seen_by_cameras() && !radar.is_some_and(is_recent) => Source::Cameras,
         (None, _) => Source::Radar(radar?),
     })
 }

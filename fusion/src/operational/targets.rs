@@ -22,7 +22,7 @@ use super::tracklets::{Tracklet, Tracklets};
 use super::transponder::{CurvePosition, Transponder};
 use super::transponder_types::TransponderTypes;
 use super::tuning::{RADAR_HEIGHT_S, TARGET_SILENT_MAX, TRANSPONDER_SILENT_S};
-use crate::filter::{Measurement, StateEstimate, TargetFilter};
+use crate::filter::{By, Measurement, StateEstimate, TargetFilter};
 use crate::numbering::{NumberChange, Numbers};
 use crate::point::{CameraPart, RadarPart, Source};
 use crate::report::{CameraTrackKey, Fix, Identity, Plot, SensorIndex};
@@ -169,6 +169,16 @@ impl Target {
             || transponder.last_until(cycle.centre).is_some_and(since)
     }
 
+    /// Whether cameras have begun it, and no other sensor has seen it since.
+    pub(super) fn is_of_cameras_alone(&self) -> bool {
+        matches!(self.id.begun, Begun::Cameras(..)) && self.transponder.is_none() && self.followed.is_empty()
+    }
+
+    /// Whether a camera made the last measurement.
+    pub(super) fn is_last_seen_by_cameras(&self) -> bool {
+        self.last_measurement().is_some_and(|last| matches!(last.by, By::Camera { .. }))
+    }
+
     /// Estimate of the filter.
     pub(super) fn estimate(&self, time: Time) -> Option<StateEstimate> {
         self.filter.at(time)
@@ -235,8 +245,8 @@ impl Target {
                 }
             }));
         }
-        // Bearings alone cannot start a filter.
-        if !is_new {
+        // Bearings of one camera cannot start a filter.
+        if !is_new || matches!(self.id.begun, Begun::Cameras(..)) {
             measurements.extend(self.bearings(cameras, settled, settings).map(|(_, look)| look));
         }
         // Measurements of one time: the transponder first, then radars in their order.
@@ -263,7 +273,8 @@ impl Target {
     ) -> impl Iterator<Item = (CameraTrackKey, Measurement)> + 'a {
         let silent = |time| self.transponder.as_ref()?.silence(time, time).map(|(_, silent_s)| silent_s);
         let is_used = move |time| silent(time).is_none_or(|silent_s| silent_s > TRANSPONDER_SILENT_S);
-        let place_at = |time| self.estimate(time);
+        let crossing = move |time| cameras.crossing_of(self.id, time, settings);
+        let place_at = move |time| self.estimate(time).or_else(|| crossing(time));
         cameras.of(self.id(), since, place_at, settings).filter(move |(_, look)| is_used(look.time))
     }
 
@@ -350,6 +361,33 @@ impl Targets {
         let id = TargetId { slot: cycle.slot, begun: Begun::Track(track) };
         self.all.insert(id, Target::new(id, cycle.centre, cycle.settings));
         id
+    }
+
+    /// Creates a target that two cameras see, without further data.
+    pub(super) fn insert_sighted(&mut self, id: TargetId, cycle: &Cycle) {
+        self.all.insert(id, Target::new(id, cycle.centre, cycle.settings));
+    }
+
+    /// Unites a target that only cameras see with another one. Returns the one that ends, and the one that remains: that with a
+    /// transponder, otherwise the older one. The number of the one that ends is taken over if the other has none.
+    pub(super) fn join(
+        &mut self,
+        id: TargetId,
+        other: TargetId,
+        tracklets: &mut Tracklets,
+    ) -> (TargetId, TargetId) {
+        let has_transponder = self.all.get(other).is_some_and(|other| other.transponder.is_some());
+        let (from, to) = if has_transponder || other < id { (id, other) } else { (other, id) };
+        let tracks = self.all.get(from).map(|from| from.followed.clone()).unwrap_or_default();
+        tracks.into_iter().for_each(|(_, track)| self.assign_track(tracklets, track, Some(to)));
+        if let Some(number) = self.detach(from).and_then(|from| from.number) {
+            let known = self.own_number(to);
+            match self.all.get_mut(to).filter(|_| known.is_none()) {
+                Some(to) => to.number = Some(number),
+                None => self.numbers.release(number),
+            }
+        }
+        (from, to)
     }
 
     /// Learns the white noise of each transponder from its reports up to `until`.

@@ -46,13 +46,17 @@ impl TrackNumbers {
         Some(number)
     }
 
-    /// Assigns a number to a target without one, based on its radar track and transponder.
+    /// Assigns a number to a target without one, based on its radar track and transponder; without both, a free one.
     pub(super) fn assign(&mut self, source: &Source, slot: Slot) -> TrackNumber {
         let transponder = source.transponder().map_or(0, |part| part.number * NUMBERS_PER_TRANSPONDER);
         let number = transponder + source.radar().map_or(0, |part| part.track.number.into());
         // A radar reuses its numbers; those of targets are unique while they exist.
         let free = |number: &u32| !self.in_use.contains(number);
-        let number = Some(number).filter(free).or_else(|| (FIRST_FREE_NUMBER..).find(free)).unwrap_or(number);
+        let has_number = !matches!(source, Source::Cameras);
+        let number = Some(number)
+            .filter(|number| has_number && free(number))
+            .or_else(|| (FIRST_FREE_NUMBER..).find(free))
+            .unwrap_or(number);
         self.in_use.insert(number);
         TrackNumber { number, since: slot }
     }

@@ -355,6 +355,47 @@ pub(super) const CAMERA_TURNED_S: f64 = 15.0;
 pub(super) const CAMERA_NEAR_M: f64 = 5.0;
 /// Ratio between quantised distances of a bearing, so that nearly equal distances do not repeat the filtering.
 pub(super) const CAMERA_RANGE_STEP: f64 = 1.05;
+/// The same where another camera looks from another side, so that the distance is known well.
+pub(super) const CAMERA_CROSSED_STEP: f64 = 1.001;
+
+/// Maximum time between two looks of a camera's track between which its direction is interpolated, seconds.
+pub(super) const CAMERA_BETWEEN_S: f64 = 1.5;
+/// Error of an interpolated direction, as a share of its change between the two looks: with one look on either side, and with two.
+pub(super) const CAMERA_BETWEEN_SHARE: [f64; 2] = [0.03, 0.01];
+/// Standard deviation of the time stamps of a camera, seconds.
+pub(super) const CAMERA_CLOCK_S: f64 = 0.02;
+/// Variance of an angle that no learning of the orientation removes, radians² (0.03°).
+pub(super) const CAMERA_LASTING2: f64 = 2.7e-7;
+/// Minimum sine of the angle between two lines of sight that cross (8°). Below it lasting errors shift the crossing by more than
+/// a linear error model covers.
+pub(super) const CAMERA_CROSSING_SINE: f64 = 0.14;
+/// Maximum elevation of a line of sight that crosses another, radians (80°). Azimuths mean little near the zenith.
+pub(super) const CAMERA_ELEVATION_MAX: f64 = 1.396;
+/// Maximum time between the looks of two cameras that together measure a position, seconds.
+pub(super) const CAMERA_TOGETHER_S: f64 = 1.0;
+/// Correlation time of the lasting errors of a camera, seconds.
+pub(super) const CAMERA_CORRELATION_S: f64 = 20.0;
+/// Maximum number of tracks of one camera that may begin targets at a time.
+pub(super) const CAMERA_FREE_MAX: usize = 16;
+/// Maximum number of pairs of tracks that may begin targets at a time.
+pub(super) const CAMERA_PAIRS_MAX: usize = 2048;
+/// Minimum LLR, number of looks, and time from the first to the last of them, seconds, at which a pair of tracks begins a target.
+pub(super) const CAMERA_START_LLR: f64 = 4.0;
+pub(super) const CAMERA_START_LOOKS: u32 = 8;
+pub(super) const CAMERA_START_S: f64 = 4.0;
+/// Maximum standard deviation of the position at which a pair of tracks begins a target: mean of the axes, metres.
+pub(super) const CAMERA_START_SIGMA_M: f64 = 20.0;
+/// LLR of the pair below which a target that only its two cameras see ends.
+pub(super) const CAMERA_END_LLR: f64 = -2.0;
+/// Maximum climb of a drone, metres a second, and its acceleration, metres a second squared.
+pub(super) const DRONE_CLIMB_MAX_M_S: f64 = 12.0;
+pub(super) const DRONE_ACCELERATION_MAX_M_S2: f64 = 12.0;
+/// Time over which a speed is measured from crossings, seconds.
+pub(super) const CAMERA_SPEED_S: f64 = 1.5;
+/// Time between looks of a third camera that decide between pairs, seconds, and the bounds of the LLR of one of them and of all.
+pub(super) const CAMERA_THIRD_S: f64 = 2.0;
+pub(super) const CAMERA_THIRD_LLR: [f64; 2] = [-4.0, 3.0];
+pub(super) const CAMERA_THIRD_LLR_MAX: f64 = 8.0;
 
 // --- Radar tracks whose numbers jump
 

@@ -187,7 +187,7 @@ impl CameraLook {
 }
 
 /// Unit vector of a direction: east, north, up.
-fn direction(azimuth: f64, elevation: f64) -> Vector3<f64> {
+pub(crate) fn direction(azimuth: f64, elevation: f64) -> Vector3<f64> {
     let level = elevation.cos();
     Vector3::new(azimuth.sin() * level, azimuth.cos() * level, elevation.sin())
 }
@@ -202,7 +202,7 @@ fn rows(azimuth: f64, elevation: f64) -> [Vector3<f64>; 2] {
 }
 
 /// The equivalent angle between -π and π.
-fn wrapped(angle: f64) -> f64 {
+pub(crate) fn wrapped(angle: f64) -> f64 {
     (angle + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0
 }
 

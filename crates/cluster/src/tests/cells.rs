@@ -184,6 +184,7 @@ fn key(track: &PictureTrack) -> AircraftKey {
     match &track.point.source {
         Source::Fused(_, part, _) | Source::Transponder(part) => AircraftKey::Identity(part.identity),
         Source::Radar(part) => AircraftKey::Radar(part.track),
+        Source::Cameras => panic!("there is no camera"),
     }
 }
 

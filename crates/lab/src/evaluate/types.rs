@@ -22,6 +22,8 @@ pub enum PointSource {
     Radar,
     /// Transponder alone.
     Transponder,
+    /// Cameras alone.
+    Camera,
 }
 
 /// A point to be scored: an output point, a radar's plot, or an interpolated transponder position.
@@ -135,6 +137,7 @@ impl OutputPoint {
                 Source::Fused(..) => PointSource::Fused,
                 Source::Radar(_) => PointSource::Radar,
                 Source::Transponder(_) => PointSource::Transponder,
+                Source::Cameras => PointSource::Camera,
             },
             number: track.point.number,
             radar_track: source.radar().map(|part| part.track.number),

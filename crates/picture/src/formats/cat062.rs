@@ -192,11 +192,12 @@ fn status(track: &PictureTrack, is_first: bool, has_height: bool) -> TrackStatus
         _ if !has_height => HeightSource::None,
         Source::Radar(_) => HeightSource::Radar3D,
         Source::Fused(..) | Source::Transponder(_) => HeightSource::Gnss,
+        Source::Cameras => HeightSource::Triangulation,
     };
     let is_flagged = track.point.integrity.is_some_and(|known| known.state.is_flagged());
     let lacks = |seen: Option<Time>| seen.is_none_or(|seen| track.time.seconds_since(seen) > LACKING_S);
     TrackStatus::default()
-        .with_monosensor(!matches!(source, Source::Fused(..)))
+        .with_monosensor(!matches!(source, Source::Fused(..) | Source::Cameras))
         .with_geometric_reliable(has_height)
         .with_height_source(height_source)
         .with_first(is_first)
@@ -209,7 +210,7 @@ fn status(track: &PictureTrack, is_first: bool, has_height: bool) -> TrackStatus
         .with_surveillance(match source {
             Source::Fused(..) => 0,
             Source::Transponder(_) => 1,
-            Source::Radar(_) => 2,
+            Source::Radar(_) | Source::Cameras => 2,
         })
         .unwrap_or_default()
 }

@@ -89,6 +89,7 @@ fn report(track: &PictureTrack) -> FusionReport {
             Source::Fused(..) => ReportSource::Fused,
             Source::Radar(_) => ReportSource::Radar,
             Source::Transponder(_) => ReportSource::Transponder,
+            Source::Cameras => ReportSource::Camera,
         },
         track_number: point.number,
         radar_track: radar.map(|part| part.track.number),

@@ -127,6 +127,7 @@ fn how(track: &PictureTrack, is_predicted: bool) -> &'static str {
     let source = &track.point.source;
     match (source.radar(), source.transponder()) {
         _ if is_predicted => "m-p",
+        _ if matches!(source, fusion::Source::Cameras) => "m-f",
         (Some(_), Some(_)) => "m-f",
         (None, Some(_)) => "m-g",
         (_, None) => "m-r",
@@ -168,6 +169,7 @@ fn remarks(track: &PictureTrack, class: TrackClass, second: CotSecond) -> String
     let source = &track.point.source;
     said.push(
         match (source.radar(), source.transponder()) {
+            _ if matches!(source, fusion::Source::Cameras) => "Cameras alone.",
             (Some(_), Some(_)) => "Fused from radar and transponder.",
             (None, Some(_)) => "Transponder alone, not seen by radar.",
             (_, None) => "Radar alone.",

@@ -60,6 +60,8 @@ pub fn observations<'a>(
             Source::Fused(..) => (8, 1),
             Source::Radar(_) => (5, 0),
             Source::Transponder(_) => (11, 0),
+            // No value of the list is a camera: several sensors see it without its help.
+            Source::Cameras => (5, 1),
         };
         observations.push(Observation {
             lat_dd: rounded(track.position.latitude_deg(), 7),

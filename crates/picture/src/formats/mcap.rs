@@ -125,6 +125,7 @@ impl MarkerStyle {
             Source::Fused(..) => "#154f9c",
             Source::Radar(_) => "#ecab38",
             Source::Transponder(_) => "#cf5f88",
+            Source::Cameras => "#3f9a57",
         };
         Self { name: serial.unwrap_or_else(|| maker.track_id(track)), style: Colour { color } }
     }

@@ -57,6 +57,7 @@ impl PublishedTrackKey {
             (Source::Fused(..), false) => Self::Fused(number),
             (Source::Radar(radar), false) => Self::Radar(radar.track.sensor, number, first_seen),
             (Source::Transponder(_), false) => Self::Transponder(number),
+            (Source::Cameras, false) => Self::Again(number, first_seen),
         }
     }
 }

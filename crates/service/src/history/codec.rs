@@ -19,7 +19,7 @@ pub struct HistoryTrack {
     pub altitude_amsl_m: Option<f64>,
 }
 
-const SOURCES: [&str; 3] = TrackSource::NAMES;
+const SOURCES: [&str; 4] = TrackSource::NAMES;
 /// Encoded height of a track without a height.
 const NO_HEIGHT: i32 = i32::MIN;
 /// Size of an encoded place, in octets.

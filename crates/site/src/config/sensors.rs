@@ -54,7 +54,7 @@ names! {
         AdsB(AdsB) = "adsb",
         /// Remote ID broadcasts of drones (ASTM F3411), as messages or as a gateway's lines.
         RemoteId(Transponder) = "remote-id",
-        /// Bearings of an EO/IR camera head, CAT015. They improve the tracks of other sensors, and create none.
+        /// Bearings of an EO/IR camera head, CAT015. They improve the tracks of other sensors; the bearings of two cameras create tracks.
         Camera(Camera) = "camera",
     }
 }

@@ -23,7 +23,7 @@ const COUNT: usize = ERROR_SCALES.len();
 
 /// Errors at a plot along one axis, standard deviations; those of the radar as they are known.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PlotErrors {
+pub(in crate::operational) struct PlotErrors {
     /// Bias of the radar, metres.
     pub(super) bias_m: f64,
     /// White noise of the radar, metres.
@@ -56,6 +56,19 @@ impl Scales {
 }
 
 impl PlotErrors {
+    /// Errors of the distance between the lines of sight of two cameras, whose accuracy is known about as well as a learnt one:
+    /// standard deviations of the lasting and of the white errors, metres.
+    pub(in crate::operational) fn of_lines(lasting_m: f64, white_m: f64) -> Self {
+        Self {
+            bias_m: lasting_m,
+            white_m,
+            curve_m: 0.0,
+            sheet_white_m: white_m,
+            transponder_m2: 0.0,
+            scales: Scales::of(SCALES_UNSURE_MIN),
+        }
+    }
+
     /// Variance of the bias between the two sensors, m².
     fn bias(&self, scale: f64) -> f64 {
         (scale * self.bias_m).powi(2) + self.transponder_m2
@@ -77,7 +90,7 @@ impl PlotErrors {
 
 /// Both hypotheses, given the plots so far.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct OffsetAxis {
+pub(in crate::operational) struct OffsetAxis {
     /// One aircraft, for each of [`ERROR_SCALES`].
     one: [WeightedHypothesis; COUNT],
     two: TwoAircraft,
@@ -107,7 +120,7 @@ struct TwoAircraft {
 
 impl OffsetAxis {
     /// State before the first plot.
-    pub(super) fn new(errors: &PlotErrors, separation: &Separation) -> Self {
+    pub(in crate::operational) fn new(errors: &PlotErrors, separation: &Separation) -> Self {
         let Scales(scales) = errors.scales;
         let weighted = |index: usize| WeightedHypothesis {
             weight: ERROR_SCALES[index].1,
@@ -118,7 +131,13 @@ impl OffsetAxis {
     }
 
     /// Predicts the state `dt` seconds later, when a share `kept` of the bias remains.
-    pub(super) fn predict(&mut self, dt: f64, kept: f64, errors: &PlotErrors, separation: &Separation) {
+    pub(in crate::operational) fn predict(
+        &mut self,
+        dt: f64,
+        kept: f64,
+        errors: &PlotErrors,
+        separation: &Separation,
+    ) {
         for (one, scale) in self.one.iter_mut().zip(errors.scales.0) {
             one.filter.predict(kept, errors.bias(scale));
         }
@@ -126,7 +145,7 @@ impl OffsetAxis {
     }
 
     /// Updates the state by an offset, metres; returns the log-likelihood ratio of one aircraft against two.
-    pub(super) fn observe(&mut self, metres: f64, errors: &PlotErrors) -> f64 {
+    pub(in crate::operational) fn observe(&mut self, metres: f64, errors: &PlotErrors) -> f64 {
         let mut logs = [0.0; COUNT];
         for ((one, scale), log) in self.one.iter_mut().zip(errors.scales.0).zip(&mut logs) {
             *log = one.filter.observe(metres, errors.white(scale));
@@ -167,7 +186,7 @@ impl OffsetAxis {
     }
 
     /// Penalty against one aircraft for the size of the bias that explains the offset, a logarithm.
-    pub(super) fn bias_penalty(&self, errors: &PlotErrors) -> f64 {
+    pub(in crate::operational) fn bias_penalty(&self, errors: &PlotErrors) -> f64 {
         let mut penalties = [0.0; COUNT];
         for ((one, scale), penalty) in self.one.iter().zip(errors.scales.0).zip(&mut penalties) {
             *penalty = 0.5 * (one.filter.mean.powi(2) / errors.bias(scale) - BIAS_FREE_SIGMAS2).max(0.0);

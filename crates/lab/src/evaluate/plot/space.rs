@@ -21,10 +21,11 @@ const PLAN_HEIGHT: (f64, f64) = (300.0, 600.0);
 pub(super) const NOTHING: &str = "no point and no true path";
 
 /// Kinds of output points, by source or `None` for points of no drone, in the order of the legend.
-const KINDS: [(Option<PointSource>, &str); 4] = [
+const KINDS: [(Option<PointSource>, &str); 5] = [
     (Some(PointSource::Fused), "fused"),
     (Some(PointSource::Radar), "radar only"),
     (Some(PointSource::Transponder), "transponder only"),
+    (Some(PointSource::Camera), "cameras only"),
     (None, "of no drone"),
 ];
 
@@ -108,7 +109,7 @@ pub(super) fn height_frame(scene: &PlanView<'_>, clock: PlotClock) -> Chart {
 
 /// Points of the output by kind, and the true paths, split at gaps.
 pub(super) struct PlanView<'a> {
-    kinds: [Vec<PlanePoint>; 4],
+    kinds: [Vec<PlanePoint>; KINDS.len()],
     truth: Vec<(&'a str, Vec<Vec<PlanePoint>>)>,
 }
 

@@ -88,6 +88,9 @@ impl Style {
             PointSource::Transponder => {
                 Self { marker: Marker::Triangle, colour: "#cf5f88", line_colour: "#7d1f40", dash: "2 2.5" }
             }
+            PointSource::Camera => {
+                Self { marker: Marker::Square, colour: "#3f9a57", line_colour: "#1f5c31", dash: "4 2" }
+            }
         }
     }
 }

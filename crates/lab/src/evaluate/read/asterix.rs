@@ -153,6 +153,7 @@ impl RecordReader<'_> {
                 Some(Source::Fused) | None => PointSource::Fused,
                 Some(Source::Radar) => PointSource::Radar,
                 Some(Source::Transponder) => PointSource::Transponder,
+                Some(Source::Camera) => PointSource::Camera,
             },
             number,
             radar_track: report.as_ref().and_then(|report| report.radar_track),

@@ -104,8 +104,11 @@ fn point(row: &CsvRow<'_>, source: &str, number: &str) -> Result<OutputPoint, In
         "fused" => PointSource::Fused,
         "radar" => PointSource::Radar,
         "transponder" => PointSource::Transponder,
+        "camera" => PointSource::Camera,
         other => {
-            return Err(row.error(format!("{source}: {other:?} is none of fused, radar, transponder")));
+            return Err(
+                row.error(format!("{source}: {other:?} is none of fused, radar, transponder, camera"))
+            );
         }
     };
     Ok(OutputPoint {

@@ -51,6 +51,7 @@ impl Sky {
             Source::Fused(..) => 0,
             Source::Radar(_) => 1,
             Source::Transponder(_) => 2,
+            Source::Cameras => 3,
         };
         points.sort_by_key(|point| (rank(&point.source), point.number));
         let mut picture = self.maker.picture(Emission {
@@ -168,6 +169,7 @@ fn coarse(sigma_m: f64, mut point: Point) -> Point {
     match &mut point.source {
         Source::Transponder(part) => part.height_measured = false,
         Source::Radar(part) | Source::Fused(part, ..) => part.height_measured = false,
+        Source::Cameras => panic!("cameras measure the height"),
     }
     point
 }
