@@ -239,7 +239,9 @@ pub fn registered(engine: &Engine, config: &Config) -> String {
 
 /// Line about pairs of camera tracks that could begin no target, because there were too many.
 fn left_out(pairs: u64) -> Option<String> {
-    (pairs > 0).then(|| format!("cameras    {pairs} pairs of tracks left out, summed over the slots: too many at a time\n"))
+    (pairs > 0).then(|| {
+        format!("cameras    {pairs} pairs of tracks left out, summed over the slots: too many at a time\n")
+    })
 }
 
 fn received(text: &mut String, tally: &Tally) -> fmt::Result {

@@ -73,6 +73,7 @@ impl Point {
             Source::Fused => "fused",
             Source::Radar => "radar",
             Source::Transponder => "transponder",
+            Source::Camera => "camera",
         };
         let position = record.position.unwrap();
         Self {

@@ -17,7 +17,7 @@ mod starting;
 
 use std::collections::{BTreeMap, VecDeque};
 
-use nalgebra::{Matrix2, Matrix3, Vector2};
+use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
 
 use super::ids::TargetId;
@@ -31,6 +31,7 @@ use crate::frames::Enu;
 use crate::registration::{CameraLook, CameraOrientation};
 use crate::report::{Bearing, CameraTrackKey, SensorIndex};
 use crate::time::Time;
+use crossing::LastingErrors;
 pub use starting::CameraStarts;
 use starting::{PairEvidence, TrackPair};
 
@@ -158,17 +159,15 @@ impl Cameras {
         place: &StateEstimate,
         settings: &OperationalSettings,
     ) -> Option<(Matrix2<f64>, f64)> {
-        let mut information = Matrix3::zeros();
         let its = self
             .tracks
             .iter()
             .filter(|(_, track)| track.target == Some(target) && track.is_near(time, CAMERA_ENDS_S));
-        for (key, _) in its {
+        let errors = its.filter_map(|(key, _)| {
             let (camera, oriented) = settings.camera(key.sensor).zip(self.oriented.get(&key.sensor))?;
-            information += crossing::lasting_information(camera, &oriented.orientation, place)?;
-        }
-        let covariance = information.try_inverse()?;
-        Some((covariance.fixed_view::<2, 2>(0, 0).into(), covariance[(2, 2)]))
+            LastingErrors::of(camera, &oriented.orientation, place)
+        });
+        crossing::lasting_m2(&errors.collect::<Vec<LastingErrors>>())
     }
 }
 
@@ -184,8 +183,8 @@ impl CameraTrack {
     /// Whether it looks at `place` around a time, from another side than `camera`.
     fn crosses(&self, time: Time, own: &Camera, camera: &Camera, place: &StateEstimate) -> bool {
         let [one, other] = [own, camera].map(|camera| place.position.0 - camera.position.0);
-        let sine = one.cross(&other).norm() / (one.norm() * other.norm());
-        sine >= CAMERA_CROSSING_SINE && self.is_near(time, CAMERA_TOGETHER_S)
+        crossing::sine_over_ground(&one, &other) >= CAMERA_CROSSING_SINE
+            && self.is_near(time, CAMERA_TOGETHER_S)
     }
 }
 

@@ -366,7 +366,9 @@ pub(super) const CAMERA_BETWEEN_SHARE: [f64; 2] = [0.03, 0.01];
 pub(super) const CAMERA_CLOCK_S: f64 = 0.02;
 /// Variance of an angle that no learning of the orientation removes, radians² (0.03°).
 pub(super) const CAMERA_LASTING2: f64 = 2.7e-7;
-/// Minimum sine of the angle between two lines of sight that cross (8°). Below it lasting errors shift the crossing by more than
+/// Bound of the standard deviation of a position by lasting errors, metres: for lines that are nearly parallel.
+pub(super) const CAMERA_LASTING_MAX_M: f64 = 100.0;
+/// Minimum sine of the angle over ground between two lines of sight that cross (8°). Below it lasting errors shift the crossing by more than
 /// a linear error model covers.
 pub(super) const CAMERA_CROSSING_SINE: f64 = 0.14;
 /// Maximum elevation of a line of sight that crosses another, radians (80°). Azimuths mean little near the zenith.

@@ -1,6 +1,6 @@
 //! Lines of sight of two cameras: how they pass each other, and the position that follows.
 
-use nalgebra::{Matrix2, Matrix3, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::{CameraTrack, OrientedCamera};
 use crate::filter::StateEstimate;
@@ -8,7 +8,7 @@ use crate::frames::Enu;
 use crate::operational::settings::Camera;
 use crate::operational::tuning::{
     CAMERA_BETWEEN_S, CAMERA_BETWEEN_SHARE, CAMERA_CLOCK_S, CAMERA_CROSSING_SINE, CAMERA_ELEVATION_MAX,
-    CAMERA_LASTING2, CAMERA_NEAR_M,
+    CAMERA_LASTING_MAX_M, CAMERA_LASTING2, CAMERA_NEAR_M,
 };
 use crate::registration::{CameraOrientation, direction, wrapped};
 use crate::report::Bearing;
@@ -97,7 +97,7 @@ impl SightLine {
         let (cosine, between) = (along[0].dot(&along[1]), other.from - self.from);
         let normal = along[0].cross(&along[1]);
         let sine2 = normal.norm_squared();
-        if sine2 < CAMERA_CROSSING_SINE.powi(2) {
+        if sine_over_ground(&along[0], &along[1]) < CAMERA_CROSSING_SINE || sine2 == 0.0 {
             return Passing::Parallel;
         }
         let normal = normal / sine2.sqrt();
@@ -158,26 +158,71 @@ fn lasting2(own2: f64, turned2: f64, rate: f64) -> f64 {
     own2 + turned2 + CAMERA_LASTING2 + (rate * CAMERA_CLOCK_S).powi(2)
 }
 
-/// Information on a position by the lasting errors of one camera, m⁻²; `None`: it is too near, or too steep.
-pub(super) fn lasting_information(
-    camera: &Camera,
-    orientation: &CameraOrientation,
-    place: &StateEstimate,
-) -> Option<Matrix3<f64>> {
-    let away = place.position.0 - camera.position.0;
-    let angles = [away.x.atan2(away.y), away.z.atan2(away.xy().norm())];
-    if away.xy().norm() < CAMERA_NEAR_M || angles[1].abs() > CAMERA_ELEVATION_MAX {
+/// Sine of the angle between two directions over ground. Azimuths alone measure the position over ground in the filter.
+pub(super) fn sine_over_ground(one: &Vector3<f64>, other: &Vector3<f64>) -> f64 {
+    let (one, other) = (one.xy(), other.xy());
+    one.perp(&other).abs() / (one.norm() * other.norm()).max(f64::MIN_POSITIVE)
+}
+
+/// A camera's view of a place: unit vectors over ground, and the lasting errors there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LastingErrors {
+    outward: Vector2<f64>,
+    /// Tangent of the elevation.
+    slope: f64,
+    /// Variance across the line of sight over ground, m².
+    across_m2: f64,
+    /// Variance of the height at a known distance, m².
+    height_m2: f64,
+}
+
+impl LastingErrors {
+    /// `None`: the place is too near to the camera, or too steep.
+    pub(super) fn of(
+        camera: &Camera,
+        orientation: &CameraOrientation,
+        place: &StateEstimate,
+    ) -> Option<Self> {
+        let away = place.position.0 - camera.position.0;
+        let ground_m = away.xy().norm();
+        let angles = [away.x.atan2(away.y), away.z.atan2(ground_m)];
+        if ground_m < CAMERA_NEAR_M || angles[1].abs() > CAMERA_ELEVATION_MAX {
+            return None;
+        }
+        let line = SightLine { from: camera.position.0, angles, white2: [0.0; 2], lasting2: [0.0; 2] };
+        let sideways = line.sideways(away.norm());
+        let own2 = [camera.azimuth.powi(2), camera.elevation.powi(2)];
+        let turned2 = orientation.variances(angles);
+        let [azimuth2, elevation2] = [0, 1].map(|angle| {
+            let rate = sideways[angle].dot(&place.velocity) / sideways[angle].norm_squared();
+            lasting2(own2[angle], turned2[angle], rate)
+        });
+        Some(Self {
+            outward: away.xy() / ground_m,
+            slope: away.z / ground_m,
+            across_m2: ground_m * ground_m * azimuth2,
+            height_m2: elevation2 * (away.norm_squared() / ground_m).powi(2),
+        })
+    }
+}
+
+/// Covariance of a position over ground, and variance of its height, m², by the lasting errors of several cameras; `None` for fewer
+/// than two.
+pub(super) fn lasting_m2(errors: &[LastingErrors]) -> Option<(Matrix2<f64>, f64)> {
+    if errors.len() < 2 {
         return None;
     }
-    let line = SightLine { from: camera.position.0, angles, white2: [0.0; 2], lasting2: [0.0; 2] };
-    let (own2, turned2) = ([camera.azimuth.powi(2), camera.elevation.powi(2)], orientation.variances(angles));
-    let mut information = Matrix3::zeros();
-    for (angle, sideways) in line.sideways(away.norm()).into_iter().enumerate() {
-        let row = sideways / sideways.norm_squared();
-        let variance = lasting2(own2[angle], turned2[angle], row.dot(&place.velocity));
-        information += row * row.transpose() / variance;
+    let mut information = Matrix2::identity() / CAMERA_LASTING_MAX_M.powi(2);
+    for one in errors {
+        let clockwise = Vector2::new(one.outward.y, -one.outward.x);
+        information += clockwise * clockwise.transpose() / one.across_m2;
     }
-    Some(information)
+    let horizontal = information.try_inverse()?;
+    let of_height = |one: &LastingErrors| {
+        let along_m2 = (one.outward.transpose() * horizontal * one.outward).x;
+        1.0 / (one.height_m2 + one.slope * one.slope * along_m2)
+    };
+    Some((horizontal, 1.0 / errors.iter().map(of_height).sum::<f64>()))
 }
 
 impl Crossing {
@@ -270,5 +315,100 @@ impl CameraTrack {
             camera,
             oriented,
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    /// Line of sight from a camera to a place, with errors of these standard deviations, degrees, and an error drawn.
+    fn line(
+        from: Vector3<f64>,
+        to: Vector3<f64>,
+        [white_deg, lasting_deg]: [f64; 2],
+        draw: &mut impl FnMut() -> f64,
+    ) -> SightLine {
+        let away = to - from;
+        let (white, lasting) = (white_deg.to_radians(), lasting_deg.to_radians());
+        let mut error = || draw() * white.hypot(lasting);
+        SightLine {
+            from,
+            angles: [away.x.atan2(away.y) + error(), away.z.atan2(away.xy().norm()) + error()],
+            white2: [white * white; 2],
+            lasting2: [lasting * lasting; 2],
+        }
+    }
+
+    fn crossing(one: &SightLine, other: &SightLine) -> Crossing {
+        match one.passing(other) {
+            Passing::Near(crossing) => crossing,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn places(rng: &mut ChaCha8Rng) -> [Vector3<f64>; 3] {
+        let place = |rng: &mut ChaCha8Rng, up_m: f64| {
+            Vector3::new(rng.random_range(-500.0..500.0), rng.random_range(-500.0..500.0), up_m)
+        };
+        [place(rng, 5.0), place(rng, 20.0), place(rng, 90.0)]
+    }
+
+    fn is_wide([one, other, drone]: &[Vector3<f64>; 3]) -> bool {
+        let (first, second) = (drone - one, drone - other);
+        first.angle(&second).sin() > 0.3 && first.norm().min(second.norm()) > 150.0
+    }
+
+    #[test]
+    fn exact_lines_cross_at_the_aircraft() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        for _ in 0..200 {
+            let places = places(&mut rng);
+            if !is_wide(&places) {
+                continue;
+            }
+            let [one, other, drone] = places;
+            let sight = |from| line(from, drone, [0.1, 0.1], &mut || 0.0);
+            let crossing = crossing(&sight(one), &sight(other));
+            assert!((crossing.position - drone).norm() < 1e-6 && crossing.gap_m.abs() < 1e-6, "{crossing:?}");
+        }
+    }
+
+    #[test]
+    fn errors_of_position_and_gap_are_as_stated() {
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let (mut squares, mut gaps, mut count) = (0.0, 0.0, 0.0);
+        while count < 2000.0 {
+            let places = places(&mut rng);
+            if !is_wide(&places) {
+                continue;
+            }
+            let [one, other, drone] = places;
+            let mut draw = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+            let first = line(one, drone, [0.1, 0.2], &mut draw);
+            let second = line(other, drone, [0.3, 0.05], &mut draw);
+            let crossing = crossing(&first, &second);
+            let off = crossing.position - drone;
+            squares += (off.transpose() * crossing.covariance.try_inverse().unwrap() * off).x / 3.0;
+            gaps += crossing.gap_m.powi(2) / (crossing.white_m.powi(2) + crossing.lasting_m.powi(2));
+            count += 1.0;
+        }
+        println!("position {:.2}, gap {:.2}", squares / count, gaps / count);
+        assert!((0.9..1.1).contains(&(squares / count)), "{}", squares / count);
+        assert!((0.9..1.1).contains(&(gaps / count)), "{}", gaps / count);
+    }
+
+    #[test]
+    fn lines_that_meet_behind_a_camera_do_not_cross() {
+        let drone = Vector3::new(0.0, 300.0, 80.0);
+        let first = line(Vector3::zeros(), drone, [0.1, 0.1], &mut || 0.0);
+        let mut second = line(Vector3::new(300.0, 300.0, 0.0), drone, [0.1, 0.1], &mut || 0.0);
+        second.angles[0] += std::f64::consts::PI;
+        assert!(matches!(first.passing(&second), Passing::Behind));
+        let beside = line(Vector3::new(1.0, 0.0, 0.0), drone, [0.1, 0.1], &mut || 0.0);
+        assert!(matches!(first.passing(&beside), Passing::Parallel));
     }
 }
