@@ -50,7 +50,7 @@ local ITEMS = {
     }, forms = {
         { known = "uf", parts = {
             { key = "magic", title = "Magic", bits = 24, is = "constant", value = 5588481 },
-            { key = "source", title = "Source", bits = 8, is = "count", codes = { [1] = "Fused", [2] = "Radar", [3] = "Transponder" } },
+            { key = "source", title = "Source", bits = 8, is = "count", codes = { [1] = "Fused", [2] = "Radar", [3] = "Transponder", [4] = "Camera" } },
             { key = "track_number", title = "Track number", bits = 32, is = "count" },
             { key = "radar_track", title = "Radar track", bits = 16, is = "count", unknown = 65535 },
             { key = "transponder", title = "Transponder", bits = 32, is = "count", unknown = 4294967295 },
@@ -68,7 +68,7 @@ local ITEMS = {
         } },
         { known = "uf", parts = {
             { key = "magic", title = "Magic", bits = 24, is = "constant", value = 5588482 },
-            { key = "source", title = "Source", bits = 8, is = "count", codes = { [1] = "Fused", [2] = "Radar", [3] = "Transponder" } },
+            { key = "source", title = "Source", bits = 8, is = "count", codes = { [1] = "Fused", [2] = "Radar", [3] = "Transponder", [4] = "Camera" } },
             { key = "track_number", title = "Track number", bits = 32, is = "count" },
             { key = "radar_track", title = "Radar track", bits = 16, is = "count", unknown = 65535 },
             { key = "transponder", title = "Transponder", bits = 32, is = "count", unknown = 4294967295 },

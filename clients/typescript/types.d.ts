@@ -1034,7 +1034,7 @@ export type PastPosition = {
 /** Properties of a track from the history. */
 export type PastProperties = {
   id: string;
-  source: "fused" | "radar" | "transponder";
+  source: "fused" | "radar" | "transponder" | "camera";
   track_number: number;
   /** A UTC time, RFC 3339. */
   time: string;
@@ -1544,7 +1544,7 @@ export type TrackProperties = {
   /** Short name as on the map, unique among the tracks of a picture: callsign or address, end of the serial number, or `R` and the number of a radar's track. */
   name?: string;
   /** Kinds of sensors whose measurements make the track. */
-  source: "fused" | "radar" | "transponder";
+  source: "fused" | "radar" | "transponder" | "camera";
   /** Published track number, as in CAT129 and CAT062. */
   track_number: number;
   /** `coasting`: not measured since; the position is extrapolated. */
@@ -1647,7 +1647,7 @@ export type TrailProperties = {
   /** Time of each position. */
   times: Array<string>;
   /** Source of each position. */
-  sources: Array<"fused" | "radar" | "transponder">;
+  sources: Array<"fused" | "radar" | "transponder" | "camera">;
   /** Height of each position above mean sea level, in metres; null if none was measured. */
   alt_msl: Array<number | null>;
 };

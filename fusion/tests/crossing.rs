@@ -262,7 +262,7 @@ impl std::fmt::Display for Score {
 /// First and last seed of the simulated flights, `UTM_FUSION_FIRST` and `UTM_FUSION_LAST`.
 fn seeds() -> std::ops::RangeInclusive<u64> {
     let number = |name: &str, otherwise| std::env::var(name).map_or(otherwise, |text| text.parse().unwrap());
-    number("UTM_FUSION_FIRST", 1)..=number("UTM_FUSION_LAST", 6)
+    number("UTM_FUSION_FIRST", 1)..=number("UTM_FUSION_LAST", 3)
 }
 
 fn scored(cameras: usize, drones: usize) -> Score {

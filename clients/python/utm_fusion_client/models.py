@@ -976,7 +976,7 @@ PastProperties = TypedDict(
     "PastProperties",
     {
         "id": str,
-        "source": Literal["fused", "radar", "transponder"],
+        "source": Literal["fused", "radar", "transponder", "camera"],
         "track_number": int,
         "time": str,
         "lat": float,
@@ -1559,7 +1559,7 @@ TrackProperties = TypedDict(
     {
         "id": str,
         "name": NotRequired[str],
-        "source": Literal["fused", "radar", "transponder"],
+        "source": Literal["fused", "radar", "transponder", "camera"],
         "track_number": int,
         "state": Literal["active", "coasting"],
         "time": str,
@@ -1621,7 +1621,7 @@ TrailProperties = TypedDict(
     {
         "id": str,
         "times": list[str],
-        "sources": list[Literal["fused", "radar", "transponder"]],
+        "sources": list[Literal["fused", "radar", "transponder", "camera"]],
         "alt_msl": list[Union[float, None]],
     },
 )

@@ -355,7 +355,7 @@ pub(super) const CAMERA_TURNED_S: f64 = 15.0;
 pub(super) const CAMERA_NEAR_M: f64 = 5.0;
 /// Ratio between quantised distances of a bearing, so that nearly equal distances do not repeat the filtering.
 pub(super) const CAMERA_RANGE_STEP: f64 = 1.05;
-/// The same where another camera looks from another side, so that the distance is known well.
+/// Ratio between quantised distances where another camera looks from another side, so that the distance is known well.
 pub(super) const CAMERA_CROSSED_STEP: f64 = 1.001;
 
 /// Maximum time between two looks of a camera's track between which its direction is interpolated, seconds.

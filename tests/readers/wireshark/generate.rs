@@ -147,7 +147,7 @@ fn codes(item: &str, field: &Field) -> Vec<(u64, String)> {
                 (code.into(), format!("{:?}", RiskCategories::from_octets([code << 6]).certification()))
             })
             .collect(),
-        ("SP", "source") => [Source::Fused, Source::Radar, Source::Transponder]
+        ("SP", "source") => [Source::Fused, Source::Radar, Source::Transponder, Source::Camera]
             .map(|source| (said_source(source), format!("{source:?}")))
             .to_vec(),
         ("SP", _) if field.bits == 1 => vec![(0, "no".to_owned()), (1, "yes".to_owned())],

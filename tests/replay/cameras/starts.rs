@@ -38,7 +38,7 @@ impl BearingRow {
 }
 
 impl Recording {
-    /// Replays the second halves of the bearings of two cameras, whose orientation is that of the first halves.
+    /// Replays the second halves of the bearings of two cameras. The first halves give the orientation.
     fn started(&self, pair: [usize; 2], accuracy_deg: f64) -> Started {
         let frame = TangentPlane::<AtSite>::at(Geodetic::from_degrees(52.0, 0.0, 0.0));
         let mut site = String::from(
