@@ -48,6 +48,7 @@ fn random_scenarios_reach_every_kind_of_output() {
                 Source::Fused(..) => fused += 1,
                 Source::Radar(_) => radar += 1,
                 Source::Transponder(_) => transponder += 1,
+                Source::Cameras => panic!("there is no camera"),
             }
         }
     }
