@@ -21,7 +21,7 @@ const MAGIC: &[u8; 8] = b"utmckpt\0";
 
 /// Version of the layout. Increment it whenever a type of the state, or the meaning of its numbers, changes. A test with a stored
 /// checkpoint verifies this (`tests/engine/checkpoint.rs`).
-pub(crate) const LAYOUT: u16 = 13;
+pub(crate) const LAYOUT: u16 = 14;
 
 /// Number of octets before the state.
 const FRONT: usize = MAGIC.len() + size_of::<u16>() + size_of::<u64>();

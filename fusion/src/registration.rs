@@ -11,6 +11,7 @@
 //! | `estimate` | misalignment and its covariance, from the sums |
 //! | `correction` | the correction of a plot |
 //! | `displaced`, `place` | the radar's position, checked |
+//! | `mutual` | alignment of radars by aircraft that two of them see |
 //! | `camera` | the orientation of a camera |
 //! | `delay` | the delay of one type of transponders |
 //! | `heights` | constant errors of heights, of radars or transponders |
@@ -34,6 +35,7 @@ mod displaced;
 mod estimate;
 mod guard;
 mod heights;
+mod mutual;
 mod parameters;
 mod place;
 mod qmethod;
@@ -53,6 +55,8 @@ pub use estimate::{BiasValue, Misalignment};
 pub use guard::Creep;
 pub(crate) use guard::{CreepGuard, GuardResult};
 pub(crate) use heights::{HeightAlignment, HeightOffset, HeightSums, height_verdict};
+pub use mutual::LearntFromRadars;
+pub(crate) use mutual::{MutualAlignment, RadarPair, SharedComparison, SharedLook};
 pub use place::Displacement;
 pub(crate) use place::PlaceCheck;
 pub use qmethod::{DirectionPair, attitude};

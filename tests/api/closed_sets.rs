@@ -107,7 +107,7 @@ async fn parameters_list_their_values() {
         found.unwrap_or_else(|| panic!("no parameter {name}"))
     };
     for (name, values) in [
-        ("source", "fused|radar|transponder"),
+        ("source", "fused|radar|transponder|camera"),
         ("class", "drone|crewed|vehicle|other|unknown"),
         ("integrity", "unverified|verified|suspect|failed|none"),
         ("include", "competitors"),

@@ -26,14 +26,16 @@ use crate::learning::{
     VelocityVerdict,
 };
 use crate::registration::{
-    Correction, Creep, CreepGuard, DelaySums, Displacement, GuardResult, HeightAlignment, Misalignment,
-    PlaceCheck, Registration, RegistrationState, RegistrationStateError, SampleOutcome, TrackComparison,
+    Correction, Creep, CreepGuard, DelaySums, Displacement, GuardResult, HeightAlignment, LearntFromRadars,
+    Misalignment, MutualAlignment, PlaceCheck, Registration, RegistrationState, RegistrationStateError,
+    SampleOutcome, SharedComparison, TrackComparison,
 };
 use crate::report::{Host, Identity, Plot, SensorIndex, TransponderType};
 use crate::settings::RegistrationMode;
 use crate::time::Time;
 
 mod heights;
+mod shared_aircraft;
 
 /// Registration and errors of one radar.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -51,6 +53,8 @@ pub struct Registered {
     guard: CreepGuard,
     /// Its tilts and height where those of transponders have offsets, and the share of that which is used.
     heights: Option<(HeightAlignment, f64)>,
+    /// What it learns from aircraft that other radars see as well.
+    by_radars: Option<LearntFromRadars>,
 }
 
 /// A step of the misalignment: the latest tracks contradict earlier ones.
@@ -99,12 +103,18 @@ impl Registered {
             place: PlaceCheck::default(),
             guard: CreepGuard::default(),
             heights: None,
+            by_radars: None,
         }
     }
 
     /// The latest alarm on a creeping bearing.
     pub fn creep(&self) -> Option<Creep> {
         self.guard.alarm()
+    }
+
+    /// What it learns from aircraft that other radars see as well.
+    pub fn by_radars(&self) -> Option<&LearntFromRadars> {
+        self.by_radars.as_ref()
     }
 
     /// Where the radar stands according to its tracks.
@@ -149,11 +159,18 @@ impl Registered {
         self.estimate();
     }
 
-    fn estimate(&mut self) {
-        self.estimate = self.guard.used(self.registration.estimate());
-        if let Some((alignment, share)) = &self.heights {
-            self.estimate = self.estimate.with_heights(alignment, *share);
+    /// The estimate without other radars.
+    fn own_estimate(&self) -> Misalignment {
+        let own = self.guard.used(self.registration.estimate());
+        match &self.heights {
+            Some((alignment, share)) => own.with_heights(alignment, *share),
+            None => own,
         }
+    }
+
+    fn estimate(&mut self) {
+        let own = self.own_estimate();
+        self.estimate = self.by_radars.as_ref().map_or(own, |learnt| own.with_radars(learnt));
         self.correction = Correction::of(&self.estimate);
     }
 
@@ -263,6 +280,9 @@ pub(super) struct Registrations {
     /// Identities that an operator trusts. Their reports count, whatever their host.
     pub(super) trusted: BTreeSet<Identity>,
     lookalikes: Lookalikes,
+    mutual: MutualAlignment,
+    /// Comparisons of the tracks of two radars of one aircraft.
+    shared_tracks: BTreeMap<(TrackletId, TrackletId), SharedComparison>,
     /// Range rates of radar tracks without a transponder, for radars that report velocities.
     rates: BTreeMap<TrackletId, RangeRate>,
     /// The transponders' delay estimated by these radars.
@@ -309,12 +329,15 @@ impl Registrations {
             self.radars.insert(sensor, anew);
         }
         self.segments.retain(|_, segment| segment.sensor != sensor);
+        self.mutual.forget(sensor);
+        self.shared_tracks
+            .retain(|(one, other), _| one.track.sensor != sensor && other.track.sensor != sensor);
         self.lately.retain(|taken| taken.1 != sensor);
     }
 
     /// The registrations without tracks.
     pub(super) fn without_tracks(self) -> Self {
-        Self { radars: self.radars, shared: self.shared, ..Self::default() }
+        Self { radars: self.radars, mutual: self.mutual, shared: self.shared, ..Self::default() }
     }
 
     /// Whether the transponder of this target is ignored.
@@ -431,13 +454,17 @@ impl Registrations {
 
     /// Adds the segments of dropped tracklets.
     pub(super) fn end(&mut self, tracklets: &Tracklets, types: &mut TransponderTypes) {
-        let Self { radars, segments, rates, lately, lookalikes, .. } = self;
+        let Self { radars, segments, rates, lately, lookalikes, mutual, .. } = self;
         rates.retain(|&id, _| tracklets.get(id).is_some());
         lookalikes.end(tracklets);
         segments.retain(|&id, segment| {
             let is_left = tracklets.get(id).is_some();
             if !is_left && let Some(registered) = radars.get_mut(&segment.sensor) {
+                let step = registered.step;
                 lately.extend(registered.add_segment(segment, types));
+                if registered.step != step {
+                    mutual.forget(segment.sensor);
+                }
             }
             is_left
         });
@@ -521,9 +548,14 @@ impl Registrations {
             if let Some(segment) = self.segments.get_mut(&tracklet.id)
                 && segment.along.gathered_s() >= SEGMENT_S
             {
+                let step = registered.step;
                 self.lately.extend(registered.add_segment(segment, types));
+                if registered.step != step {
+                    self.mutual.forget(sensor);
+                }
             }
         }
         self.judge_heights(types, cycle);
+        self.compare_radars(tracklets, targets, cycle);
     }
 }

@@ -310,15 +310,30 @@ impl Tracklet {
     /// Position between two plots that are at most `apart_s` apart, and the times from the first and to the second,
     /// seconds.
     pub(super) fn place_at(&self, time: Time, apart_s: f64) -> Option<(Enu, f64, f64)> {
+        self.between_plots(time, apart_s, |plot| plot.plot.position)
+    }
+
+    /// The same with the positions before the correction.
+    pub(super) fn raw_at(&self, time: Time, apart_s: f64) -> Option<(Enu, f64, f64)> {
+        self.between_plots(time, apart_s, |plot| plot.raw)
+    }
+
+    fn between_plots(
+        &self,
+        time: Time,
+        apart_s: f64,
+        position: impl Fn(&CorrectedPlot) -> Enu,
+    ) -> Option<(Enu, f64, f64)> {
         let after = self.index(time);
-        let next = &self.plots.get(after)?.plot;
-        if next.time == time {
-            return Some((next.position, 0.0, 0.0));
+        let next = self.plots.get(after)?;
+        let to = position(next);
+        if next.plot.time == time {
+            return Some((to, 0.0, 0.0));
         }
-        let before = &self.plots[after.checked_sub(1)?].plot;
-        let (since_s, until_s) = (time.seconds_since(before.time), next.time.seconds_since(time));
-        let share = since_s / (since_s + until_s);
-        let place = before.position.0 + (next.position.0 - before.position.0) * share;
+        let before = &self.plots[after.checked_sub(1)?];
+        let (since_s, until_s) = (time.seconds_since(before.plot.time), next.plot.time.seconds_since(time));
+        let (from, share) = (position(before), since_s / (since_s + until_s));
+        let place = from.0 + (to.0 - from.0) * share;
         (since_s + until_s <= apart_s).then(|| (Enu::from(place), since_s, until_s))
     }
 

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
 use super::heights::{HeightAlignment, MOVING};
+use super::mutual::{LearntFromRadars, OF_RADAR, OverGround};
 use super::parameters::{AZIMUTH, BEARING, HEIGHT, PRIOR, RANGE, TILT_EAST, TILT_NORTH, TIME, USEFUL};
 use super::qmethod;
 use super::sums::{MisalignmentSums, SolvedSums};
@@ -61,6 +62,8 @@ impl TimeInformation {
     }
 }
 
+/// The parameters that two radars of one aircraft show.
+pub(super) const OVER_GROUND: [usize; OF_RADAR] = [BEARING, RANGE, TIME];
 /// Minimum number of tracks for a residual.
 const TRACKS: f64 = 8.0;
 /// Above this, tracks lie twice as far apart as promised.
@@ -103,6 +106,53 @@ impl Misalignment {
             for other in [BEARING, RANGE, TIME] {
                 self.left[(first, other)] *= 1.0 - share;
                 self.left[(other, first)] *= 1.0 - share;
+            }
+        }
+        self
+    }
+
+    fn value(&self, parameter: usize) -> &BiasValue {
+        let values =
+            [&self.bearing, &self.tilt_east, &self.tilt_north, &self.range_m, &self.height_m, &self.time_s];
+        values[parameter]
+    }
+
+    /// Second moment of two values that are not corrected.
+    fn kept(&self, row: usize, column: usize) -> f64 {
+        let [one, other] = [row, column].map(|parameter| self.value(parameter));
+        if one.observable || other.observable { 0.0 } else { one.value * other.value }
+    }
+
+    /// Bearing, range and time.
+    pub(crate) fn over_ground(&self) -> OverGround {
+        let parameters = OVER_GROUND;
+        OverGround {
+            mean: Vector3::from(parameters.map(|parameter| self.value(parameter).value)),
+            covariance: Matrix3::from_fn(|row, column| {
+                let (row, column) = (parameters[row], parameters[column]);
+                self.left[(row, column)] - self.kept(row, column)
+            }),
+        }
+    }
+
+    /// Adds what other radars show of bearing and range.
+    pub(crate) fn with_radars(mut self, learnt: &LearntFromRadars) -> Self {
+        let OverGround { mean, covariance } = learnt.with(&self.over_ground());
+        let taken = [BEARING, RANGE];
+        for (index, &parameter) in taken.iter().enumerate() {
+            let deviation = covariance[(index, index)].sqrt();
+            let value =
+                BiasValue { value: mean[index], deviation, observable: deviation < USEFUL[parameter] };
+            match parameter {
+                BEARING => self.bearing = value,
+                _ => self.range_m = value,
+            }
+            self.left.row_mut(parameter).fill(0.0);
+            self.left.column_mut(parameter).fill(0.0);
+        }
+        for (row, &first) in taken.iter().enumerate() {
+            for (column, &second) in taken.iter().enumerate() {
+                self.left[(first, second)] = covariance[(row, column)] + self.kept(first, second);
             }
         }
         self

@@ -5,6 +5,7 @@ mod correction;
 mod delay;
 mod heights;
 mod honest;
+mod mutual;
 mod place;
 mod qmethod;
 mod state;

@@ -75,7 +75,7 @@ impl Recording {
             for row in second {
                 if row.t_s - latest >= APART_S {
                     latest = row.t_s;
-                    sent.push((at(row.t_s + 0.1), bearing(row, turn * row.direction())));
+                    sent.push((at(row.t_s + 0.1), bearing(row, turn.inverse() * row.direction())));
                     times.last_mut().unwrap().push(row.t_s);
                 }
             }
@@ -90,7 +90,8 @@ impl Recording {
         let output = scratch.path("out.csv");
         let mut replay = utm_fusion("replay");
         replay.arg(&capture).arg("--config").arg(&site).arg("-o").arg(&output);
-        ran(&mut replay);
+        let ran = ran(&mut replay);
+        assert_eq!(ran.code, 0, "{}", ran.stderr);
         let mut started = Started { errors_m: Vec::new(), within: [0; 2], numbers: Vec::new(), seen_s };
         let mut reader = csv::Reader::from_path(output).unwrap();
         let names = reader.headers().unwrap().clone();
