@@ -45,7 +45,7 @@ use api::StartError;
 use lab::simulate::Crowded;
 use service::notices::UnusableReceiver;
 use site::areas::AreaError;
-use site::config::{Config, ConfigError, ConfigErrors, ConnectionFormat, Place};
+use site::config::{Config, ConfigError, ConfigErrors, Place};
 
 /// Result of a command that did not fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +96,7 @@ fn mqtt_inputs(config: &Config) -> impl Iterator<Item = String> {
     config.sensors.iter().enumerate().flat_map(|(sensor, of)| {
         let connections = of.connections.iter().enumerate();
         connections
-            .filter(|(_, connection)| connection.format == ConnectionFormat::Mqtt)
+            .filter(|(_, connection)| connection.is_subscription())
             .map(move |(index, _)| format!("sensors[{sensor}].connections[{index}]"))
     })
 }

@@ -1200,6 +1200,8 @@ export type Registration = {
   applied: boolean;
   /** Effective number of radar tracks used; older ones have less weight. */
   tracks?: number;
+  /** Minutes of aircraft without a transponder that other radars see as well; bearing and range rest on these, too. */
+  shared_minutes?: number;
   /** Residual: 1 if tracks differ as the configured errors predict; above 4 the estimate is doubtful. */
   residual?: number;
   bearing_deg?: RegistrationValue;

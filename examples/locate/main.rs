@@ -7,6 +7,7 @@
 //! are random worlds, the others standard scenarios of `config/scenarios`.
 
 mod moved;
+mod mutual;
 
 use std::error::Error;
 use std::path::Path;
@@ -38,6 +39,9 @@ struct Args {
     /// Turns it by these degrees instead.
     #[arg(long)]
     turned: Option<f64>,
+    /// Lets two radars align each other by drones without transponders, with the minutes of drones that both see.
+    #[arg(long)]
+    mutual: bool,
 }
 
 /// Standard scenarios with transponders and one radar.
@@ -227,8 +231,42 @@ fn moved(args: &Args) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// How well two radars align each other by drones without transponders.
+fn mutual(args: &Args) -> Result<(), Box<dyn Error>> {
+    let mut sites = Vec::new();
+    for seed in args.first..args.first + args.count {
+        let Some(aligned) = mutual::align(seed, args.minutes)? else {
+            println!("{seed}: no aircraft in common");
+            continue;
+        };
+        if args.each {
+            println!(
+                "{seed}: {:.1} min, bearings {:.2?}°, mutual {:.2}°, squares {:.1?}",
+                aligned.minutes, aligned.bearings_deg, aligned.mutual_deg, aligned.squares
+            );
+        }
+        sites.push(aligned);
+    }
+    let squares = |value: usize| mean(sites.iter().flat_map(|site| site.squares.map(|of| of[value])));
+    println!(
+        "{} sites, {:.1} min (median): bearing {:.2}° (median), difference of the bearings {:.2}°; NEES bearing {:.2}, range {:.2}; beyond \
+         four deviations {}",
+        sites.len(),
+        median(sites.iter().map(|site| site.minutes).collect()),
+        median(sites.iter().flat_map(|site| site.bearings_deg).collect()),
+        median(sites.iter().map(|site| site.mutual_deg).collect()),
+        squares(0),
+        squares(1),
+        sites.iter().filter(|site| site.squares.iter().any(|of| of[0] > 16.0)).count(),
+    );
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let args = Args::parse();
+    if args.mutual {
+        return mutual(&args);
+    }
     if args.moved.is_some() || args.turned.is_some() {
         return moved(&args);
     }

@@ -4,8 +4,8 @@
 //! the own ship is at the origin at the closest point.
 
 use fusion::Enu;
-use fusion::measurement::{Observer, wrapped};
 use nalgebra::Vector3;
+use tracker::{Observer, wrapped};
 
 /// Speed of both aircraft, metres per second.
 pub const SPEED: f64 = 39.0;

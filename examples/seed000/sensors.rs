@@ -1,8 +1,8 @@
 //! Radar and camera: their detections, with errors and latencies.
 
-use fusion::measurement::{CameraModel, Quantity, RadarModel, Reading, ReadingOrigin};
 use fusion::{SensorIndex, Time};
 use rand::RngExt;
+use tracker::{CameraModel, Quantity, RadarModel, Reading, ReadingOrigin};
 
 use crate::encounter::SimulatedEncounter;
 use crate::experiment::Draws;

@@ -6,7 +6,7 @@ use crate::encounter::SimulatedEncounter;
 use crate::experiment::{ExperimentRequirement, mean, quantile, runs, said};
 use crate::sensors::{CAMERA_BIAS, RADAR_BIAS, SensorDetection};
 use crate::tracking::{EncounterErrors, EncounterRun};
-use fusion::measurement::wrapped;
+use tracker::wrapped;
 
 /// Columns of Table 2.
 const COLUMNS: [&str; 6] = ["range", "azimuth", "elevation", "range rate", "azimuth rate", "elevation rate"];

@@ -1,7 +1,7 @@
 //! Both trackers in one encounter, and the errors of their outputs, ten per second.
 
-use fusion::measurement::{Flight, Tracker, TrackerEstimate};
 use fusion::settings::Singer;
+use tracker::{Flight, Tracker, TrackerEstimate};
 
 use crate::approach::closest;
 use crate::encounter::{RelativeGeometry, SimulatedEncounter};

@@ -3,8 +3,8 @@
 //! East, north, up, metres. The own ship begins at the origin, at its altitude, and flies north.
 
 use fusion::Enu;
-use fusion::measurement::Observer;
 use nalgebra::Vector3;
+use tracker::Observer;
 
 const OWN_SPEED: f64 = 60.0;
 const OWN_ALTITUDE_M: f64 = 3000.0;

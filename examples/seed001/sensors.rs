@@ -1,7 +1,7 @@
 //! The three sensor configurations, and their measurements.
 
-use fusion::measurement::{CameraModel, InterrogatorModel, Quantity, RadarModel, Reading, ReadingOrigin};
 use fusion::{SensorIndex, Time};
+use tracker::{CameraModel, InterrogatorModel, Quantity, RadarModel, Reading, ReadingOrigin};
 
 use crate::experiment::Draws;
 use crate::scenario::{Intruder, observer};

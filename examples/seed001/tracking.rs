@@ -1,7 +1,7 @@
 //! A tracker in one flight, and its errors.
 
-use fusion::measurement::{Flight, Reading, Tracker, TrackerEstimate, Turning, wrapped};
 use nalgebra::Vector3;
+use tracker::{Flight, Reading, Tracker, TrackerEstimate, Turning, wrapped};
 
 use crate::scenario::Intruder;
 use crate::sensors::time;

@@ -43,14 +43,11 @@ mod tests;
 
 pub use bias::{Bias, Moments};
 pub use errors::{LineOfSight, RadarErrors};
-pub(crate) use gaussian::{BiasTransition, Gaussian, LinearMotion};
-pub(crate) use imm::Mixture;
+pub use gaussian::{BiasTransition, Gaussian, LinearMotion};
+pub use imm::Mixture;
 pub use measurement::{By, Measurement, Owner, StateEstimate};
-pub(crate) use motion::{Course, MODELS, speed_factor};
-pub use motion::{Model, Models};
-pub use singer::Singer;
-pub(crate) use singer::SingerTransition;
-pub(crate) use symmetric::{Rows, Symmetric, Vector};
+pub(crate) use motion::speed_factor;
+pub use motion::{Course, MODELS, Model, Models};
+pub use singer::{Singer, SingerTransition};
+pub use symmetric::{Rows, Symmetric, Vector};
 pub use target::{Dynamics, TargetFilter};
-#[cfg(test)]
-pub(crate) use tests::{noise_of, transition_of};

@@ -23,7 +23,7 @@
 //! | [`registration`] | a radar's misalignment, and its state for a restart |
 //! | [`learning`] | a radar's errors, estimated from its tracks, and their state for a restart |
 //! | [`integrity`] | whether a transponder's reports can be trusted, and the evidence against them |
-//! | [`measurement`] | measurement models of sensors, and a tracker of one aircraft that uses all of them |
+//! | [`filter`] | Gaussian filters with interacting motion models, and the filter of one target |
 //! | [`interpolation`], [`assignment`], [`cells`] | shape-preserving interpolation; the optimal one-to-one assignment; a search for neighbours |
 
 pub mod assignment;
@@ -32,12 +32,11 @@ mod checkpoint;
 mod decimals;
 pub mod declaration;
 mod engine;
-mod filter;
+pub mod filter;
 pub mod frames;
 pub mod integrity;
 pub mod interpolation;
 pub mod learning;
-pub mod measurement;
 mod names;
 pub mod numbering;
 pub mod operational;

@@ -179,6 +179,9 @@ pub fn registered(engine: &Engine, config: &Config) -> String {
             radar.registration.name(),
             estimate.samples
         );
+        if let Some(learnt) = registered.by_radars() {
+            line += &format!(", {:.1} min of aircraft that other radars see", learnt.minutes);
+        }
         if let Some(residual) = estimate.residual {
             line += &format!(", residual {residual:.1}");
         }

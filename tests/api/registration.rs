@@ -78,6 +78,7 @@ async fn proposed_registration_is_not_applied() {
     let off = RegistrationStatus {
         mode: Registration::Off,
         estimate: None,
+        shared_minutes: None,
         learnt: None,
         place: None,
         relocated: None,

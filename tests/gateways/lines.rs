@@ -5,9 +5,11 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use jiff::Timestamp;
+use rumqttc::v5::mqttbytes::QoS;
+use rumqttc::v5::{Client, MqttOptions};
 use serde_json::{Value, json};
 
-use super::live::{Ended, free_port, get, wait_for};
+use super::live::{Ended, broker, free_port, get, wait_for};
 use super::program::{Scratch, utm_fusion};
 
 const PAGE: &str = include_str!("../../docs/INPUTS.md");
@@ -141,4 +143,34 @@ fn text_sensors_make_a_fused_track_that_replays() {
     assert!(replayed.status.success(), "{}", String::from_utf8_lossy(&replayed.stderr));
     let sent = std::fs::read(file("output-", ".pcap")).unwrap();
     assert!(sent == std::fs::read(again).unwrap(), "what is replayed is not what was sent");
+}
+
+#[test]
+fn text_from_a_broker_becomes_plots() {
+    let scratch = Scratch::new();
+    let Some((port, _broker)) = broker(&scratch) else { return };
+    let http = free_port();
+    let at_broker = format!("address = \"mqtt://127.0.0.1:{port}\", topic = \"radars/+\"");
+    let text = documented("toml").replace("address = \"127.0.0.1:15048\"", &at_broker);
+    let text = text.replace(":15129", &format!(":{}", free_port()));
+    let site = scratch.file("site.toml", format!("{text}\n[http]\nlisten = \"127.0.0.1:{http}\"\n"));
+    let mut run = utm_fusion("run");
+    run.arg("--config").arg(&site).stdout(Stdio::null()).stderr(Stdio::null());
+    let _service = Ended(run.spawn().unwrap());
+    wait_for("the service answers", || get(http, "/api/v1/status").is_some());
+    let (client, mut connection) = Client::new(MqttOptions::new("hill", "127.0.0.1", port), 16);
+    std::thread::spawn(move || connection.iter().for_each(drop));
+    let mut hill = Value::Null;
+    wait_for("plots are accepted", || {
+        let now = Timestamp::now().as_millisecond();
+        let plot = json!({ "ts": now, "id": "a3f", "pos": { "r": 1.2, "az": 45.0 } });
+        client.publish("radars/hill", QoS::AtMostOnce, false, format!("{plot}\nno plot\n")).unwrap();
+        std::thread::sleep(Duration::from_millis(200));
+        let sensors = get(http, "/api/v1/sensors").unwrap();
+        let features = sensors["features"].as_array().unwrap();
+        hill = features.iter().find(|feature| feature["id"] == "hill").unwrap()["properties"].clone();
+        hill["accepted"].as_u64() > Some(2)
+    });
+    assert_eq!(hill["lines"][0]["name"], format!("radars/+ at mqtt://127.0.0.1:{port}"), "{hill}");
+    assert!(hill["lines"][0]["untranslated"]["line_not_an_object"].as_u64() > Some(0), "{hill}");
 }

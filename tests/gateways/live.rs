@@ -112,7 +112,7 @@ pub(super) fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
 
-fn broker(scratch: &Scratch) -> Option<(u16, Ended)> {
+pub(super) fn broker(scratch: &Scratch) -> Option<(u16, Ended)> {
     let program = ["/usr/sbin/mosquitto", "/usr/local/sbin/mosquitto", "/usr/bin/mosquitto"];
     let Some(program) = program.iter().find(|path| std::path::Path::new(path).exists()) else {
         println!("skipped in part: mosquitto is not installed");

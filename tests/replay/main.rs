@@ -22,6 +22,7 @@ mod parquet_file;
 #[path = "../shared/program.rs"]
 #[allow(dead_code, reason = "shared by several tests")]
 mod program;
+mod radars;
 mod refusals;
 mod senders;
 #[path = "../shared/mod.rs"]

@@ -1176,6 +1176,7 @@ Registration = TypedDict(
         "mode": Literal["apply", "propose", "off"],
         "applied": bool,
         "tracks": NotRequired[float],
+        "shared_minutes": NotRequired[float],
         "residual": NotRequired[float],
         "bearing_deg": NotRequired["RegistrationValue"],
         "tilt_east_deg": NotRequired["RegistrationValue"],

@@ -264,6 +264,10 @@ struct RegistrationEstimate {
     /// Effective number of radar tracks used; older ones have less weight.
     #[schemars(range(min = 0))]
     tracks: f64,
+    /// Minutes of aircraft without a transponder that other radars see as well; bearing and range rest on these, too.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0))]
+    shared_minutes: Option<f64>,
     /// Residual: 1 if tracks differ as the configured errors predict; above 4 the estimate is doubtful.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0))]
@@ -363,6 +367,7 @@ impl From<&RegistrationStatus> for RegistrationJson {
             applied: status.is_applied(),
             estimate: status.estimate.as_ref().map(|estimate| RegistrationEstimate {
                 tracks: rounded(estimate.samples, 1),
+                shared_minutes: status.shared_minutes.map(|minutes| rounded(minutes, 1)),
                 residual: estimate.residual.map(|residual| rounded(residual, 2)),
                 values: estimate.into(),
             }),

@@ -7,15 +7,17 @@ use super::symmetric::{Rows, Symmetric, Vector, add_scaled, difference, scale, t
 
 /// Mean and covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Gaussian<const D: usize> {
+pub struct Gaussian<const D: usize> {
+    /// Mean.
     #[serde(with = "crate::checkpoint::array")]
-    pub(crate) mean: Vector<D>,
-    pub(crate) covariance: Symmetric<D>,
+    pub mean: Vector<D>,
+    /// Covariance.
+    pub covariance: Symmetric<D>,
 }
 
 /// Motion of the first variables of a state over an interval: x' = F x + w, w normal with covariance Q. The variables
 /// after them are biases of radars, [`BiasTransition`].
-pub(crate) trait LinearMotion<const D: usize> {
+pub trait LinearMotion<const D: usize> {
     /// Number of variables that move.
     const MOVING: usize;
 
@@ -28,14 +30,14 @@ pub(crate) trait LinearMotion<const D: usize> {
 
 /// Change of the biases over an interval, each on its own: x' = kept · x + w, w normal. Other variables do not change.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BiasTransition<const D: usize> {
+pub struct BiasTransition<const D: usize> {
     kept: Vector<D>,
     added: [Moments; D],
 }
 
 impl<const D: usize> BiasTransition<D> {
     /// No change.
-    pub(crate) const NONE: Self = Self { kept: [1.0; D], added: [Moments { mean: 0.0, variance: 0.0 }; D] };
+    pub const NONE: Self = Self { kept: [1.0; D], added: [Moments { mean: 0.0, variance: 0.0 }; D] };
 
     pub(super) fn set(&mut self, index: usize, kept: f64, added: Moments) {
         (self.kept[index], self.added[index]) = (kept, added);
@@ -89,8 +91,8 @@ impl PairObservation {
 /// Result of a prediction: the predicted Gaussian, and its covariance with the state before; rows are of the predicted
 /// state, columns of the state before.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Bridge<const D: usize> {
-    pub(crate) predicted: Gaussian<D>,
+pub struct Bridge<const D: usize> {
+    pub predicted: Gaussian<D>,
     pub(super) across: Rows<D, D>,
 }
 

@@ -10,16 +10,18 @@ const WEIGHT_MIN: f64 = 1e-6;
 
 /// A Gaussian for each of `M` models, with its probability. With a single model it is that Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Mixture<const D: usize, const M: usize> {
+pub struct Mixture<const D: usize, const M: usize> {
+    /// Probability of each model.
     #[serde(with = "crate::checkpoint::array")]
-    pub(crate) weights: [f64; M],
+    pub weights: [f64; M],
+    /// State under each model.
     #[serde(with = "crate::checkpoint::array")]
-    pub(crate) parts: [Gaussian<D>; M],
+    pub parts: [Gaussian<D>; M],
 }
 
 impl<const D: usize, const M: usize> Mixture<D, M> {
     /// The Gaussian with the mixture's mean and covariance.
-    pub(crate) fn combined(&self) -> Gaussian<D> {
+    pub fn combined(&self) -> Gaussian<D> {
         let mut mean = [0.0; D];
         for model in 0..M {
             add_scaled(&mut mean, &self.parts[model].mean, self.weights[model]);
@@ -36,7 +38,7 @@ impl<const D: usize, const M: usize> Mixture<D, M> {
     /// Predicts each model with its motion; `switch` has the probabilities of a change from one model to another. Also
     /// returns the bridge of the combined Gaussian, whose present value is `before`.
     #[inline]
-    pub(crate) fn predicted(
+    pub fn predicted(
         &self,
         before: &Gaussian<D>,
         motions: &[impl LinearMotion<D>; M],
@@ -119,7 +121,7 @@ impl<const D: usize, const M: usize> Mixture<D, M> {
     }
 
     /// Updates the models' weights from squared Mahalanobis distances and the densities at distance zero, in any unit.
-    pub(crate) fn update_weights(&mut self, distances: &[f64; M], mut likelihoods: [f64; M]) {
+    pub fn update_weights(&mut self, distances: &[f64; M], mut likelihoods: [f64; M]) {
         // Relative to the least distance, so that only negligible values underflow.
         let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
         for model in 0..M {

@@ -6,7 +6,7 @@ use super::gaussian::LinearMotion;
 use super::symmetric::{Rows, Symmetric};
 
 /// Number of interacting models.
-pub(crate) const MODELS: usize = 4;
+pub const MODELS: usize = 4;
 
 /// A model of the motion over ground; the state is east, north (metres), and their rates (metres a second).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,7 +50,7 @@ impl Default for Models {
 
 impl Models {
     /// Probabilities of a change from one model to another within `dt` seconds.
-    pub(crate) fn switch(&self, dt: f64) -> [[f64; MODELS]; MODELS] {
+    pub fn switch(&self, dt: f64) -> [[f64; MODELS]; MODELS] {
         const TOWARDS: [[f64; MODELS]; MODELS] =
             [[0.0, 0.7, 0.15, 0.15], [0.6, 0.0, 0.2, 0.2], [0.5, 0.5, 0.0, 0.0], [0.5, 0.5, 0.0, 0.0]];
         std::array::from_fn(|from| {
@@ -65,7 +65,7 @@ impl Models {
 /// F combines two rotations with scaling, for both axes at once: of the velocity, and of its contribution to the
 /// position.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Course {
+pub struct Course {
     /// Seconds along the velocity, and to its right, by which it contributes to the position.
     along: [f64; 2],
     /// Cosine and sine of the turn to the right.
@@ -98,7 +98,7 @@ impl Model {
     }
 
     /// The motion over `dt` seconds, not negative.
-    pub(crate) fn over(&self, dt: f64) -> Course {
+    pub fn over(&self, dt: f64) -> Course {
         match *self {
             Self::ConstantVelocity { noise } => {
                 Course { along: [dt, 0.0], turned: [1.0, 0.0], noise: white_acceleration(noise, dt) }
@@ -135,7 +135,7 @@ impl<const D: usize> LinearMotion<D> for Course {
 impl Course {
     /// Applies the motion to the rows of east and north, and of their rates.
     #[inline]
-    pub(crate) fn carry_at<const N: usize, const D: usize>(
+    pub fn carry_at<const N: usize, const D: usize>(
         &self,
         rows: &mut Rows<N, D>,
         places: [usize; 2],
@@ -154,11 +154,7 @@ impl Course {
 
     /// Adds the noise of one axis, given the indices of its position and rate.
     #[inline]
-    pub(crate) fn add_noise_at<const D: usize>(
-        &self,
-        covariance: &mut Symmetric<D>,
-        (place, rate): (usize, usize),
-    ) {
+    pub fn add_noise_at<const D: usize>(&self, covariance: &mut Symmetric<D>, (place, rate): (usize, usize)) {
         let [of_place, across, of_rate] = self.noise;
         covariance.add_at(place, place, of_place);
         covariance.add_at(place, rate, across);

@@ -52,7 +52,7 @@ fn deviation(most: f64, at_most: f64, not_at_all: f64) -> f64 {
 /// The motion along one axis over an interval, x' = F x + w, w normal with covariance Q; the state is position
 /// (metres), velocity (metres a second) and acceleration (metres a second squared).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SingerTransition {
+pub struct SingerTransition {
     pub(super) transition: Matrix3<f64>,
     pub(super) noise: Matrix3<f64>,
 }
@@ -71,7 +71,7 @@ impl Singer {
     /// ```
     ///
     /// where φn = φn(-x), φn' = φn(-2x). For a large x they lose about as many digits as x has.
-    pub(crate) fn over(&self, dt: f64, deviation: f64) -> SingerTransition {
+    pub fn over(&self, dt: f64, deviation: f64) -> SingerTransition {
         let x = dt / self.lasts_s;
         let [f0, f1, f2, f3, f4] = std::array::from_fn(|n| phi(n as u32, x));
         let [g1, g3, g4, g5] = [1, 3, 4, 5].map(|n| phi(n, 2.0 * x));
@@ -116,7 +116,7 @@ fn phi(n: u32, x: f64) -> f64 {
 impl SingerTransition {
     /// Applies the motion to the rows of position, velocity and acceleration.
     #[inline]
-    pub(crate) fn carry<const N: usize, const D: usize>(
+    pub fn carry<const N: usize, const D: usize>(
         &self,
         rows: &mut Rows<N, D>,
         [place, rate, acceleration]: [usize; 3],
@@ -130,8 +130,9 @@ impl SingerTransition {
         }
     }
 
+    /// Adds Q to a covariance, for the variables of one axis: position, rate, acceleration.
     #[inline]
-    pub(crate) fn add_noise<const D: usize>(&self, covariance: &mut Symmetric<D>, states: [usize; 3]) {
+    pub fn add_noise<const D: usize>(&self, covariance: &mut Symmetric<D>, states: [usize; 3]) {
         for row in 0..3 {
             for column in row..3 {
                 covariance.add_at(states[row], states[column], self.noise[(row, column)]);

@@ -6,10 +6,10 @@
 use serde::{Deserialize, Serialize};
 
 /// A vector of `D` elements.
-pub(crate) type Vector<const D: usize> = [f64; D];
+pub type Vector<const D: usize> = [f64; D];
 
 /// `D` rows of `N` elements.
-pub(crate) type Rows<const N: usize, const D: usize> = [[f64; N]; D];
+pub type Rows<const N: usize, const D: usize> = [[f64; N]; D];
 
 /// Adds b · factor to a, element by element.
 #[inline]
@@ -50,14 +50,15 @@ pub(super) fn transposed<const D: usize>(rows: &Rows<D, D>) -> Rows<D, D> {
 /// A symmetric matrix: a covariance. Both halves are stored, so that a row is also a column; they agree except for
 /// rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Symmetric<const D: usize>(#[serde(with = "crate::checkpoint::rows")] Rows<D, D>);
+pub struct Symmetric<const D: usize>(#[serde(with = "crate::checkpoint::rows")] Rows<D, D>);
 
 impl<const D: usize> Symmetric<D> {
-    pub(crate) const ZERO: Self = Self([[0.0; D]; D]);
+    /// The zero matrix.
+    pub const ZERO: Self = Self([[0.0; D]; D]);
 
     /// Makes a matrix symmetric by copying its lower half. The halves must already agree except for rounding.
     #[inline]
-    pub(crate) fn of_lower(mut rows: Rows<D, D>) -> Self {
+    pub fn of_lower(mut rows: Rows<D, D>) -> Self {
         for row in 1..D {
             for column in 0..row {
                 rows[column][row] = rows[row][column];
@@ -67,18 +68,20 @@ impl<const D: usize> Symmetric<D> {
     }
 
     #[inline]
-    pub(crate) fn rows(&self) -> &Rows<D, D> {
+    /// All elements, row by row.
+    pub fn rows(&self) -> &Rows<D, D> {
         &self.0
     }
 
     #[inline]
-    pub(crate) fn at(&self, row: usize, column: usize) -> f64 {
+    /// The element at a row and a column.
+    pub fn at(&self, row: usize, column: usize) -> f64 {
         self.0[row][column]
     }
 
     /// Adds to an element and its mirror image.
     #[inline]
-    pub(crate) fn add_at(&mut self, row: usize, column: usize, value: f64) {
+    pub fn add_at(&mut self, row: usize, column: usize, value: f64) {
         self.0[row][column] += value;
         if row != column {
             self.0[column][row] += value;

@@ -427,13 +427,14 @@ impl Rule {
     fn new(sensor: &Sensor) -> Self {
         // Datagrams of a connection have the address of the remote end, or an unspecified host if there is a broker between.
         let sender = |connection: &site::config::Connection| match connection.format {
+            _ if connection.is_subscription() => {
+                connection.broker().map(|broker| (Ipv4Addr::UNSPECIFIED, broker.port).into())
+            }
             ConnectionFormat::Beast | ConnectionFormat::Avr | ConnectionFormat::Asterix => {
                 connection.socket().map(SocketAddr::V4)
             }
-            ConnectionFormat::Mqtt => {
-                connection.broker().map(|broker| (Ipv4Addr::UNSPECIFIED, broker.port).into())
-            }
-            ConnectionFormat::Http
+            ConnectionFormat::Mqtt
+            | ConnectionFormat::Http
             | ConnectionFormat::Mavlink
             | ConnectionFormat::Json
             | ConnectionFormat::Csv => None,

@@ -24,6 +24,7 @@ use crate::net::secret::secret;
 use fusion::time::Time;
 use input::gateways::adsb::{AdsbTranslator, LatLonDeg, ReceiverFraming};
 use input::gateways::blocks::{BlockStream, NotAsterix};
+use input::gateways::lines::LineTranslator;
 use input::gateways::remote_id::{ReceiverIds, RemoteIdLineCounts};
 use site::config::{Connection, ConnectionFormat};
 
@@ -54,6 +55,8 @@ pub(super) struct ConnectionReader {
     pub(super) origin: LatLonDeg,
     /// Sensors with a connection to the same broker.
     pub(super) receivers: ReceiverIds,
+    /// Translator of the messages of a broker that are text of a sensor.
+    pub(super) text: Option<LineTranslator>,
 }
 
 /// Converts a receiver's stream to datagrams.
@@ -88,6 +91,14 @@ impl StreamReader {
     }
 }
 
+/// Converts the messages of a broker to datagrams.
+enum MessageReader {
+    /// Lines of Remote ID, which the pipeline translates.
+    RemoteId(RemoteIdLineCounts),
+    /// Text of a sensor.
+    Text(Box<LineTranslator>),
+}
+
 /// Reason for the end of a connection.
 enum ConnectionEnd {
     Failed(String),
@@ -108,7 +119,7 @@ impl From<io::Error> for ConnectionEnd {
 
 impl ConnectionReader {
     /// Connects and reads until stopped. `forward` returns `false` if an arrival was lost.
-    pub(super) async fn keep_reading(self, forward: impl Fn(Arrival) -> bool) {
+    pub(super) async fn keep_reading(mut self, forward: impl Fn(Arrival) -> bool) {
         let Some(connection) = self.line.connection.clone() else { return };
         let mut stopped = self.stopped.clone();
         let (mut pause, mut failing) = (PAUSES[0], false);
@@ -121,12 +132,15 @@ impl ConnectionReader {
             ConnectionFormat::Avr => frames(ReceiverFraming::Avr),
             _ => frames(ReceiverFraming::Beast),
         };
-        let mut counts = RemoteIdLineCounts::default();
+        let mut messages = match self.text.take() {
+            Some(translator) => MessageReader::Text(Box::new(translator)),
+            None => MessageReader::RemoteId(RemoteIdLineCounts::default()),
+        };
         loop {
             let session = async {
-                match connection.format {
-                    ConnectionFormat::Mqtt => self.broker(&connection, &mut counts, &forward).await,
-                    _ => self.receiver(&mut reader, &forward).await,
+                match connection.is_subscription() {
+                    true => self.broker(&connection, &mut messages, &forward).await,
+                    false => self.receiver(&mut reader, &forward).await,
                 }
             };
             let Err(ended) = session.await;
@@ -207,7 +221,7 @@ impl ConnectionReader {
     async fn broker(
         &self,
         of: &Connection,
-        counts: &mut RemoteIdLineCounts,
+        messages: &mut MessageReader,
         forward: &impl Fn(Arrival) -> bool,
     ) -> Result<std::convert::Infallible, ConnectionEnd> {
         let (dial, login) = dial(of).map_err(ConnectionEnd::Failed)?;
@@ -218,11 +232,20 @@ impl ConnectionReader {
         let mut take = |message: ReceivedMessage| {
             let received = self.clock.now();
             let from = SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, self.line.port);
-            counts.lines(&message.payload, &self.receivers, |line| {
-                let arrival = Arrival { line: self.index, received, from, payload: line.to_vec() };
+            let note = |payload: Vec<u8>| {
+                let arrival = Arrival { line: self.index, received, from, payload };
                 self.counters.note(received, forward(arrival));
-            });
-            self.counters.note_untranslated(counts.refused.iter());
+            };
+            match messages {
+                MessageReader::RemoteId(counts) => {
+                    counts.lines(&message.payload, &self.receivers, |line| note(line.to_vec()));
+                    self.counters.note_untranslated(counts.refused.iter());
+                }
+                MessageReader::Text(translator) => {
+                    translator.take(&message.payload, received, note);
+                    self.counters.note_untranslated(translator.dropped().iter());
+                }
+            }
         };
         let open = async {
             let caller = ClientIdentity { client_id: &client_id, login, will: None };
@@ -309,6 +332,7 @@ mod tests {
                 sensor: "gateway".to_owned(),
                 origin: [52.0, 4.0],
                 receivers: ReceiverIds::default(),
+                text: None,
             };
             door.keep_reading(|_| true).await;
         });

@@ -122,6 +122,7 @@ pub fn listen(config: &Config, clock: &WallClock, runtime: &tokio::runtime::Hand
                     sensor: sensor.id.clone(),
                     origin: [latitude, longitude],
                     receivers: receivers_of(config, line),
+                    text: line.connection.as_ref().and_then(|of| text_translator(config, line, of)),
                 };
                 let forward = move |arrival| sender.try_send(arrival).is_ok();
                 return runtime.spawn(reader.keep_reading(forward).instrument(span));
@@ -152,6 +153,11 @@ fn receivers_of(config: &Config, line: &ConfiguredLine) -> ReceiverIds {
     ReceiverIds::new(named.map(|sensor| sensor.id.clone()))
 }
 
+/// Translator of a connection whose lines are text.
+fn text_translator(config: &Config, line: &ConfiguredLine, of: &Connection) -> Option<LineTranslator> {
+    of.has_lines().then(|| LineTranslator::new(config, line.sensors[0], of)).flatten()
+}
+
 /// Reader of one line.
 struct LineReader {
     /// Translator, for a line whose datagrams are translated.
@@ -172,7 +178,7 @@ enum DatagramTranslator {
 impl DatagramTranslator {
     fn new(config: &Config, line: &ConfiguredLine, of: &Connection) -> Option<Self> {
         if of.has_lines() {
-            return LineTranslator::new(config, line.sensors[0], of).map(Box::new).map(Self::Lines);
+            return text_translator(config, line, of).map(Box::new).map(Self::Lines);
         }
         let sensors = line.sensors.iter().map(|&index| &config.sensors[index]);
         let sensors = MavlinkSensors::of(sensors, |with| with.socket() == of.socket());

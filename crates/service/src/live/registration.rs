@@ -25,6 +25,8 @@ pub struct RegistrationStatus {
     pub mode: Mode,
     /// Estimate from the radar's tracks; `None` if registration is off, and before the first slot.
     pub estimate: Option<Misalignment>,
+    /// Minutes of aircraft that other radars see as well, on which bearing and range also rest.
+    pub shared_minutes: Option<f64>,
     /// Learned errors; `None` if learning is off, and before the first slot.
     pub learnt: Option<LearntRadar>,
     /// Where it stands according to its tracks, relative to the position that is used.
@@ -239,6 +241,7 @@ impl Registrar {
             Some(RegistrationStatus {
                 mode: mode?,
                 estimate: None,
+                shared_minutes: None,
                 learnt: None,
                 place: None,
                 relocated: None,
@@ -253,6 +256,7 @@ impl Registrar {
             let index = usize::from(sensor.0);
             let Some(Some(status)) = statuses.get_mut(index) else { continue };
             status.estimate = Some(registered.estimate);
+            status.shared_minutes = registered.by_radars().map(|learnt| learnt.minutes);
             status.learnt = registered.learnt;
             if let (Some(learnt), Some(id)) = (&registered.learnt, self.ids.get(index)) {
                 let verdict = VelocityUse::from(&learnt.velocity).name();

@@ -252,7 +252,9 @@ impl ConfiguredLine {
 
     /// Name for display: `239.192.48.1:8048 on 127.0.0.1`, or `beast 127.0.0.1:30005`.
     pub fn name(&self) -> String {
-        if let Some(Connection { format: ConnectionFormat::Mqtt, address, topic, .. }) = &self.connection {
+        if let Some(Connection { address, topic, .. }) =
+            self.connection.as_ref().filter(|of| of.is_subscription())
+        {
             return format!("{topic} at {address}");
         }
         if self.is_posted() {

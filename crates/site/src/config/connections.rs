@@ -24,11 +24,12 @@ section! {
         ), tables::kinds::named();
         /// Address of the receiver. `"beast"`, `"avr"`, `"asterix"`: address and port of the receiver, such as `127.0.0.1:30005`.
         /// `"mqtt"`: the broker, `mqtt://host:1883`, or with TLS `mqtts://host:8883`. `"mavlink"`: local address and UDP port to
-        /// listen on, which sensors of different kinds may share. `"json"`, `"csv"`: local address and UDP port to listen on.
+        /// listen on, which sensors of different kinds may share. `"json"`, `"csv"`: local address and UDP port to listen on, or
+        /// a broker as with `"mqtt"`.
         /// `"http"`: none, because gateways post to the API of this service.
         address: String = depends("none with `\"http\"`, else it is needed", String::new()), any_text();
-        /// Topic filter of the subscription, with `"mqtt"`. `+` matches one level, `#` all remaining levels.
-        topic: String = depends("`remote-id/#`", "remote-id/#".to_owned()), text("a filter of topics, up to 200 octets", |text| text.len() <= 200);
+        /// Topic filter of the subscription at a broker. `+` matches one level, `#` all remaining levels.
+        topic: String = depends("`remote-id/#` with `\"mqtt\"`, else needed", "remote-id/#".to_owned()), text("a filter of topics, up to 200 octets", |text| text.len() <= 200);
         /// User name at the broker.
         username: Option<String> = absent("nobody"), any_text();
         /// File that contains the password.
@@ -70,9 +71,9 @@ names! {
         /// MAVLink over UDP: positions of own drones (`kind = "transponder"`), aircraft with ADS-B (`"adsb"`), or Remote ID
         /// (`"remote-id"`).
         Mavlink = "mavlink",
-        /// Lines of JSON over UDP, one object for each plot of a radar or report of a transponder.
+        /// Lines of JSON over UDP or from an MQTT 5 broker, one object for each plot of a radar or report of a transponder.
         Json = "json",
-        /// Lines of values with commas between them over UDP, else like `"json"`.
+        /// Lines of values with commas between them, else like `"json"`.
         Csv = "csv",
     }
 }
@@ -148,9 +149,14 @@ impl Connection {
         fields.mapping(&self.columns, &self.drone_classes, is_radar)
     }
 
+    /// Whether it is a subscription at an MQTT broker.
+    pub fn is_subscription(&self) -> bool {
+        self.format == ConnectionFormat::Mqtt || (self.has_lines() && self.address.starts_with("mqtt"))
+    }
+
     /// Whether the service listens on a UDP port, and senders need no connection.
     pub fn is_listener(&self) -> bool {
-        self.format == ConnectionFormat::Mavlink || self.has_lines()
+        self.format == ConnectionFormat::Mavlink || (self.has_lines() && !self.is_subscription())
     }
 
     /// Broker of an `"mqtt"` connection. A validated configuration always has it.
@@ -262,7 +268,7 @@ impl ConnectionFormat {
 impl ByHand for Connection {
     /// Leaves out the keys of other formats.
     fn arrange(&self, entries: &mut Vec<Entry>) {
-        let is_broker = self.format == ConnectionFormat::Mqtt;
+        let is_broker = self.is_subscription();
         let others = ["username", "password_file", "password_env", "ca", "client_id"];
         entries.retain(|entry| match entry.key {
             "address" => self.format != ConnectionFormat::Http,
@@ -279,7 +285,7 @@ impl ByHand for Connection {
         if !section.is_sound(&["format", "address"]) {
             return;
         }
-        let is_broker = self.format == ConnectionFormat::Mqtt;
+        let is_broker = self.is_subscription();
         if self.format == ConnectionFormat::Http {
             section.contradict(
                 &["address"],
@@ -290,7 +296,11 @@ impl ByHand for Connection {
         } else if is_broker && self.broker().is_none() {
             section.contradict(&["address"], "a broker is mqtt://host:port, or with TLS mqtts://host:port; user and password have keys of their own");
         } else if !is_broker && self.socket().is_none() {
-            section.contradict(&["address"], "expected an IPv4 address and a port, such as 127.0.0.1:30005");
+            let broker = if self.has_lines() { ", or a broker, mqtt://host:port" } else { "" };
+            section.contradict(
+                &["address"],
+                format!("expected an IPv4 address and a port, such as 127.0.0.1:30005{broker}"),
+            );
         } else if !self.is_listener()
             && self.socket().is_some_and(|socket| *socket.ip() == Ipv4Addr::UNSPECIFIED)
         {
@@ -304,11 +314,14 @@ impl ByHand for Connection {
                 if section.written(key).is_some() {
                     section.contradict(
                         &[key],
-                        "only a connection with format = \"mqtt\" has this key; remove it",
+                        "only a connection to a broker, mqtt://host:port, has this key; remove it",
                     );
                 }
             }
         } else {
+            if self.has_lines() {
+                section.need("topic", "topic = \"radar/hill\", where the sensor publishes its lines");
+            }
             if self.password_file.is_some() && self.password_env.is_some() {
                 section
                     .contradict(&["password_env"], "there is a file of it too; remove one of the two keys");

@@ -359,7 +359,7 @@ mod tests {
 
     fn is_wide([one, other, drone]: &[Vector3<f64>; 3]) -> bool {
         let (first, second) = (drone - one, drone - other);
-        first.angle(&second).sin() > 0.3 && first.norm().min(second.norm()) > 150.0
+        sine_over_ground(&first, &second) > 0.3 && first.norm().min(second.norm()) > 150.0
     }
 
     #[test]

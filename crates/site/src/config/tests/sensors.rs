@@ -169,6 +169,9 @@ fn connections() {
     let drone = "{ system_id = 1, serial_number = \"A\" }";
     const FIELDS: &str =
         "fields = { serial_number = \"sn\", latitude = \"lat\", longitude = \"lon\", height = \"alt ft\" }";
+    let json_at = |address: &str, rest: &str| {
+        with("transponder", &format!("format = \"json\", address = \"{address}\", {rest}"))
+    };
     let lines = |format: &str, rest: &str| {
         with("transponder", &format!("format = \"{format}\", address = \"0.0.0.0:15129\", {rest}"))
     };
@@ -202,6 +205,9 @@ fn connections() {
         (mavlink("{ system_id = 1, serial_number = \"123456789012345678901\" }"), "1 to 20 printable"),
         (mavlink("{ system_id = 1, serial_number = \"A\", country = \"nl\" }"), "two capital letters"),
         (lines("json", ""), "add fields = { … }"),
+        (json_at("mqtt://127.0.0.1", FIELDS), "where the sensor publishes its lines"),
+        (json_at("127.0.0.1:15129", &format!("topic = \"a\", {FIELDS}")), "only a connection to a broker"),
+        (json_at("mqtt://", &format!("topic = \"a\", {FIELDS}")), "a broker is mqtt://host:port"),
         (lines("csv", FIELDS), "columns = [\"time\", …]"),
         (lines("csv", &format!("columns = [\"sn\", \"lat\"], {FIELDS}")), "names none of the columns"),
         (lines("json", &format!("columns = [\"sn\"], {FIELDS}")), "only a connection with format = \"csv\""),
@@ -230,6 +236,7 @@ fn connections() {
         mavlink(drone),
         heard,
         lines("json", FIELDS),
+        json_at("mqtt://127.0.0.1", &format!("topic = \"radars/hill\", username = \"fusion\", {FIELDS}")),
         lines("csv", &format!("columns = [\"sn\", \"lat\", \"lon\", \"alt\"], {FIELDS}")),
     ] {
         let config = parse(&BASE.replace(kind, &text)).unwrap();

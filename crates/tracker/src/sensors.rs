@@ -4,7 +4,7 @@ use nalgebra::Matrix2;
 
 use super::quantity::Quantity;
 use super::reading::{MeasuredValue, Reading, ReadingOrigin};
-use crate::frames::{Geodetic, TangentPlane};
+use fusion::frames::{Geodetic, TangentPlane};
 
 /// A radar: range, azimuth, elevation, and the range rate if it measures one.
 #[derive(Clone, Copy, Debug, PartialEq)]

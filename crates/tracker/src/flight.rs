@@ -3,7 +3,7 @@
 
 use super::tracker::TrackerEstimate;
 use super::update::SEEN;
-use crate::filter::{
+use fusion::filter::{
     Course, Gaussian, LinearMotion, MODELS, Mixture, Model, Models, Rows, Singer, SingerTransition,
     Symmetric, Vector,
 };

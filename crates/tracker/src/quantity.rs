@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::Vector3;
 
-use crate::frames::Enu;
+use fusion::frames::Enu;
 
 /// Minimum distance to the sensor for a relative quantity, and minimum distance over ground for an azimuth, metres.
 /// Nearer, a change by the estimate's own error would turn the line of sight.

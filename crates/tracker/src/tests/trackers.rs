@@ -1,9 +1,9 @@
 //! Trackers over whole flights.
 
 use super::*;
-use crate::filter::Models;
-use crate::measurement::flight::{FlightMotion, WITH_ACCELERATION};
-use crate::settings::Singer;
+use crate::flight::{FlightMotion, WITH_ACCELERATION};
+use fusion::filter::Models;
+use fusion::settings::Singer;
 
 const SPEED: f64 = 60.0;
 
@@ -168,7 +168,7 @@ fn a_turn_is_seed_001_equation_5_put_right() {
     let (sin, cos) = (omega * dt).sin_cos();
     let models = Turning { rates: vec![-omega], noise: 4.0, stays: 0.95 }.models::<2>().unwrap();
     let [_, turn] = FlightMotion::<6, 2>::motions(&models, dt);
-    let transition = crate::filter::transition_of(&turn);
+    let transition = transition_of(&turn);
     #[rustfmt::skip]
     let put_right = Matrix6::new(
         1.0, 0.0, 0.0, sin / omega,         -(1.0 - cos) / omega, 0.0,
@@ -180,7 +180,7 @@ fn a_turn_is_seed_001_equation_5_put_right() {
     );
     assert!((transition - put_right).norm() < 1e-12);
     // Eq. 4: the noise of each model, on each axis.
-    let noise = crate::filter::noise_of(&turn);
+    let noise = noise_of(&turn);
     let (place, across, rate) = (4.0 * dt.powi(3) / 3.0, 4.0 * dt * dt / 2.0, 4.0 * dt);
     let expected = Matrix6::from_fn(|row, column| match (row / 3, column / 3) {
         _ if row % 3 != column % 3 => 0.0,
@@ -199,8 +199,8 @@ fn a_turn_is_seed_001_equation_5_put_right() {
 fn singer_carries_each_axis_by_itself() {
     let singer = Singer { lasts_s: 5.0, horizontal: 2.0, vertical: 1.0 };
     let [motion] = FlightMotion::<WITH_ACCELERATION, 1>::motions(&singer, 0.1);
-    let transition = crate::filter::transition_of::<WITH_ACCELERATION>(&motion);
-    let noise = crate::filter::noise_of::<WITH_ACCELERATION>(&motion);
+    let transition = transition_of::<WITH_ACCELERATION>(&motion);
+    let noise = noise_of::<WITH_ACCELERATION>(&motion);
     let kept = (-0.02_f64).exp();
     for axis in 0..3 {
         let [place, rate, acceleration] = [axis, axis + 3, axis + 6];

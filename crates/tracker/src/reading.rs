@@ -3,9 +3,9 @@
 use nalgebra::{Matrix2, Matrix3, Matrix4, Vector3};
 
 use super::quantity::{Observer, Quantity};
-use crate::frames::Enu;
-use crate::report::SensorIndex;
-use crate::time::Time;
+use fusion::frames::Enu;
+use fusion::report::SensorIndex;
+use fusion::time::Time;
 
 /// Maximum number of values in a reading: those of a radar with range rate.
 pub(super) const MOST: usize = 4;

@@ -1,20 +1,35 @@
 //! Compares Jacobians with central differences, updates with dense matrices, and trackers with the path flown.
 
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 use rand::RngExt;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::filter::{Gaussian, Symmetric};
-use crate::frames::Enu;
-use crate::report::SensorIndex;
-use crate::time::Time;
+use fusion::filter::{Gaussian, LinearMotion, Symmetric};
+use fusion::frames::Enu;
+use fusion::report::SensorIndex;
+use fusion::time::Time;
 
 mod jacobians;
 mod readings;
 mod trackers;
 mod updates;
+
+/// F of a motion.
+fn transition_of<const D: usize>(motion: &impl LinearMotion<D>) -> SMatrix<f64, D, D> {
+    let mut rows =
+        std::array::from_fn(|row| std::array::from_fn(|column| f64::from(u8::from(row == column))));
+    motion.carry::<D>(&mut rows);
+    SMatrix::from_fn(|row, column| rows[row][column])
+}
+
+/// Q of a motion.
+fn noise_of<const D: usize>(motion: &impl LinearMotion<D>) -> SMatrix<f64, D, D> {
+    let mut noise = Symmetric::ZERO;
+    motion.add_noise(&mut noise);
+    SMatrix::from_fn(|row, column| noise.at(row, column))
+}
 
 fn rng(seed: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(seed)

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, matrix};
 
 use super::*;
-use crate::frames::{Geodetic, TangentPlane};
+use fusion::frames::{Geodetic, TangentPlane};
 
 #[test]
 fn invalid_measurement_gives_no_reading() {

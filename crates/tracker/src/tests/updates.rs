@@ -3,10 +3,10 @@
 use nalgebra::{DMatrix, DVector, Matrix2, SMatrix, Vector6};
 
 use super::*;
-use crate::filter::{BiasTransition, Mixture};
-use crate::measurement::flight::FlightMotion;
-use crate::measurement::reading::MOST;
-use crate::measurement::update::{ReadingFit, apply_reading, usable};
+use crate::flight::FlightMotion;
+use crate::reading::MOST;
+use crate::update::{ReadingFit, apply_reading, usable};
+use fusion::filter::{BiasTransition, Mixture};
 
 /// Textbook update by all values at once, linearised at the mean, with the noise of the reading.
 fn textbook(

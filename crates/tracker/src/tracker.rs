@@ -11,10 +11,10 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use super::flight::{Flight, FlightMotion, InteractingModels};
 use super::reading::Reading;
 use super::update;
-use crate::filter::{BiasTransition, Gaussian, Mixture};
-use crate::frames::Enu;
-use crate::report::SensorIndex;
-use crate::time::Time;
+use fusion::filter::{BiasTransition, Gaussian, Mixture};
+use fusion::frames::Enu;
+use fusion::report::SensorIndex;
+use fusion::time::Time;
 
 /// Estimated state of an aircraft at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]

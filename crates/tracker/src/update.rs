@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::quantity::Quantity;
 use super::reading::{MOST, Reading, Whitening};
-use crate::filter::{Gaussian, Rows, Symmetric, Vector};
+use fusion::filter::{Gaussian, Rows, Symmetric, Vector};
 
 /// Number of variables that are measured, the first of a state: east, north, up, and their rates.
 pub(super) const SEEN: usize = 6;
