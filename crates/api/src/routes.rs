@@ -33,7 +33,7 @@ const FILTER: [QueryParameter; 13] = [
         "string",
         "lon_min,lat_min,lon_max,lat_max, degrees; lon_min above lon_max spans the antimeridian",
     ),
-    QueryParameter::new("source", "string", "of fused, radar, transponder, separated by commas")
+    QueryParameter::new("source", "string", "of fused, radar, transponder, camera, separated by commas")
         .some_of(|| TrackSource::NAMES.to_vec()),
     QueryParameter::new(
         "class",

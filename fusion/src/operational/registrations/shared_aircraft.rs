@@ -21,6 +21,9 @@ use crate::settings::RegistrationMode;
 /// plots of the other radar.
 const AGAIN: f64 = 0.9;
 
+/// Minimum duration of a segment at the end of a pair of tracks, seconds. The first look of a pair tells most.
+const SHORT_S: f64 = 2.0;
+
 /// Minimum distance of other tracks of the same radars, metres. Nearer ones may be the aircraft in place of these.
 const ALONE_M: f64 = 150.0;
 
@@ -68,12 +71,15 @@ impl Registrations {
                 }
             }
             if comparison.gathered_s() >= SEGMENT_S {
-                let pair: RadarPair = (one.key.sensor, other.key.sensor);
-                samples.extend(comparison.take_sample().map(|sample| (pair, sample)));
+                samples.extend(comparison.take_sample().map(|sample| (of_radars(one.id, other.id), sample)));
             }
             compared.insert((one.id, other.id), comparison);
         }
-        self.shared_tracks = compared;
+        for ((one, other), mut ended) in std::mem::replace(&mut self.shared_tracks, compared) {
+            if ended.gathered_s() >= SHORT_S {
+                samples.extend(ended.take_sample().map(|sample| (of_radars(one, other), sample)));
+            }
+        }
         if samples.is_empty() {
             return;
         }
@@ -103,6 +109,11 @@ fn pairs<'a>(
         pairs.extend(others.map(|other| (target, *one, *other)));
     }
     pairs.into_iter()
+}
+
+/// The radars of two tracks.
+fn of_radars(one: TrackletId, other: TrackletId) -> RadarPair {
+    (one.track.sensor, other.track.sensor)
 }
 
 /// Whether no other track of either radar is near two tracks.
