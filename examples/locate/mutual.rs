@@ -31,7 +31,7 @@ pub fn align(seed: u64, minutes: f64) -> Result<Option<Aligned>, Box<dyn Error>>
     (second.id, second.sic) = ("second".to_owned(), second.sic + 1);
     scenario.radars.push(second);
     let first_direction = std::f64::consts::TAU * super::uniform(seed, 2);
-    // As seen from the centre of the airspace, the radars stand 60 to 120 degrees apart.
+    // The radars stand 60 to 120 degrees apart, seen from the centre of the airspace.
     let apart = (60.0 + 60.0 * super::uniform(seed, 5)).to_radians();
     for (index, radar) in scenario.radars.iter_mut().enumerate() {
         let number = index as u64;

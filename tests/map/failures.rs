@@ -30,7 +30,7 @@ fn failed_request_is_named_and_the_rest_continues() {
     browser.open(&service.url());
     browser.wait(&format!("/^Sensors: {SINCE} [(]HTTP 500[)]$/.test({BANNER}.trim())"), LATER);
     browser.wait(&format!("{BADGE} === 'REPLAY paused' && {ROWS} > 2 && {COLOURS} > 20"), LATER);
-    browser.wait(&format!("/^\\d+,\\d+,\\d+$/.test({COUNTS}) && {COUNTS} !== '0,0,0'"), LATER);
+    browser.wait(&format!("/^\\d+,\\d+,\\d+,\\d+$/.test({COUNTS}) && {COUNTS} !== '0,0,0,0'"), LATER);
     browser.wait(&format!("{SENSORS} === '? Sensors' && /^\\d+$/.test({ALERTS})"), LATER);
     // Known again. Ranges are from the radar, whose position was unknown.
     browser.fail(&[]);
@@ -58,7 +58,7 @@ fn failed_request_is_named_and_the_rest_continues() {
 
     // The live state is unknown too, and a stream that does not start is not an empty sky.
     for (path, badge, banner, counts) in [
-        ("/api/v1/info", "LIVE OR REPLAY?", "Service", r"\d+,\d+,\d+"),
+        ("/api/v1/info", "LIVE OR REPLAY?", "Service", r"\d+,\d+,\d+,\d+"),
         ("/api/v1/stream", "CONNECTING", "Tracks", "[?],[?],[?]"),
     ] {
         browser.fail(&[(path, 500, "")]);
@@ -93,7 +93,7 @@ fn broken_stream_marks_the_picture_as_old() {
     );
     browser
         .wait(&format!("{BADGE}.startsWith('STALE since ') && /^Tracks.*: {SINCE}/.test({BANNER})"), LATER);
-    browser.wait(&format!("{COUNTS} === '?,?,?'"), LATER);
+    browser.wait(&format!("{COUNTS} === '?,?,?,?'"), LATER);
     browser.run("window.isBroken = false");
     browser.wait(&format!("{BADGE} === 'REPLAY' && document.getElementById('failures').hidden"), LATER);
     browser.wait(&format!("/^\\d+,\\d+,\\d+$/.test({COUNTS})"), LATER);

@@ -53,7 +53,7 @@ pub struct Registered {
     guard: CreepGuard,
     /// Its tilts and height where those of transponders have offsets, and the share of that which is used.
     heights: Option<(HeightAlignment, f64)>,
-    /// What it learns from aircraft that other radars see as well.
+    /// Information from aircraft that other radars see as well.
     by_radars: Option<LearntFromRadars>,
 }
 
@@ -112,7 +112,7 @@ impl Registered {
         self.guard.alarm()
     }
 
-    /// What it learns from aircraft that other radars see as well.
+    /// Information from aircraft that other radars see as well.
     pub fn by_radars(&self) -> Option<&LearntFromRadars> {
         self.by_radars.as_ref()
     }

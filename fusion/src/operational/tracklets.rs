@@ -313,7 +313,7 @@ impl Tracklet {
         self.between_plots(time, apart_s, |plot| plot.plot.position)
     }
 
-    /// The same with the positions before the correction.
+    /// Such a position before the correction.
     pub(super) fn raw_at(&self, time: Time, apart_s: f64) -> Option<(Enu, f64, f64)> {
         self.between_plots(time, apart_s, |plot| plot.raw)
     }

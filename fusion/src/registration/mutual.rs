@@ -3,11 +3,10 @@
 //! The offset between the plots of two radars of one aircraft is J₁p₁ − J₂p₂ plus the lasting and white errors of both, where p are
 //! bearing, range and time of a radar. A Kalman filter follows the lasting errors along a pair of tracks, and how its mean changes
 //! with p₁ and p₂, as in the comparison with a transponder: its innovations are white, and each adds what is new. Aircraft in
-//! several directions tell p₁ and p₂ apart, because the positions of the radars are known.
+//! several directions distinguish p₁ from p₂, because the positions of the radars are known.
 //!
-//! All pairs of radars are solved together, with what each radar's own tracks of transponders tell about it. The errors of the
-//! solutions are correlated; what a radar learns from the others is the information of its marginal less its own, so that its own
-//! information counts once.
+//! All pairs of radars are solved together, with the values of each radar's own tracks of transponders. The errors of the solutions
+//! are correlated: a radar takes the information of its marginal less its own, so that its own counts once.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -30,8 +29,8 @@ pub(super) const OF_RADAR: usize = 3;
 const OF_PAIR: usize = 2 * OF_RADAR;
 /// The parameters of two radars, and a constant offset east and north, by which a segment is compared with the solution.
 const WITH_OFFSET: usize = OF_PAIR + 2;
-/// Prior standard deviation of the range of a radar whose own tracks do not determine it, metres. Aircraft in a small area do not tell
-/// their common displacement from offsets in range, and radars measure ranges well.
+/// Prior standard deviation of the range of a radar whose own tracks do not determine it, metres. In a small area, a common
+/// displacement of all aircraft resembles offsets in range, and radars measure ranges well.
 const RANGE_M: f64 = 5.0;
 /// Maximum number of segments of one pair of radars.
 const SEGMENTS: usize = 360;
@@ -47,7 +46,7 @@ const ASSUMED: f64 = 10.0;
 /// Bounds of the factor of all variances that follows from the scatter.
 const FACTORS: [f64; 2] = [0.25, 9.0];
 /// Numbers of latest segments that are compared with the solution, and the distance, in deviations, above which they show that a
-/// radar was turned or moved: the alignment then begins anew with them.
+/// radar was turned or moved: the alignment then restarts with them.
 const LATEST: [usize; 3] = [16, 32, 64];
 const STEP: f64 = 5.0;
 
@@ -73,7 +72,7 @@ pub(crate) struct SharedLook {
     pub(crate) between_m: f64,
 }
 
-/// What a segment tells about both radars and a constant offset.
+/// Information of a segment about both radars and a constant offset.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct SharedInformation {
     matrix: SMatrix<f64, WITH_OFFSET, WITH_OFFSET>,
@@ -109,7 +108,7 @@ pub(crate) struct OverGround {
     pub(crate) covariance: Matrix3<f64>,
 }
 
-/// What a radar learns from other radars about its bearing, range and time.
+/// Information about bearing, range and time of a radar from the aircraft that other radars see as well.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LearntFromRadars {
     matrix: Matrix3<f64>,
@@ -287,7 +286,7 @@ impl MutualAlignment {
         self.segments.retain(|&(one, other), _| one != sensor && other != sensor);
     }
 
-    /// What each radar learns from the others. `own`: what its own tracks of transponders tell.
+    /// Information of each radar from the others. `own`: the values of its own tracks of transponders.
     pub(crate) fn solve(
         &mut self,
         own: impl Fn(SensorIndex) -> Option<OverGround>,

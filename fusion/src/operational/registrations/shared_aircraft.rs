@@ -21,7 +21,7 @@ use crate::settings::RegistrationMode;
 /// plots of the other radar.
 const AGAIN: f64 = 0.9;
 
-/// Minimum duration of a segment at the end of a pair of tracks, seconds. The first look of a pair tells most.
+/// Minimum duration of a segment at the end of a pair of tracks, seconds. The first look of a pair has most of the information.
 const SHORT_S: f64 = 2.0;
 
 /// Minimum distance of other tracks of the same radars, metres. Nearer ones may be the aircraft in place of these.
