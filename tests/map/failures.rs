@@ -59,7 +59,7 @@ fn failed_request_is_named_and_the_rest_continues() {
     // The live state is unknown too, and a stream that does not start is not an empty sky.
     for (path, badge, banner, counts) in [
         ("/api/v1/info", "LIVE OR REPLAY?", "Service", r"\d+,\d+,\d+,\d+"),
-        ("/api/v1/stream", "CONNECTING", "Tracks", "[?],[?],[?]"),
+        ("/api/v1/stream", "CONNECTING", "Tracks", "[?],[?],[?],[?]"),
     ] {
         browser.fail(&[(path, 500, "")]);
         browser.run("location.reload()");
@@ -96,5 +96,5 @@ fn broken_stream_marks_the_picture_as_old() {
     browser.wait(&format!("{COUNTS} === '?,?,?,?'"), LATER);
     browser.run("window.isBroken = false");
     browser.wait(&format!("{BADGE} === 'REPLAY' && document.getElementById('failures').hidden"), LATER);
-    browser.wait(&format!("/^\\d+,\\d+,\\d+$/.test({COUNTS})"), LATER);
+    browser.wait(&format!("/^\\d+,\\d+,\\d+,\\d+$/.test({COUNTS})"), LATER);
 }
