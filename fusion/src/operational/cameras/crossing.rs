@@ -40,6 +40,17 @@ pub(super) struct Crossing {
     pub(super) lasting_m: f64,
 }
 
+/// Offset of a line of sight from the direction to a position: azimuth and elevation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SightOffset {
+    /// Differences, radians.
+    pub(super) angles: [f64; 2],
+    /// Their variances without those of the position, radians².
+    pub(super) variances: [f64; 2],
+    /// Their derivatives by the position, radians per metre.
+    pub(super) rows: [Vector3<f64>; 2],
+}
+
 /// Outcome of two lines of sight.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Passing {
@@ -136,9 +147,8 @@ impl SightLine {
         }
     }
 
-    /// Differences of azimuth and elevation to a position, radians, and their variances without those of the position; `None`: it
-    /// is too near.
-    pub(super) fn off(&self, position: &Vector3<f64>) -> Option<([f64; 2], [f64; 2], [Vector3<f64>; 2])> {
+    /// Offset from the direction to a position; `None`: it is too near.
+    pub(super) fn off(&self, position: &Vector3<f64>) -> Option<SightOffset> {
         let away = position - self.from;
         let ground_m = away.xy().norm();
         if ground_m < CAMERA_NEAR_M {
@@ -148,7 +158,7 @@ impl SightLine {
         let azimuth = wrapped(self.angles[0] - there.angles[0]);
         let variances = [0, 1].map(|angle| self.white2[angle] + self.lasting2[angle]);
         let rows = there.sideways(away.norm()).map(|sideways| sideways / sideways.norm_squared());
-        Some(([azimuth, self.angles[1] - there.angles[1]], variances, rows))
+        Some(SightOffset { angles: [azimuth, self.angles[1] - there.angles[1]], variances, rows })
     }
 }
 

@@ -10,14 +10,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Matrix2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::crossing::{Crossing, Passing};
+use super::crossing::{Crossing, Passing, SightOffset};
 use super::{CameraTrack, Cameras, PairScore};
 use crate::filter::StateEstimate;
 use crate::operational::cycle::{Cycle, EARLIEST, LATEST};
 use crate::operational::ids::{Begun, TargetId};
 use crate::operational::likelihood::{OffsetAxis, PlotErrors};
 use crate::operational::settings::OperationalSettings;
-use crate::operational::targets::Targets;
+use crate::operational::targets::{Target, Targets};
 use crate::operational::tracklets::Tracklets;
 use crate::operational::tuning::{
     CAMERA_CORRELATION_S, CAMERA_END_LLR, CAMERA_ENDS_S, CAMERA_FIELD, CAMERA_FOLLOW_LLR, CAMERA_FREE_MAX,
@@ -167,7 +167,7 @@ impl Cameras {
             Begun::Cameras(_, one, other)
                 if followed(&one) == Some(id)
                     && followed(&other) == Some(id)
-                    && targets.get(id).is_some_and(|target| target.is_of_cameras_alone()) =>
+                    && targets.get(id).is_some_and(Target::is_of_cameras_alone) =>
             {
                 Some((id, (one, other)))
             }
@@ -303,7 +303,7 @@ impl Cameras {
             let (camera, oriented) = settings.camera(key.sensor).zip(self.oriented.get(&key.sensor))?;
             let llrs = crossings.iter().filter_map(|(time, crossing)| {
                 let line = track.line_at(*time, camera, oriented)?;
-                let (off, variances, rows) = line.off(&crossing.position)?;
+                let SightOffset { angles: off, variances, rows } = line.off(&crossing.position)?;
                 let spread =
                     |one: usize, other: usize| (rows[one].transpose() * crossing.covariance * rows[other]).x;
                 let covariance = Matrix2::new(
@@ -407,7 +407,7 @@ impl Cameras {
         tracklets: &mut Tracklets,
         cycle: &Cycle,
     ) {
-        let is_alone = |id: TargetId| targets.get(id).is_some_and(|target| target.is_of_cameras_alone());
+        let is_alone = |id: TargetId| targets.get(id).is_some_and(Target::is_of_cameras_alone);
         let mut of_target: BTreeMap<TargetId, Vec<CameraTrackKey>> = BTreeMap::new();
         for (&key, track) in &self.tracks {
             if let Some(target) = track.target {
