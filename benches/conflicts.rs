@@ -36,6 +36,8 @@ fn traffic(count: u32) -> Vec<ConflictAircraft> {
             vertical: Some([16.0, 0.0, 0.1]),
             kind: TrafficKind::Drone,
             disputed: Vec::new(),
+            has_transponder: true,
+            is_shown: true,
         }
     };
     (0..count).map(one).collect()

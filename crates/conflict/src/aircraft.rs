@@ -28,6 +28,11 @@ pub struct ConflictAircraft {
     pub kind: TrafficKind,
     /// Track numbers of tracks that claim to be the same aircraft at another position; they are in no conflict with it.
     pub disputed: Vec<u32>,
+    /// Whether it has a transponder. If not, it was only detected.
+    pub has_transponder: bool,
+    /// Whether the picture shows it now. If not, this is its last state, extrapolated, and it takes part only as long as it
+    /// can be expected to fly straight on.
+    pub is_shown: bool,
 }
 
 impl ConflictAircraft {

@@ -3,7 +3,6 @@
 use nalgebra::{Matrix2, Matrix4, Vector2};
 
 use super::aircraft::ConflictAircraft;
-use super::extrapolation::{Extrapolation, SteadyFlightRatios};
 
 /// Relative state of two aircraft at one instant: b minus a.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,47 +64,16 @@ impl Relative {
         }
     }
 
-    /// Standard deviation of the position over ground: mean of the axes, metres.
-    pub(super) fn sigma_m(&self) -> f64 {
-        ((self.covariance[(0, 0)] + self.covariance[(1, 1)]) / 2.0).sqrt()
-    }
-
-    /// The closest point of approach within the horizon.
-    pub fn approach(&self, ahead: &Extrapolation) -> Approach {
-        let Self { position, velocity, covariance, vertical } = self;
-        let square = velocity.norm_squared();
-        let unbounded_s = if square > 0.0 { -position.dot(velocity) / square } else { 0.0 };
-        let t = unbounded_s.clamp(0.0, ahead.horizon_s);
-        let is_inside = unbounded_s > 0.0 && unbounded_s < ahead.horizon_s;
-        let miss = position + velocity * t;
-        // Terms of the position, of position and velocity, and of the velocity.
-        let at = |row: usize, column: usize| covariance[(row, column)];
+    /// Covariance of the position over ground after `t` seconds, m², with these ratios of the deviations of position and
+    /// velocity.
+    pub(super) fn after(&self, t: f64, [place, rate]: [f64; 2], grown_m2: f64) -> Matrix2<f64> {
+        let at = |row: usize, column: usize| self.covariance[(row, column)];
         let of = |row: usize, column: usize| {
             let both = at(row, column + 2) + at(row + 2, column);
-            [at(row, column), t * both, t * t * at(row + 2, column + 2)]
+            place * place * at(row, column)
+                + t * (place * rate * both + t * rate * rate * at(row + 2, column + 2))
         };
-        let (east, both, north) = (of(0, 0), of(0, 1), of(1, 1));
-        let flown = |place: f64, rate: f64, grown_m2: f64| {
-            let sum = |[p, c, v]: [f64; 3]| place * place * p + place * rate * c + rate * rate * v;
-            Matrix2::new(sum(east) + grown_m2, sum(both), sum(both), sum(north) + grown_m2)
-        };
-        let SteadyFlightRatios { place, velocity: rate, height, climb: climbs } = ahead.steady;
-        let along = if is_inside { Vector2::new(-velocity.y, velocity.x) } else { miss };
-        let across = along.try_normalize(0.0).unwrap_or_else(Vector2::x);
-        Approach {
-            t_cpa_s: t,
-            miss,
-            straight: flown(place, rate, 0.0),
-            // Added for each of the two aircraft.
-            turning: flown(1.0, 1.0, 2.0 * ahead.grown_m2(t)),
-            share: (-t / ahead.straight_s).exp(),
-            vertical: vertical.map(|Vertical { height_m, climb, covariance: [hh, hc, cc] }| {
-                let m2 = height * height * hh + 2.0 * t * height * climbs * hc + t * t * climbs * climbs * cc;
-                (height_m + climb * t, m2)
-            }),
-            // The sign of the normal is arbitrary; it is chosen so that b passes on the positive side.
-            across: if across.dot(&miss) < 0.0 { -across } else { across },
-        }
+        Matrix2::new(of(0, 0) + grown_m2, of(0, 1), of(0, 1), of(1, 1) + grown_m2)
     }
 }
 

@@ -30,6 +30,8 @@ pub(super) struct LevelVote {
     pub(super) reached: bool,
     /// Whether the level is kept.
     pub(super) kept: bool,
+    /// Whether this evaluation raises the level alone, if it is reached.
+    pub(super) is_clear: bool,
 }
 
 /// State of one level of one pair and volume.
@@ -50,7 +52,9 @@ impl Latch {
             self.kept = now;
         }
         match self.since {
-            None if self.reached.count_ones() >= TO_RAISE => self.since = Some(now),
+            None if self.reached.count_ones() >= TO_RAISE || (say.reached && say.is_clear) => {
+                self.since = Some(now);
+            }
             Some(since)
                 if now.nanos() - since.nanos() >= HELD_NS
                     && now.nanos() - self.kept.nanos() >= LOWERED_NS =>

@@ -3,15 +3,19 @@
 //!
 //! Sans-IO: the caller passes the pictures and their times. The closest approach follows G. Fasano et al.,
 //! *Radar/electro-optical data fusion for non-cooperative UAS sense and avoid*, eq. 4; the volumes in space and time follow
-//! DO-365. Probabilities are those of a mixture of two normal errors: of a pair that flies straight on, whose real errors
-//! are smaller than stated, and of one that turns, whose errors grow by random acceleration (docs/CONFLICTS.md).
+//! DO-365. Probabilities are those of a mixture of normal errors: of a pair that flies straight on, along the lines fitted to
+//! its past positions, and of one that turns, whose errors grow by random acceleration (docs/CONFLICTS.md).
 
 mod aircraft;
 mod encounter;
 mod extrapolation;
+mod history;
 mod interval;
 mod level;
+mod line;
+mod motion;
 mod normal;
+mod outlook;
 mod pairs;
 mod passage;
 mod rules;
@@ -19,8 +23,10 @@ mod volume;
 
 use std::collections::BTreeMap;
 
-use fusion::time::Time;
+use fusion::time::{SECOND, Time};
+use history::FlightHistory;
 use level::{LevelVote, Levels};
+use motion::{Motion, PairMotion, are_twins};
 use pairs::SortedAircraft;
 use rules::WORTH_A_LINE;
 
@@ -32,9 +38,9 @@ pub use level::Level;
 pub use passage::Passage;
 pub use rules::{ConflictRules, LevelThreshold};
 pub use volume::{AcceptedKinds, Preset, TrafficKind, Volume};
-/// Maximum standard deviation of the relative position of two drones for any level, as a share of the volume's radius.
-/// Pairs with a crewed aircraft have no such limit: many of those that state no accuracy have a good one.
-const KNOWN_SHARE: f64 = 0.44;
+
+/// Time after which an aircraft that is no longer given is forgotten, nanoseconds.
+const FORGOTTEN_NS: u64 = 20 * SECOND as u64;
 
 /// A pair and a volume in one evaluation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,12 +110,23 @@ pub struct Conflicts {
     /// Time of the last evaluation.
     time: Option<Time>,
     pairs: SortedAircraft,
+    histories: BTreeMap<ConflictKey, FlightHistory>,
+    /// Expected motion of the aircraft of this evaluation.
+    motions: Vec<Motion>,
 }
 
 impl Conflicts {
     /// Creates a predictor with these rules.
     pub fn new(rules: ConflictRules) -> Self {
-        Self { rules, next_id: 1, known: BTreeMap::new(), time: None, pairs: SortedAircraft::default() }
+        Self {
+            rules,
+            next_id: 1,
+            known: BTreeMap::new(),
+            time: None,
+            pairs: SortedAircraft::default(),
+            histories: BTreeMap::new(),
+            motions: Vec::new(),
+        }
     }
 
     /// The rules.
@@ -118,16 +135,18 @@ impl Conflicts {
     }
 
     /// Evaluates the aircraft of a picture; each key occurs at most once. A time before the last one discards all
-    /// levels.
+    /// levels and histories.
     pub fn evaluate(&mut self, time: Time, mut aircraft: Vec<ConflictAircraft>) -> ConflictEvaluation {
         if self.time.replace(time).is_some_and(|before| time < before) {
             self.known.clear();
+            self.histories.clear();
         }
         let given = aircraft.len();
         aircraft.retain(ConflictAircraft::is_sound);
         let left_out = given - aircraft.len();
         aircraft.sort_by_key(|one| one.key);
-        let (mut pairs, tested) = self.pairs.find(&aircraft, &self.rules);
+        self.expect(time, &mut aircraft);
+        let (mut pairs, tested) = self.pairs.find(&aircraft, &self.motions, &self.rules);
         let known = self.known_among(&aircraft);
         pairs.extend(&known);
         pairs.sort_unstable();
@@ -150,6 +169,24 @@ impl Conflicts {
         ConflictEvaluation { aircraft, conflicts, unseen, tested, left_out }
     }
 
+    /// Adds the aircraft to their histories and determines their expected motions. Those that are not shown and cannot be
+    /// followed are removed.
+    fn expect(&mut self, time: Time, aircraft: &mut Vec<ConflictAircraft>) {
+        let Self { rules: ConflictRules { ahead, .. }, histories, motions, .. } = self;
+        motions.clear();
+        aircraft.retain(|one| {
+            let history = histories.entry(one.key).or_insert_with(|| FlightHistory::new(time));
+            history.add(time, one, &ahead.steady);
+            let motion = Motion::of(history, time, ahead);
+            let takes_part = one.is_shown || motion.is_coasting();
+            if takes_part {
+                motions.push(motion);
+            }
+            takes_part
+        });
+        histories.retain(|_, history| time.nanos().abs_diff(history.seen.nanos()) <= FORGOTTEN_NS);
+    }
+
     /// The remembered pairs that are present, at any distance, in order.
     fn known_among(&self, aircraft: &[ConflictAircraft]) -> Vec<(usize, usize)> {
         let place = |key: &ConflictKey| aircraft.binary_search_by_key(key, |one| one.key).ok();
@@ -169,21 +206,20 @@ impl Conflicts {
             return;
         }
         let relative = Relative::of(one, other);
+        let pair = [(one, &self.motions[a]), (other, &self.motions[b])];
+        if are_twins(&relative, pair[0], pair[1]) {
+            return;
+        }
+        let motion = PairMotion::of(&relative, pair[0], pair[1], &self.rules.ahead);
         let key = (one.key, other.key);
         let mut known = is_known.then(|| self.known.remove(&key)).flatten();
         let first = conflicts.len();
-        let is_crewed = [one.kind, other.kind].contains(&TrafficKind::Crewed);
         for (index, volume) in self.rules.volumes.iter().enumerate() {
             if !volume.is_between(one.kind, other.kind) {
                 continue;
             }
-            let passage = relative.passage(volume, &self.rules.ahead, WORTH_A_LINE);
-            // Levels of pairs with uncertain positions would come and go.
-            let is_certain = is_crewed || relative.sigma_m() < KNOWN_SHARE * volume.horizontal_m;
-            let said = match is_certain {
-                true => self.rules.level_votes(volume, &relative, &passage),
-                false => Default::default(),
-            };
+            let passage = motion.passage(volume, &self.rules.ahead, WORTH_A_LINE);
+            let said = self.rules.level_votes(volume, &relative, &passage, &motion);
             // Most pairs have nothing to remember.
             if known.is_none() && said.iter().any(|say| say.reached) {
                 known = Some(PairHistory::new(&self.rules, time));
@@ -193,7 +229,7 @@ impl Conflicts {
                 known.levels[index].worst()
             });
             if level.is_some() || passage.probability > 0.0 {
-                let approach = relative.approach(&self.rules.ahead);
+                let approach = motion.approach(&self.rules.ahead);
                 let (pair, Passage { probability, entry_s, exit_s }) = ([a, b], passage);
                 conflicts.push(PredictedConflict {
                     id: None,

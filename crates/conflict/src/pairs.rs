@@ -6,7 +6,9 @@ use std::f64::consts::FRAC_2_PI;
 use nalgebra::Vector2;
 
 use super::aircraft::ConflictAircraft;
+use super::encounter::Vertical;
 use super::extrapolation::{Extrapolation, SteadyFlightRatios};
+use super::motion::Motion;
 use super::passage::is_slow;
 use super::rules::{ConflictRules, WORTH_A_LINE};
 use super::volume::TrafficKind;
@@ -35,6 +37,8 @@ struct FlightState {
     velocity: Vector2<f64>,
     /// Variance of the position after t seconds, sum of both axes, without random acceleration.
     ground: Variance,
+    /// Difference between the velocity and that of its leg, metres a second.
+    faster: f64,
     up_m: f64,
     climb: f64,
     is_crewed: bool,
@@ -74,6 +78,7 @@ impl SortedAircraft {
     pub(super) fn find(
         &mut self,
         aircraft: &[ConflictAircraft],
+        motions: &[Motion],
         rules: &ConflictRules,
     ) -> (Vec<(usize, usize)>, usize) {
         let search = PairSearch::of(rules);
@@ -83,7 +88,7 @@ impl SortedAircraft {
         spots.clear();
         flights.clear();
         order.extend(cells.order());
-        flights.extend(order.iter().map(|&index| search.flight(&aircraft[index])));
+        flights.extend(order.iter().map(|&index| search.flight(&aircraft[index], &motions[index])));
         spots.extend(order.iter().zip(&*flights).map(|(&index, flight)| {
             let reach_m = [false, true].map(|is_crewed| search.reach_m(flight, is_crewed));
             Spot {
@@ -155,17 +160,35 @@ impl PairSearch {
         self.limits[usize::from(a_is_crewed) + usize::from(b_is_crewed)].as_ref()
     }
 
-    fn flight(&self, one: &ConflictAircraft) -> FlightState {
+    fn flight(&self, one: &ConflictAircraft, motion: &Motion) -> FlightState {
         let at = |row: usize, column: usize| one.covariance[(row, column)];
         let SteadyFlightRatios { height, climb, .. } = self.ahead.steady;
-        let above = one.vertical.map_or([f64::INFINITY, 0.0, 0.0], |[hh, hc, cc]| {
+        let mut above = one.vertical.map_or([f64::INFINITY, 0.0, 0.0], |[hh, hc, cc]| {
             [height * height * hh, 2.0 * height * climb * hc, climb * climb * cc]
         });
+        let mut ground = [at(0, 0) + at(1, 1), 2.0 * (at(0, 2) + at(1, 3)), at(2, 2) + at(3, 3)];
+        let (mut up_m, mut rate, mut faster) = (one.position.up(), one.velocity.z, 0.0);
+        if let Some(leg) = &motion.leg {
+            // The distance of the leg from the state counts as an error of the state.
+            let away_m = (leg.position - one.position.0.xy()).norm();
+            faster = (leg.velocity - one.velocity.xy()).norm();
+            ground[0] += away_m * away_m;
+            ground[1] += 2.0 * away_m * faster;
+            ground[2] += faster * faster;
+            if let Some(Vertical { height_m, climb, covariance: [hh, hc, cc] }) =
+                leg.vertical.filter(|_| one.vertical.is_some())
+            {
+                // A climb may end.
+                above = [hh, 2.0 * hc, cc + if one.kind == TrafficKind::Drone { climb * climb } else { 0.0 }];
+                (up_m, rate) = (height_m, climb);
+            }
+        }
         FlightState {
             velocity: one.velocity.xy(),
-            ground: Variance([at(0, 0) + at(1, 1), 2.0 * (at(0, 2) + at(1, 3)), at(2, 2) + at(3, 3)]),
-            up_m: one.position.up(),
-            climb: one.velocity.z,
+            ground: Variance(ground),
+            faster,
+            up_m,
+            climb: rate,
             is_crewed: one.kind == TrafficKind::Crewed,
             above: Variance(above),
         }
@@ -197,7 +220,9 @@ impl PairSearch {
         // Upper bound of the variance of both in any direction.
         let ground = a.ground.and(b.ground);
         let Variance([_, _, rate_m2s2]) = ground;
-        let is_slow = is_slow(square, rate_m2s2, &self.ahead.steady);
+        let SteadyFlightRatios { velocity: ratio, .. } = self.ahead.steady;
+        let faster = 2.0 * (a.faster + b.faster);
+        let is_slow = is_slow(square, ratio * ratio * rate_m2s2) || square < faster * faster;
         let ground_m2 = ground.at(t) + 2.0 * self.ahead.grown_m2(t.min(horizon_s));
         let ground_m2 = if is_slow { ground_m2.max(ground.at(horizon_s)) } else { ground_m2 };
         let near_m = limits.radius_m + FURTHEST * ground_m2.sqrt();

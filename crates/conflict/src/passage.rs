@@ -1,14 +1,15 @@
 //! Probability that two aircraft are inside a volume at any time within the horizon.
 //!
-//! The aircraft fly in a straight line with normal errors. For each distance across the relative velocity, the chord of
+//! The aircraft fly straight on with probability s, and turn otherwise. Each part is a line with normal errors. For each distance across the relative velocity, the chord of
 //! the volume at that distance is the time spent inside over ground. The probability is the integral, over that distance,
 //! of the probability that the aircraft are on the chord within the horizon and, meanwhile, within the volume's height.
 
 use nalgebra::{Matrix2, Vector2};
 
 use super::encounter::{Relative, Vertical};
-use super::extrapolation::{Extrapolation, SteadyFlightRatios};
+use super::extrapolation::Extrapolation;
 use super::interval::{Course, CrossSection};
+use super::motion::PairMotion;
 use super::normal::{HALF_RULE, TAIL, above_both, at_most_beyond, at_most_within, below, within};
 use super::volume::Volume;
 
@@ -32,10 +33,10 @@ const RINGS: [(f64, f64); 2] =
 /// Number of velocities on each ring.
 const STEPS: u32 = 6;
 
-/// Whether a relative speed of this square, m²/s², has an uncertain direction. `rate_m2s2` is the sum of the stated
-/// variances of both axes.
-pub(super) fn is_slow(square: f64, rate_m2s2: f64, steady: &SteadyFlightRatios) -> bool {
-    square < SLOW * SLOW * steady.velocity * steady.velocity * rate_m2s2 / 2.0
+/// Whether a relative speed of this square, m²/s², has an uncertain direction. `rate_m2s2` is the sum of the variances of
+/// both axes.
+pub(super) fn is_slow(square: f64, rate_m2s2: f64) -> bool {
+    square < SLOW * SLOW * rate_m2s2 / 2.0
 }
 
 /// The expected passage of two aircraft through a volume, and its probability.
@@ -51,18 +52,10 @@ pub struct Passage {
 }
 
 impl Relative {
-    /// The passage through a volume. Probabilities below `least` count as 0.
+    /// The passage through a volume of a pair of which only the present state is known. Probabilities below `least` count
+    /// as 0.
     pub fn passage(&self, volume: &Volume, ahead: &Extrapolation, least: f64) -> Passage {
-        let horizon_s = ahead.horizon_s;
-        let course = Course::of(&self.position, &self.velocity);
-        let section = volume.section();
-        let near_s = nearest_s(&course, &section, horizon_s);
-        let probability = Chances { relative: self, volume, ahead, course, near_s }.probability(least);
-        let (entry_s, exit_s) = match volume.interval(self, horizon_s) {
-            Some(inside) => (inside.entry_s, Some(inside.exit_s)),
-            None => (self.nearest_s(volume, &course, near_s, horizon_s), None),
-        };
-        Passage { probability, entry_s, exit_s }
+        PairMotion::unknown(self, ahead).passage(volume, ahead, least)
     }
 
     /// Time at which an expected motion that misses the volume is nearest to it: over ground it is `near_s` at the
@@ -91,74 +84,130 @@ fn nearest_s(course: &Course, section: &CrossSection, horizon_s: f64) -> f64 {
     course.time_at(-ahead_m).clamp(0.0, horizon_s)
 }
 
-/// Everything from which the probability of a passage follows.
+impl PairMotion {
+    /// The passage through a volume. Probabilities below `least` count as 0.
+    pub(super) fn passage(&self, volume: &Volume, ahead: &Extrapolation, least: f64) -> Passage {
+        let horizon_s = ahead.horizon_s;
+        let section = volume.section();
+        let steady = &self.steady;
+        let course = Course::of(&steady.position, &steady.velocity);
+        let near_s = nearest_s(&course, &section, horizon_s);
+        let probability = self.probability(volume, ahead, course, near_s, least);
+        let (entry_s, exit_s) = match volume.interval(steady, horizon_s) {
+            Some(inside) => (inside.entry_s, Some(inside.exit_s)),
+            None => (steady.nearest_s(volume, &course, near_s, horizon_s), None),
+        };
+        Passage { probability, entry_s, exit_s }
+    }
+
+    /// Probability of the passage; `near_s` is the time of the expected entry over ground in straight flight, seconds.
+    fn probability(
+        &self,
+        volume: &Volume,
+        ahead: &Extrapolation,
+        course: Course,
+        near_s: f64,
+        least: f64,
+    ) -> f64 {
+        let Self { steady, ratios: [place, rate], level, turning, away, .. } = self;
+        let share = self.share_at(near_s);
+        let straight = |relative| {
+            let errors = Errors::of(relative, *place, *rate, 0.0);
+            Chances::of(relative, volume, ahead.horizon_s, course, errors, true)
+        };
+        let levels_off = level.as_ref().map_or(0.0, |(levels_off, _)| *levels_off);
+        let turned = Course::of(&turning.position, &turning.velocity);
+        let turned_s = nearest_s(&turned, &volume.section(), ahead.horizon_s);
+        // Added for each of the two aircraft.
+        let errors = Errors::of(turning, 1.0, 1.0, 2.0 * ahead.grown_m2(turned_s));
+        let parts = [
+            Some(((1.0 - levels_off) * share, straight(steady))),
+            level.as_ref().map(|(levels_off, level)| (levels_off * share, straight(level))),
+            Some((
+                (1.0 - share) * away,
+                Chances::of(turning, volume, ahead.horizon_s, turned, errors, false),
+            )),
+        ];
+        // Upper bounds, so that negligible probabilities are not computed.
+        let bounds = parts
+            .each_ref()
+            .map(|part| part.as_ref().map_or(0.0, |(weight, chances)| weight * chances.at_most()));
+        if bounds.iter().sum::<f64>() < least {
+            return 0.0;
+        }
+        let of_part = |(part, bound): (&Option<(f64, Chances<'_>)>, f64)| {
+            part.as_ref()
+                .filter(|_| bound >= NEGLIGIBLE)
+                .map_or(0.0, |(weight, part)| weight * part.probability())
+        };
+        let probability: f64 = parts.iter().zip(bounds).map(of_part).sum();
+        if probability < least { 0.0 } else { probability.min(1.0) }
+    }
+}
+
+/// Everything from which the probability of a passage in a straight line follows.
 struct Chances<'a> {
     relative: &'a Relative,
     volume: &'a Volume,
-    ahead: &'a Extrapolation,
+    horizon_s: f64,
     course: Course,
-    /// Time of the expected entry over ground, seconds.
-    near_s: f64,
+    errors: Errors,
+    flight: Flight,
+    /// Heights and their errors; `None`: the height of one aircraft is not known.
+    heights: Option<Heights>,
+    /// Whether the direction of the relative velocity is uncertain.
+    is_slow: bool,
 }
 
-impl Chances<'_> {
-    fn probability(&self, least: f64) -> f64 {
-        let Self { relative, volume, ahead, course, near_s } = *self;
-        let heights = relative.vertical.map(|vertical| Heights::of(&vertical, &ahead.steady));
-        // Upper bounds, so that negligible probabilities are not computed.
-        let above = heights.as_ref().map_or(1.0, |heights| {
+impl<'a> Chances<'a> {
+    /// The direction of the velocity matters only if both fly straight on.
+    fn of(
+        relative: &'a Relative,
+        volume: &'a Volume,
+        horizon_s: f64,
+        course: Course,
+        errors: Errors,
+        is_straight: bool,
+    ) -> Self {
+        let flight = Flight::of(&course, &errors, horizon_s);
+        let heights = relative.vertical.map(Heights);
+        let is_slow = is_straight && is_slow(course.speed * course.speed, errors.rate.trace());
+        Self { relative, volume, horizon_s, course, errors, flight, heights, is_slow }
+    }
+
+    /// Upper bound of the probability.
+    fn at_most(&self) -> f64 {
+        let over_ground = if self.is_slow { 1.0 } else { self.flight.at_most(self.volume.horizontal_m) };
+        let above = self.heights.as_ref().map_or(1.0, |heights| {
             let [from_s, until_s] = self.longest_s();
-            heights.at_most(volume.vertical_m, from_s, until_s, self.most_early_s2())
+            heights.at_most(self.volume.vertical_m, from_s, until_s, self.most_early_s2())
         });
-        if above < least {
-            return 0.0;
+        over_ground * above
+    }
+
+    fn probability(&self) -> f64 {
+        let section = self.volume.section();
+        let heights = self.heights.as_ref().map(|heights| (heights, self.volume.vertical_m));
+        if self.is_slow {
+            return self.errors.slow(self.relative, &section, heights, self.horizon_s);
         }
-        let SteadyFlightRatios { place, velocity: rate, .. } = ahead.steady;
-        let straight = Errors::of(relative, place, rate, 0.0);
-        // Added for each of the two aircraft.
-        let turning = Errors::of(relative, 1.0, 1.0, 2.0 * ahead.grown_m2(near_s));
-        let share = (-near_s / ahead.straight_s).exp();
-        let stated_m2s2 = relative.covariance[(2, 2)] + relative.covariance[(3, 3)];
-        let is_slow = is_slow(course.speed * course.speed, stated_m2s2, &ahead.steady);
-        let parts =
-            [(share, straight, is_slow), (1.0 - share, turning, false)].map(|(weight, errors, is_slow)| {
-                let flight = Flight::of(&course, &errors, ahead.horizon_s);
-                let most = if is_slow { 1.0 } else { flight.at_most(volume.horizontal_m) };
-                (weight, most, errors, flight, is_slow)
-            });
-        if above * parts.iter().map(|(weight, most, ..)| weight * most).sum::<f64>() < least {
-            return 0.0;
-        }
-        let section = volume.section();
-        let of_part = |(weight, most, errors, flight, is_slow): &(f64, f64, Errors, Flight, bool)| {
-            if above * weight * most < NEGLIGIBLE {
-                return 0.0;
-            }
-            let heights = heights.as_ref().map(|heights| (heights, volume.vertical_m));
-            if *is_slow {
-                return weight * errors.slow(relative, &section, heights, ahead.horizon_s);
-            }
-            weight * flight.inside(&section, heights)
-        };
-        let probability: f64 = parts.iter().map(of_part).sum();
-        if probability < least { 0.0 } else { probability.min(1.0) }
+        self.flight.inside(&section, heights)
     }
 
     /// Upper bound of the variance of the time of the passage, s².
     fn most_early_s2(&self) -> f64 {
-        let Self { relative, ahead, course, near_s, .. } = self;
-        let closest_s = course.time_at(0.0).clamp(0.0, ahead.horizon_s);
-        let at = |row: usize, column: usize| relative.covariance[(row, column)];
-        let (place, both, rate) = (at(0, 0) + at(1, 1), 2.0 * (at(0, 2) + at(1, 3)), at(2, 2) + at(3, 3));
-        let most_m2 = place + closest_s * (both.max(0.0) + closest_s * rate) + 2.0 * ahead.grown_m2(*near_s);
+        let Self { course, horizon_s, errors: Errors { place, both, rate, grown_m2 }, .. } = self;
+        let closest_s = course.time_at(0.0).clamp(0.0, *horizon_s);
+        let both = (2.0 * both.trace()).max(0.0);
+        let most_m2 = place.trace() + closest_s * (both + closest_s * rate.trace()) + grown_m2;
         (most_m2 / (course.speed * course.speed)).min(closest_s * closest_s / 4.0)
     }
 
     /// Begin and end of the longest passage over ground, through the centre of the volume, seconds.
     fn longest_s(&self) -> [f64; 2] {
-        let Self { volume, ahead, course, .. } = self;
+        let Self { volume, horizon_s, course, .. } = self;
         let chord = volume.section().chord_of(volume.horizontal_m, course.speed);
-        [-chord.ahead_m, chord.behind_m].map(|along_m| course.time_at(along_m).clamp(0.0, ahead.horizon_s))
+        [-chord.ahead_m, chord.behind_m].map(|along_m| course.time_at(along_m).clamp(0.0, *horizon_s))
     }
 }
 
@@ -372,28 +421,17 @@ impl Flight {
     }
 }
 
-/// Relative height in straight flight, with its errors.
-struct Heights {
-    height_m: f64,
-    climb: f64,
-    /// Variance of the height, covariance of height and climb, variance of the climb: m², m²/s, m²/s².
-    covariance: [f64; 3],
-}
+/// Relative height in straight flight, with its real errors.
+struct Heights(Vertical);
 
 impl Heights {
-    fn of(vertical: &Vertical, steady: &SteadyFlightRatios) -> Self {
-        let (SteadyFlightRatios { height, climb, .. }, [hh, hc, cc]) = (*steady, vertical.covariance);
-        let covariance = [height * height * hh, height * climb * hc, climb * climb * cc];
-        Self { height_m: vertical.height_m, climb: vertical.climb, covariance }
-    }
-
     fn at(&self, t: f64) -> f64 {
-        self.height_m + self.climb * t
+        self.0.height_m + self.0.climb * t
     }
 
     /// Covariance of the heights at two times, m².
     fn between_m2(&self, one: f64, other: f64) -> f64 {
-        let [hh, hc, cc] = self.covariance;
+        let [hh, hc, cc] = self.0.covariance;
         hh + (one + other) * hc + one * other * cc
     }
 
@@ -401,9 +439,9 @@ impl Heights {
     fn is_short(&self, from_s: f64, until_s: f64) -> bool {
         let middle_s = (from_s + until_s) / 2.0;
         let half_s = (until_s - from_s) / 2.0;
-        let [.., cc] = self.covariance;
+        let [.., cc] = self.0.covariance;
         half_s * half_s * cc <= SHORT * SHORT * self.between_m2(middle_s, middle_s)
-            && half_s * self.climb.abs() <= SHORT * self.between_m2(middle_s, middle_s).max(0.0).sqrt()
+            && half_s * self.0.climb.abs() <= SHORT * self.between_m2(middle_s, middle_s).max(0.0).sqrt()
     }
 
     /// Upper bound of [`Self::within`].
@@ -412,7 +450,8 @@ impl Heights {
         let away_m = if from_m * until_m <= 0.0 { 0.0 } else { from_m.abs().min(until_m.abs()) };
         // Between two times, the variance is at most that at one of them.
         let most_m2 = self.between_m2(from_s, from_s).max(self.between_m2(until_s, until_s));
-        let most_m2 = if self.climb == 0.0 { most_m2 } else { most_m2 + self.climb * self.climb * early_s2 };
+        let most_m2 =
+            if self.0.climb == 0.0 { most_m2 } else { most_m2 + self.0.climb * self.0.climb * early_s2 };
         // The heights can come near at the begin and at the end.
         (2.0 * at_most_beyond(away_m - half_m, most_m2)).min(1.0)
     }
@@ -420,12 +459,13 @@ impl Heights {
     /// Probability that the heights differ by at most `half_m` at any time from `from_s` to `until_s`, with an error of
     /// both times of this variance, s².
     fn within(&self, half_m: f64, from_s: f64, until_s: f64, early_s2: f64) -> f64 {
-        let early_m2 = self.climb * self.climb * early_s2;
+        let early_m2 = self.0.climb * self.0.climb * early_s2;
         let sigma = |t: f64| (self.between_m2(t, t) + early_m2).max(0.0).sqrt();
-        let [.., cc] = self.covariance;
+        let [.., cc] = self.0.covariance;
         // The height is a line over time: it stays outside if it is above, or below, at both ends.
-        if self.climb * self.climb >= CERTAIN_CLIMB * CERTAIN_CLIMB * cc || self.is_short(from_s, until_s) {
-            let (low_s, high_s) = if self.climb >= 0.0 { (from_s, until_s) } else { (until_s, from_s) };
+        if self.0.climb * self.0.climb >= CERTAIN_CLIMB * CERTAIN_CLIMB * cc || self.is_short(from_s, until_s)
+        {
+            let (low_s, high_s) = if self.0.climb >= 0.0 { (from_s, until_s) } else { (until_s, from_s) };
             let not_above = below(half_m, self.at(low_s), sigma(low_s));
             return (not_above - below(-half_m, self.at(high_s), sigma(high_s))).max(0.0);
         }

@@ -1,6 +1,7 @@
 //! Straight flights of two aircraft, and of many.
 
 mod chance;
+mod histories;
 mod interval;
 mod levels;
 mod normal;
@@ -26,6 +27,8 @@ fn aircraft(number: u32, [east, north, up]: [f64; 3], velocity: [f64; 3]) -> Con
         vertical: Some([16.0, 0.0, 0.09]),
         kind: TrafficKind::Drone,
         disputed: Vec::new(),
+        has_transponder: true,
+        is_shown: true,
     }
 }
 

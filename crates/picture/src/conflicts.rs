@@ -21,6 +21,8 @@ pub use json::{ConflictJson, ConflictLine, NO_LEVEL, VolumeJson, levels};
 /// Standard deviation of a height below which it bounds a conflict although it is too coarse to be published, in metres. A height
 /// that was never measured has at least this (`fusion::operational`).
 const COARSE_HEIGHT_M: f64 = 60.0;
+/// Time for which an aircraft that is no longer in the picture may take part, in nanoseconds.
+const MISSING_NS: u64 = 20 * SECOND as u64;
 /// Evaluates one picture per second.
 #[derive(Debug)]
 pub struct ConflictWatch {
@@ -32,6 +34,16 @@ pub struct ConflictWatch {
     /// The conflicts that hold a level, as last evaluated with both aircraft present, by id and volume.
     held: BTreeMap<(u64, usize), Conflict>,
     ground: GroundMonitor,
+    /// Aircraft of the last pictures: their tracks, and their states at the time of the evaluation.
+    recent: BTreeMap<conflict::ConflictKey, RecentAircraft>,
+}
+
+/// An aircraft as last seen in a picture.
+#[derive(Debug)]
+struct RecentAircraft {
+    track: PictureTrack,
+    state: ConflictAircraft,
+    seen: Time,
 }
 
 /// The result of one evaluation.
@@ -123,6 +135,7 @@ impl ConflictWatch {
             max_accuracy_m: config.output.max_accuracy_m,
             held: BTreeMap::new(),
             ground: GroundMonitor::default(),
+            recent: BTreeMap::new(),
         }
     }
 
@@ -142,10 +155,20 @@ impl ConflictWatch {
             return None;
         }
         let time = Time::from_nanos(picture.time.nanos() + (self.age_s * SECOND as f64) as i64);
-        let tracks: BTreeMap<conflict::ConflictKey, &PictureTrack> =
+        let shown: BTreeMap<conflict::ConflictKey, &PictureTrack> =
             picture.within(self.max_accuracy_m).map(|track| (track.key(), track)).collect();
-        self.ground.note(picture.time, tracks.values().copied());
-        let aircraft = tracks.values().filter_map(|track| self.aircraft(track, maker)).collect();
+        self.ground.note(picture.time, shown.values().copied());
+        let mut aircraft: Vec<ConflictAircraft> =
+            shown.values().filter_map(|track| self.aircraft(track, maker)).collect();
+        self.remember(time, &shown, &aircraft);
+        let missing = self.recent.values().filter(|recent| recent.seen != time);
+        aircraft.extend(missing.clone().map(|recent| {
+            let age_s = time.seconds_since(recent.seen);
+            let state = recent.state.clone().moved(age_s, &self.conflicts.rules().ahead);
+            ConflictAircraft { is_shown: false, ..state }
+        }));
+        let mut tracks = shown;
+        tracks.extend(missing.map(|recent| (recent.track.key(), &recent.track)));
         let evaluation = self.conflicts.evaluate(time, aircraft);
         let (aircraft, volumes) = (&evaluation.aircraft, &self.conflicts.rules().volumes);
         let named = |&found: &conflict::PredictedConflict| {
@@ -189,6 +212,23 @@ impl ConflictWatch {
         let news = self.news(&conflicts);
         let conflict::ConflictEvaluation { aircraft, left_out, tested, .. } = evaluation;
         Some(Outlook { time, conflicts, news, aircraft: aircraft.len(), left_out, tested })
+    }
+
+    /// Replaces the aircraft that are remembered: those of this picture, and those that are missing in it for a short time.
+    /// An aircraft that is still shown, but takes no part any more, is forgotten.
+    fn remember(
+        &mut self,
+        time: Time,
+        shown: &BTreeMap<conflict::ConflictKey, &PictureTrack>,
+        aircraft: &[ConflictAircraft],
+    ) {
+        let is_recent = |seen: Time| time >= seen && time.nanos().abs_diff(seen.nanos()) <= MISSING_NS;
+        self.recent.retain(|key, recent| !shown.contains_key(key) && is_recent(recent.seen));
+        for state in aircraft {
+            let recent =
+                RecentAircraft { track: shown[&state.key].clone(), state: state.clone(), seen: time };
+            self.recent.insert(state.key, recent);
+        }
     }
 
     /// The conflicts for the stream since the previous evaluation.
@@ -243,6 +283,8 @@ impl ConflictWatch {
             vertical: (is_known || is_coarse).then_some(vertical),
             kind,
             disputed: point.disputed.clone(),
+            has_transponder: point.source.transponder().is_some(),
+            is_shown: true,
         };
         Some(aircraft.moved(self.age_s, &self.conflicts.rules().ahead))
     }

@@ -39,7 +39,7 @@ section! {
         horizon_s: f64 = 60.0, ahead_s();
         /// Power spectral density of the horizontal acceleration with which aircraft turn, in m²/s³ per axis.
         acceleration: f64 = 1.0, density();
-        /// Mean time for which both aircraft of a pair fly straight, in seconds.
+        /// Mean time for which both aircraft of a pair fly straight, in seconds, until their past is known.
         straight_s: f64 = 30.0, ahead_s();
         /// Thresholds of an advisory: minimum probability and maximum time to the entry of the volume.
         advisory: Advisory = Advisory::default(), inline::<Advisory>();
@@ -70,7 +70,7 @@ section! {
     #[derive(Copy)]
     Warning {
         /// Minimum probability of a conflict.
-        probability: f64 = 0.2, share();
+        probability: f64 = 0.12, share();
         /// Maximum time to the entry of the volume, in seconds.
         time_s: f64 = 20.0, ahead_s();
     }
