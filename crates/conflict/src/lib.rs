@@ -177,7 +177,7 @@ impl Conflicts {
         aircraft.retain(|one| {
             let history = histories.entry(one.key).or_insert_with(|| FlightHistory::new(time));
             history.add(time, one, &ahead.steady);
-            let motion = Motion::of(history, time, ahead);
+            let motion = Motion::of(history, time, one, ahead);
             let takes_part = one.is_shown || motion.is_coasting();
             if takes_part {
                 motions.push(motion);

@@ -44,17 +44,25 @@ pub(super) struct Motion {
     /// Probability that it flies straight now.
     share: f64,
     outlook: LegOutlook,
+    /// State for straight flight with its real errors.
+    state: Relative,
     /// Time since it was first seen, seconds.
     known_s: f64,
 }
 
 impl Motion {
-    pub(super) fn of(history: &FlightHistory, now: Time, ahead: &Extrapolation) -> Self {
+    pub(super) fn of(
+        history: &FlightHistory,
+        now: Time,
+        one: &ConflictAircraft,
+        ahead: &Extrapolation,
+    ) -> Self {
         let (leg, prior_s) = (history.leg(now), 2.0 * ahead.straight_s);
         let known_s = now.seconds_since(history.first);
+        let state = straight_state(one, leg.as_ref(), &ahead.steady);
         let Some(leg) = leg else {
             let share = if history.is_known() { UNFITTED } else { 1.0 };
-            return Self { leg: None, share, outlook: LegOutlook::Unknown(prior_s), known_s };
+            return Self { leg: None, share, outlook: LegOutlook::Unknown(prior_s), state, known_s };
         };
         let outlook = if leg.speed() < HOVER_M_S {
             LegOutlook::after(0.0, HOVER_S, &[])
@@ -63,7 +71,7 @@ impl Motion {
         };
         let begun = leg.lasted_s / BEGUN_S;
         let share = 1.0 - (1.0 - BEGUN) * (-begun * begun).exp();
-        Self { leg: Some(leg), share: share * outlook.survival(leg.age_s), outlook, known_s }
+        Self { leg: Some(leg), share: share * outlook.survival(leg.age_s), outlook, state, known_s }
     }
 
     /// Whether the aircraft can be followed for a while without new positions.
@@ -72,36 +80,40 @@ impl Motion {
             leg.lasted_s - leg.age_s >= COASTED_S && leg.age_s <= COASTING_S && leg.speed() >= COASTING_M_S
         })
     }
+}
 
-    /// State for straight flight with its real errors.
-    fn state(&self, one: &ConflictAircraft, steady: &SteadyFlightRatios) -> Relative {
-        let SteadyFlightRatios { place, velocity, height, climb } = *steady;
-        let stated = || {
-            one.vertical.map(|[hh, hc, cc]| Vertical {
-                height_m: one.position.up(),
-                climb: one.velocity.z,
-                covariance: [height * height * hh, height * climb * hc, climb * climb * cc],
-            })
+/// State for straight flight with its real errors.
+fn straight_state(
+    one: &ConflictAircraft,
+    leg: Option<&StraightLeg>,
+    steady: &SteadyFlightRatios,
+) -> Relative {
+    let SteadyFlightRatios { place, velocity, height, climb } = *steady;
+    let stated = || {
+        one.vertical.map(|[hh, hc, cc]| Vertical {
+            height_m: one.position.up(),
+            climb: one.velocity.z,
+            covariance: [height * height * hh, height * climb * hc, climb * climb * cc],
+        })
+    };
+    let Some(leg) = leg else {
+        let ratios = [place, place, velocity, velocity];
+        return Relative {
+            position: one.position.0.xy(),
+            velocity: one.velocity.xy(),
+            covariance: Matrix4::from_fn(|row, column| {
+                ratios[row] * ratios[column] * one.covariance[(row, column)]
+            }),
+            vertical: stated(),
         };
-        let Some(leg) = &self.leg else {
-            let ratios = [place, place, velocity, velocity];
-            return Relative {
-                position: one.position.0.xy(),
-                velocity: one.velocity.xy(),
-                covariance: Matrix4::from_fn(|row, column| {
-                    ratios[row] * ratios[column] * one.covariance[(row, column)]
-                }),
-                vertical: stated(),
-            };
-        };
-        let [pp, pv, vv] = leg.ground;
-        let mut covariance = Matrix4::from_diagonal(&[pp, pp, vv, vv].into());
-        for (row, column) in [(0, 2), (2, 0), (1, 3), (3, 1)] {
-            covariance[(row, column)] = pv;
-        }
-        let vertical = one.vertical.and_then(|_| leg.vertical).or_else(stated);
-        Relative { position: leg.position, velocity: leg.velocity, covariance, vertical }
+    };
+    let [pp, pv, vv] = leg.ground;
+    let mut covariance = Matrix4::from_diagonal(&[pp, pp, vv, vv].into());
+    for (row, column) in [(0, 2), (2, 0), (1, 3), (3, 1)] {
+        covariance[(row, column)] = pv;
     }
+    let vertical = one.vertical.and_then(|_| leg.vertical).or_else(stated);
+    Relative { position: leg.position, velocity: leg.velocity, covariance, vertical }
 }
 
 /// Motion of a pair: straight on from one state, or turning from another.
@@ -154,13 +166,12 @@ impl PairMotion {
         (other, b): (&ConflictAircraft, &Motion),
         ahead: &Extrapolation,
     ) -> Self {
-        let unknown = Self::unknown(stated, ahead);
+        let (share, outlooks) = (a.share * b.share, [a.outlook, b.outlook]);
         let are_legs_known = a.leg.is_some() && b.leg.is_some();
-        let known = Self { share: a.share * b.share, outlooks: [a.outlook, b.outlook], ..unknown };
         if a.leg.is_none() && b.leg.is_none() {
-            return known;
+            return Self { share, outlooks, ..Self::unknown(stated, ahead) };
         }
-        let (x, y) = (a.state(one, &ahead.steady), b.state(other, &ahead.steady));
+        let (x, y) = (&a.state, &b.state);
         let vertical = x.vertical.zip(y.vertical).map(|(x, y)| Vertical {
             height_m: y.height_m - x.height_m,
             climb: y.climb - x.climb,
@@ -176,14 +187,14 @@ impl PairMotion {
             let climb = state.vertical.map_or(0.0, |vertical| vertical.climb);
             if one.kind == TrafficKind::Drone && climb.abs() > CLIMB_M_S { climb } else { 0.0 }
         };
-        let (up, other_up) = (climb(one, &x), climb(other, &y));
+        let (up, other_up) = (climb(one, x), climb(other, y));
         let level = vertical.filter(|_| up != 0.0 || other_up != 0.0).map(|mut vertical| {
             vertical.climb -= (1.0 - LEVEL) * (other_up - up);
             vertical.covariance[2] += LEVEL * LEVEL * (up * up + other_up * other_up);
             (LEVELS_OFF, Relative { vertical: Some(vertical), ..steady })
         });
-        let turning = Relative { vertical, ..unknown.turning };
-        Self { steady, ratios: [1.0; 2], level, turning, away: AWAY, are_legs_known, ..known }
+        let turning = Relative { vertical, ..*stated };
+        Self { steady, ratios: [1.0; 2], level, turning, away: AWAY, are_legs_known, share, outlooks }
     }
 
     /// Probability that both fly straight for `t` seconds from now.

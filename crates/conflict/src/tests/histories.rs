@@ -75,7 +75,8 @@ fn a_leg_goes_on_while_no_position_arrives() {
 #[test]
 fn a_turn_ends_the_leg() {
     let share = |seconds: i64| {
-        let motion = Motion::of(&flown(seconds, zigzag), at(seconds), &rules(vec![drones()]).ahead);
+        let one = aircraft(1, [0.0; 3], [0.0; 3]);
+        let motion = Motion::of(&flown(seconds, zigzag), at(seconds), &one, &rules(vec![drones()]).ahead);
         let pair = PairMotion::of(
             &Relative::of(&aircraft(1, [0.0; 3], [0.0; 3]), &aircraft(2, [0.0; 3], [0.0; 3])),
             (&aircraft(1, [0.0; 3], [0.0; 3]), &motion),
@@ -104,7 +105,8 @@ fn an_aircraft_off_any_line_probably_turns() {
         let angle = 0.3 * second as f64;
         ([50.0 * angle.cos(), 50.0 * angle.sin(), 100.0], [-15.0 * angle.sin(), 15.0 * angle.cos(), 0.0])
     };
-    let motion = Motion::of(&flown(30, circle), at(30), &rules(vec![drones()]).ahead);
+    let one = aircraft(1, [0.0; 3], [0.0; 3]);
+    let motion = Motion::of(&flown(30, circle), at(30), &one, &rules(vec![drones()]).ahead);
     assert!(motion.leg.is_none_or(|leg| leg.lasted_s < 6.0), "{motion:?}");
     assert!(!motion.is_coasting());
 }
