@@ -112,7 +112,7 @@ fn straight_state(
     for (row, column) in [(0, 2), (2, 0), (1, 3), (3, 1)] {
         covariance[(row, column)] = pv;
     }
-    let vertical = one.vertical.and_then(|_| leg.vertical).or_else(stated);
+    let vertical = one.vertical.and(leg.vertical).or_else(stated);
     Relative { position: leg.position, velocity: leg.velocity, covariance, vertical }
 }
 

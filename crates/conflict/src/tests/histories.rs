@@ -1,4 +1,4 @@
-//! What is learnt of an aircraft from its past: legs, turns, and gaps.
+//! Histories of aircraft: legs, turns, and gaps.
 
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
@@ -59,7 +59,7 @@ fn a_leg_is_known_better_than_the_filter_states() {
     assert!(error.norm() < 0.3 && leg.lasted_s == 30.0, "{leg:?}");
     let vertical = leg.vertical.unwrap();
     assert!((vertical.climb + 1.0).abs() < 0.3 && (vertical.height_m - 70.0).abs() < 4.0, "{vertical:?}");
-    // Of the stated errors of the velocity, 4 m/s, little is left.
+    // The filter states an error of the velocity of 4 m/s.
     assert!(leg.ground[2] < 0.1, "{leg:?}");
 }
 
@@ -179,7 +179,7 @@ fn a_track_that_begins_beside_a_transponder_is_its_twin() {
     assert!(transponder[15], "{transponder:?}");
 }
 
-/// As without histories: no pair is left out, and the order does not matter.
+/// The search finds all pairs that may meet on their legs.
 #[test]
 fn no_pair_with_legs_is_left_out() {
     let mut random = ChaCha8Rng::seed_from_u64(5);
