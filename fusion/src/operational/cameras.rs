@@ -12,6 +12,7 @@
 //! learns from all further looks at aircraft with a transponder. Until then its looks measure nothing.
 
 mod crossing;
+mod evidence;
 mod following;
 mod starting;
 
@@ -32,8 +33,8 @@ use crate::registration::{CameraLook, CameraOrientation};
 use crate::report::{Bearing, CameraTrackKey, SensorIndex};
 use crate::time::Time;
 use crossing::LastingErrors;
-pub use starting::CameraStarts;
-use starting::{PairEvidence, TrackPair};
+pub use evidence::CameraStarts;
+use evidence::{PairEvidence, TrackPair};
 
 /// All cameras and their tracks.
 #[derive(Debug, Default, Serialize, Deserialize)]
