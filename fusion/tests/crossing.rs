@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use std::collections::BTreeSet;
+use std::f64::consts::{PI, TAU};
 use std::num::NonZeroUsize;
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -39,8 +40,8 @@ impl Flight {
             draw.random_range(-350.0..350.0),
             draw.random_range(40.0..120.0),
         );
-        let mut heading: f64 = draw.random_range(0.0..6.28);
-        let (mut speed, mut wanted, mut rate, mut climb) = (8.0, 8.0, 0.0, 0.0);
+        let mut heading: f64 = draw.random_range(0.0..TAU);
+        let (mut speed, mut wanted, mut rate, mut climb) = (8.0_f64, 8.0, 0.0, 0.0);
         let mut places = Vec::new();
         for step in 0..=(duration_s * 10.0) as usize {
             if step % 60 == 0 {
@@ -51,13 +52,13 @@ impl Flight {
             if place.xy().norm() > 450.0 {
                 // Back to the middle.
                 let home = (-place.x).atan2(-place.y);
-                let off = (home - heading + 9.425).rem_euclid(6.2832) - 3.1416;
+                let off = (home - heading + 3.0 * PI).rem_euclid(TAU) - PI;
                 rate = off.clamp(-0.4, 0.4);
             }
             if !(30.0..140.0).contains(&place.z) {
                 climb = if place.z < 30.0 { 1.0 } else { -1.0 };
             }
-            speed += (wanted - speed as f64).clamp(-0.25, 0.25);
+            speed += (wanted - speed).clamp(-0.25, 0.25);
             heading += rate * 0.1;
             place += Vector3::new(heading.sin() * speed, heading.cos() * speed, climb) * 0.1;
             places.push(place);
