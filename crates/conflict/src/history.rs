@@ -95,7 +95,7 @@ impl StraightLeg {
     }
 }
 
-/// What is remembered of an aircraft.
+/// Past of an aircraft.
 #[derive(Clone, Debug)]
 pub(super) struct FlightHistory {
     /// The last positions; `next` is the place of the next one.

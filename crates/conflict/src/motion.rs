@@ -123,7 +123,7 @@ pub(super) struct PairMotion {
     pub(super) steady: Relative,
     /// Ratios of real to stated deviations of position and velocity over ground in that state.
     pub(super) ratios: [f64; 2],
-    /// The same with climbs that end, and the probability that they do.
+    /// Probability that climbs end, and the state in which they have.
     pub(super) level: Option<(f64, Relative)>,
     /// State for turns, and the factor on the probability.
     pub(super) turning: Relative,

@@ -15,7 +15,7 @@ const LOGISTIC: f64 = 1.7;
 /// Expectation of how long straight flight lasts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum LegOutlook {
-    /// Nothing but the mean duration is known, seconds.
+    /// Mean duration, seconds; the aircraft has no known leg.
     Unknown(f64),
     /// The leg has lasted for a while, after others.
     Leg {
