@@ -158,7 +158,7 @@ impl FlightHistory {
         self.leg.map(|leg| leg.moved(now.seconds_since(last.time)))
     }
 
-    /// Whether there are positions enough to tell straight flight from turns.
+    /// Whether there are enough positions to distinguish straight flight from turns.
     pub(super) fn is_known(&self) -> bool {
         self.count >= LEAST
     }
