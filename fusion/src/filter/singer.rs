@@ -62,7 +62,7 @@ impl Singer {
     /// acceleration.
     ///
     /// In Singer's closed form (Bar-Shalom (2001), section 8.2) nearly all terms cancel for a small x = dt/τ. So it is
-    /// written with the functions [`phi`], where T = dt:
+    /// written with the functions `phi`, where T = dt:
     ///
     /// ```text
     ///     1  T φ1  T² φ2          T⁴ (32 φ5' - 4 φ4)   T³ (16 φ4' - 2 φ4 - 2 φ3)   T² (8 φ3' - 2 φ2)
