@@ -56,7 +56,7 @@ pub use guard::Creep;
 pub(crate) use guard::{CreepGuard, GuardResult};
 pub(crate) use heights::{HeightAlignment, HeightOffset, HeightSums, height_verdict};
 pub use mutual::LearntFromRadars;
-pub(crate) use mutual::{MutualAlignment, RadarPair, SharedComparison, SharedLook};
+pub(crate) use mutual::{MutualAlignment, SharedComparison, SharedLook};
 pub use place::Displacement;
 pub(crate) use place::PlaceCheck;
 pub use qmethod::{DirectionPair, attitude};

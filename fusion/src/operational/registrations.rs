@@ -127,11 +127,12 @@ impl Registered {
         self.registration.to_state()
     }
 
-    /// Adds a segment of a radar track, also to the evidence on its transponder and the type.
+    /// Adds a segment of a radar track, also to the evidence on its transponder and the type. A step ends what other radars show.
     fn add_segment(
         &mut self,
         segment: &mut TrackSegment,
         types: &mut TransponderTypes,
+        mutual: &mut MutualAlignment,
     ) -> Option<(TargetId, SensorIndex, Time, Time)> {
         let mut sample = segment.along.take_sample()?;
         sample.weaken(self.guard.weight(segment.host, sample.time()));
@@ -147,6 +148,8 @@ impl Registered {
             SampleOutcome::Step { before, after } => {
                 self.step = Some(Step { time: sample.time(), before, after });
                 types.forget_radar(segment.sensor);
+                mutual.forget(segment.sensor);
+                self.by_radars = None;
             }
         }
         self.estimate();
@@ -460,11 +463,7 @@ impl Registrations {
         segments.retain(|&id, segment| {
             let is_left = tracklets.get(id).is_some();
             if !is_left && let Some(registered) = radars.get_mut(&segment.sensor) {
-                let step = registered.step;
-                lately.extend(registered.add_segment(segment, types));
-                if registered.step != step {
-                    mutual.forget(segment.sensor);
-                }
+                lately.extend(registered.add_segment(segment, types, mutual));
             }
             is_left
         });
@@ -548,11 +547,7 @@ impl Registrations {
             if let Some(segment) = self.segments.get_mut(&tracklet.id)
                 && segment.along.gathered_s() >= SEGMENT_S
             {
-                let step = registered.step;
-                self.lately.extend(registered.add_segment(segment, types));
-                if registered.step != step {
-                    self.mutual.forget(sensor);
-                }
+                self.lately.extend(registered.add_segment(segment, types, &mut self.mutual));
             }
         }
         self.judge_heights(types, cycle);

@@ -11,8 +11,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::{
-    Cholesky, DMatrix, DVector, Matrix2, Matrix2x4, Matrix3, Matrix4, SMatrix, SVector, Vector2, Vector3,
-    Vector4,
+    DMatrix, DVector, Matrix2, Matrix2x4, Matrix3, Matrix4, SMatrix, SVector, Vector2, Vector3, Vector4,
 };
 use serde::{Deserialize, Serialize};
 
@@ -51,7 +50,7 @@ const LATEST: [usize; 3] = [16, 32, 64];
 const STEP: f64 = 5.0;
 
 /// Two radars, in order.
-pub(crate) type RadarPair = (SensorIndex, SensorIndex);
+type RadarPair = (SensorIndex, SensorIndex);
 
 /// Plots of two radars of one aircraft, at the time of the first one.
 #[derive(Clone, Copy, Debug)]
@@ -121,6 +120,8 @@ pub struct LearntFromRadars {
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct MutualAlignment {
     segments: BTreeMap<RadarPair, VecDeque<SharedSample>>,
+    /// Whether segments came or went since the last solution.
+    is_changed: bool,
 }
 
 /// Variances of the lasting errors.
@@ -279,11 +280,18 @@ impl MutualAlignment {
         if segments.len() > SEGMENTS {
             segments.pop_front();
         }
+        self.is_changed = true;
+    }
+
+    /// Whether segments came or went since the last solution.
+    pub(crate) fn is_changed(&self) -> bool {
+        self.is_changed
     }
 
     /// Forgets what a radar has shared, because it was moved or turned.
     pub(crate) fn forget(&mut self, sensor: SensorIndex) {
         self.segments.retain(|&(one, other), _| one != sensor && other != sensor);
+        self.is_changed = true;
     }
 
     /// Information of each radar from the others. `own`: the values of its own tracks of transponders.
@@ -291,6 +299,7 @@ impl MutualAlignment {
         &mut self,
         own: impl Fn(SensorIndex) -> Option<OverGround>,
     ) -> BTreeMap<SensorIndex, LearntFromRadars> {
+        self.is_changed = false;
         let mut radars: Vec<SensorIndex> =
             self.segments.keys().flat_map(|&(one, other)| [one, other]).collect();
         radars.sort_unstable();
@@ -303,12 +312,11 @@ impl MutualAlignment {
         let restarted = self.restart(&solution, place);
         let solution = if restarted { self.solution(&own, place) } else { Some(solution) };
         let Some(solution) = solution else { return BTreeMap::new() };
-        let covariance = solution.root.inverse();
         let learnt = |(index, &radar): (usize, &SensorIndex)| {
             let at = OF_RADAR * index;
             let marginal = OverGround {
                 mean: Vector3::from_fn(|row, _| solution.mean[at + row]),
-                covariance: Matrix3::from_fn(|row, column| covariance[(at + row, at + column)]),
+                covariance: Matrix3::from_fn(|row, column| solution.covariance[(at + row, at + column)]),
             };
             let (information, before) = (marginal.information(), alone[index].information());
             let of_radar = self.segments.iter().filter(|((one, other), _)| *one == radar || *other == radar);
@@ -356,7 +364,7 @@ impl MutualAlignment {
                 }
             }
             let root = matrix.cholesky()?;
-            solved = Some(Solution { mean: root.solve(&vector), root });
+            solved = Some(Solution { mean: root.solve(&vector), covariance: root.inverse() });
         }
         solved
     }
@@ -366,10 +374,10 @@ impl MutualAlignment {
         let mut restarted = false;
         for (&(one, other), segments) in &mut self.segments {
             let places = [place(one), place(other)];
-            let firsts = LATEST.iter().filter_map(|&latest| segments.len().checked_sub(latest));
+            let mut firsts = LATEST.iter().filter_map(|&latest| segments.len().checked_sub(latest));
             let contradicts =
                 |&first: &usize| first >= LATEST[0] && solution.contradicts(segments, first, places);
-            if let Some(first) = { firsts }.find(contradicts) {
+            if let Some(first) = firsts.find(contradicts) {
                 segments.drain(..first);
                 restarted = true;
             }
@@ -381,7 +389,7 @@ impl MutualAlignment {
 /// Values of all radars.
 struct Solution {
     mean: DVector<f64>,
-    root: Cholesky<f64, nalgebra::Dyn>,
+    covariance: DMatrix<f64>,
 }
 
 impl Solution {
@@ -409,10 +417,9 @@ impl Solution {
             cross += own.1;
             left += own.2 * (FAR * factor.sqrt() / distance).min(1.0);
         }
-        let covariance = self.root.inverse();
         let at = |index: usize| places[index / OF_RADAR] + index % OF_RADAR;
         let covariance =
-            SMatrix::<f64, OF_PAIR, OF_PAIR>::from_fn(|row, column| covariance[(at(row), at(column))]);
+            SMatrix::<f64, OF_PAIR, OF_PAIR>::from_fn(|row, column| self.covariance[(at(row), at(column))]);
         let variance = matrix * factor + cross * covariance * cross.transpose();
         variance.try_inverse().is_some_and(|inverse| left.dot(&(inverse * left)) > STEP * STEP)
     }

@@ -13,7 +13,7 @@ use crate::operational::settings::{OperationalSettings, RadarSettings};
 use crate::operational::targets::{Target, Targets};
 use crate::operational::tracklets::{CorrectedPlot, Tracklet, Tracklets};
 use crate::operational::tuning::{BETWEEN_REPORTS_M_S2, COMPARE_WITHIN_S, SEGMENT_S, TRACK_LASTS_PERIODS};
-use crate::registration::{LearntFromRadars, RadarPair, SharedComparison, SharedLook};
+use crate::registration::{LearntFromRadars, SharedComparison, SharedLook};
 use crate::report::SensorIndex;
 use crate::settings::RegistrationMode;
 
@@ -47,7 +47,6 @@ impl Registrations {
         if settings.radars().nth(1).is_none() {
             return;
         }
-        let mut samples = Vec::new();
         let spanning = tracklets.iter().filter(|tracklet| tracklet.spans(cycle));
         let places =
             spanning.filter_map(|tracklet| Some((tracklet.nearest(cycle.centre)?.position, tracklet.id)));
@@ -70,24 +69,28 @@ impl Registrations {
                     comparison.add(&look);
                 }
             }
-            if comparison.gathered_s() >= SEGMENT_S {
-                samples.extend(comparison.take_sample().map(|sample| (of_radars(one.id, other.id), sample)));
-            }
+            self.take_segment((one.id, other.id), &mut comparison, SEGMENT_S);
             compared.insert((one.id, other.id), comparison);
         }
-        for ((one, other), mut ended) in std::mem::replace(&mut self.shared_tracks, compared) {
-            if ended.gathered_s() >= SHORT_S {
-                samples.extend(ended.take_sample().map(|sample| (of_radars(one, other), sample)));
-            }
+        for (pair, mut ended) in std::mem::replace(&mut self.shared_tracks, compared) {
+            self.take_segment(pair, &mut ended, SHORT_S);
         }
-        if samples.is_empty() {
+        if !self.mutual.is_changed() {
             return;
         }
-        samples.into_iter().for_each(|(pair, sample)| self.mutual.add(pair, sample));
         let own = |sensor: SensorIndex| Some(self.radars.get(&sensor)?.own_estimate().over_ground());
         let mut learnt = self.mutual.solve(own);
         for (sensor, registered) in &mut self.radars {
             registered.learn_from_radars(learnt.remove(sensor));
+        }
+    }
+
+    /// Adds the segment of a pair of tracks if it lasted for this time, seconds.
+    fn take_segment(&mut self, (one, other): TrackPair, comparison: &mut SharedComparison, least_s: f64) {
+        if comparison.gathered_s() >= least_s
+            && let Some(sample) = comparison.take_sample()
+        {
+            self.mutual.add((one.track.sensor, other.track.sensor), sample);
         }
     }
 }
@@ -109,11 +112,6 @@ fn pairs<'a>(
         pairs.extend(others.map(|other| (target, *one, *other)));
     }
     pairs.into_iter()
-}
-
-/// The radars of two tracks.
-fn of_radars(one: TrackletId, other: TrackletId) -> RadarPair {
-    (one.track.sensor, other.track.sensor)
 }
 
 /// Whether no other track of either radar is near two tracks.

@@ -191,3 +191,17 @@ fn a_turned_radar_is_aligned_anew() {
 fn radars_without_common_aircraft_learn_nothing() {
     assert!(MutualAlignment::default().solve(|_| None).is_empty());
 }
+
+#[test]
+fn forgotten_radar_leaves_the_others_aligned() {
+    let (mut site, mut alignment) = (Site::new(1, 3), MutualAlignment::default());
+    for number in 0..12 {
+        site.fly(&mut alignment, [[0, 1], [1, 2], [0, 2]][number % 3], Vector2::zeros());
+    }
+    alignment.solve(|_| None);
+    alignment.forget(SensorIndex(2));
+    assert!(alignment.is_changed(), "the others have to be solved again");
+    let left: Vec<SensorIndex> = alignment.solve(|_| None).into_keys().collect();
+    assert_eq!(left, [SensorIndex(0), SensorIndex(1)]);
+    assert!(!alignment.is_changed());
+}
