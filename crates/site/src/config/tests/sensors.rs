@@ -189,11 +189,11 @@ fn connections() {
         (mqtt("\"mqtt://host\", ca = \"a.pem\""), "without TLS"),
         (
             with("adsb", "format = \"avr\", address = \"127.0.0.1:1\", topic = \"a\""),
-            "only a connection with format = \"mqtt\"",
+            "only a connection to a broker",
         ),
         (with("remote-id", "format = \"mqtt\""), "this key is missing"),
         (with("remote-id", "format = \"http\", address = \"127.0.0.1:8080\""), "where http.listen says"),
-        (with("remote-id", "format = \"http\", topic = \"a\""), "only a connection with format = \"mqtt\""),
+        (with("remote-id", "format = \"http\", topic = \"a\""), "only a connection to a broker"),
         (with("adsb", "format = \"http\""), "belongs to a sensor with kind = \"remote-id\""),
         (mavlink(""), "no drone would be known"),
         (
