@@ -30,8 +30,8 @@ const LEVELS_OFF: f64 = 0.5;
 const LEVEL: f64 = 0.25;
 /// Factor on the probability of a turning aircraft with a known past: its turn leads further away than random acceleration.
 const AWAY: f64 = 0.5;
-/// A track without transponder that begins near one with, at most this far away (metres), with a relative speed of at most
-/// this (metres a second), is probably the same aircraft. It takes part after this time, seconds.
+/// A track without transponder and one with, at most this far apart (metres), with a relative speed of at most this (metres a
+/// second), are probably the same aircraft until both are this old, seconds.
 const TWIN_M: f64 = 80.0;
 const TWIN_M_S: f64 = 10.0;
 const TWIN_S: f64 = 20.0;
